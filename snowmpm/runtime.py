@@ -1,0 +1,53 @@
+"""The only `ti.init` of the program: backend, threads, and which float a kernel is compiled for."""
+
+import contextlib
+import os
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+
+_started = {}
+
+
+def start(backend="auto", threads=None):
+    """Start Taichi once for this process; later calls return the backend that runs.
+
+    backend: "auto" (CUDA when there is one, else CPU), "cpu" or "cuda".
+    threads: CPU worker threads, default every core that this process may use.
+    """
+    if _started:
+        return _started["backend"]
+    arch = {"cpu": ti.cpu, "cuda": ti.cuda, "auto": ti.gpu}[backend]
+    threads = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count()
+    ti.init(arch=arch, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN)
+    running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
+    _started.update(backend=running, threads=threads)
+    return running
+
+
+def threads():
+    """Number of CPU worker threads Taichi was started with."""
+    return _started["threads"]
+
+
+def is_started():
+    return bool(_started)
+
+
+DTYPES = {"f32": (ti.f32, np.float32), "f64": (ti.f64, np.float64)}
+
+
+@contextlib.contextmanager
+def precision(name):
+    """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
+
+    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
+    """
+    runtime = impl.get_runtime()
+    before = runtime.default_fp
+    runtime.default_fp = DTYPES[name][0]
+    try:
+        yield DTYPES[name]
+    finally:
+        runtime.default_fp = before
