@@ -1,0 +1,61 @@
+"""What happens to a body at a given time: a saw cut, a load, a removal."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from snowmpm.scenes.space import Vector
+from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
+
+
+class Cut(Spec):
+    """A saw drawn through a body along a path: what it passes loses its cohesion."""
+
+    kind: Literal["cut"]
+    body: str
+    """name of the body that is cut"""
+    start: NonNegative = 0.0
+    """[s]"""
+    path: Annotated[tuple[Vector, ...], Field(min_length=2)]
+    """corners of the saw's way [m]"""
+    speed: Positive | None = None
+    """speed of the saw along its path [m/s]; the whole path at once when missing"""
+    width: Positive | None = None
+    """width of the cut across its path [m]; the thickness that the grid resolves when missing"""
+
+
+class Load(Spec):
+    """A force on the part of a body around a point, such as the weight of a skier."""
+
+    kind: Literal["load"]
+    body: str
+    """name of the body that is loaded"""
+    start: NonNegative = 0.0
+    """[s]"""
+    stop: Positive | None = None
+    """[s]; never when missing"""
+    centre: Vector
+    """[m]"""
+    radius: Positive
+    """[m]"""
+    force: Vector
+    """total force [N]; in 2-D per metre of width [N/m]"""
+
+    @model_validator(mode="after")
+    def _ends_after_it_starts(self):
+        if self.stop is not None and self.stop <= self.start:
+            raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        return self
+
+
+class Remove(Spec):
+    """A body taken away, such as a support."""
+
+    kind: Literal["remove"]
+    body: str
+    """name of the body that is removed"""
+    start: NonNegative = 0.0
+    """[s]"""
+
+
+Event = Annotated[Cut | Load | Remove, Field(discriminator="kind")]

@@ -1,0 +1,89 @@
+"""Which keys a scene may have where: a walk through the JSON schema of its model, along the data that was given."""
+
+
+def real_keys(location, data):
+    """Keys of an error's location: without the marks of union members that pydantic puts between them."""
+    path, here, after_tag = [], data, True
+    for i, part in enumerate(location):
+        union_member = isinstance(part, str) and (
+            part.startswith("<") or (not after_tag and isinstance(here, dict) and here.get("kind") == part)
+        )
+        if union_member:
+            after_tag = True
+            continue
+        path.append(part)
+        after_tag = False
+        try:
+            here = here[part]
+        except (KeyError, IndexError, TypeError):
+            here = None if i < len(location) - 1 else here
+    return tuple(path)
+
+
+def table_at(schema, path, data):
+    """JSON schema of what stands at `path`, in the union member that the data chose; {} when nothing is known."""
+    node = _find(schema, path, data)
+    if node is None:
+        return {}
+    about = {"description": node["description"]} if "description" in node else {}
+    return {**_resolve(schema, node), **about}
+
+
+def kinds_at(schema, path, data):
+    """Values of `kind` that the union at `path` knows."""
+    node = _resolve(schema, _find(schema, path, data))
+    return list(node.get("discriminator", {}).get("mapping", {}))
+
+
+def _find(schema, path, data):
+    node, here = schema, data
+    for part in path:
+        node = _step(schema, node, part, here)
+        if node is None:
+            return None
+        try:
+            here = here[part]
+        except (KeyError, IndexError, TypeError):
+            here = None
+    return _choose(schema, node, here)
+
+
+def _resolve(schema, node):
+    while node is not None and "$ref" in node:
+        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+    return node
+
+
+def _step(schema, node, part, here):
+    node = _resolve(schema, _choose(schema, node, here))
+    if isinstance(part, int):
+        return node.get("items")
+    if part in node.get("properties", {}):
+        return node["properties"][part]
+    for more in (node.get("additionalProperties"), *node.get("patternProperties", {}).values()):
+        if isinstance(more, dict):
+            return more
+    return None
+
+
+def _choose(schema, node, here):
+    """The union member that the value `here` belongs to."""
+    plain = _resolve(schema, node)
+    members = plain.get("oneOf") or plain.get("anyOf")
+    if not members:
+        return node
+    mapping = plain.get("discriminator", {}).get("mapping")
+    if mapping:
+        kind = here.get("kind") if isinstance(here, dict) else None
+        return {"$ref": mapping[kind]} if isinstance(kind, str) and kind in mapping else node
+    if not isinstance(here, dict):
+        return node
+    tables = [member for member in members if "properties" in _resolve(schema, member)]
+    tables += [m for m in members if "oneOf" in _resolve(schema, m)]
+    if not tables:
+        return node
+
+    def known(member):
+        return len(here.keys() & _resolve(schema, member).get("properties", {}))
+
+    return _choose(schema, max(tables, key=known), here)

@@ -1,0 +1,101 @@
+"""From a name or a TOML file to a validated scene."""
+
+import difflib
+import sys
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from snowmpm.errors import InputError
+from snowmpm.scenes.library import FOLDER, library
+from snowmpm.scenes.messages import describe, shown
+from snowmpm.scenes.schema import Scene
+from snowmpm.scenes.space import surroundings
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+MAX_BYTES = 16 << 20  # a scene is text written by hand; more is some other file
+
+
+def load_scene(name_or_path, overrides=None):
+    """Load and validate a scene.
+
+    name_or_path: name of a library scene, or path of a TOML file.
+    overrides: dotted key -> value, set before validation: {"solver.dx": 0.05, "bodies.0.velocity": [1.0, 0.0]}.
+    Raises InputError, which names file, key, value and what is allowed.
+    """
+    path = find_scene(name_or_path)
+    data = _parse(path)
+    for key, value in (overrides or {}).items():
+        _override(data, key, value, path)
+    base_dir = path.resolve().parent
+    try:
+        with surroundings(base_dir=base_dir):
+            scene = Scene.model_validate(data)
+    except ValidationError as error:
+        raise InputError(describe(error, data, Scene, path)) from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply") from None
+    scene._base_dir, scene._source = base_dir, str(path)
+    return scene
+
+
+def find_scene(name_or_path):
+    """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError when there is none."""
+    path = Path(name_or_path)
+    named = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
+    if named and not path.is_file():
+        names = library()
+        if name_or_path in names:
+            return FOLDER / f"{name_or_path}.toml"
+        near = difflib.get_close_matches(name_or_path, names, n=1)
+        hint = f"did you mean {near[0]}?" if near else "`snowmpm list` names them; a file ends in .toml"
+        raise InputError(f"no scene {shown(name_or_path)} in the library: {hint}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file" if not path.is_dir() else f"{path}: a folder, not a scene file")
+    return path
+
+
+def _parse(path):
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file (UTF-8)") from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _override(data, key, value, path):
+    """Set one dotted key, making the tables on its way; entries of lists are addressed by their index."""
+    parts = key.split(".")
+    here = data
+    for i, part in enumerate(parts):
+        last = i == len(parts) - 1
+        if isinstance(here, list):
+            if not part.isdecimal() or int(part) >= len(here):
+                entries = f"entries 0 to {len(here) - 1}" if here else "no entries"
+                raise _misplaced(path, key, value, f"{'.'.join(parts[:i])} is a list with {entries}")
+            part = int(part)
+        elif not isinstance(here, dict):
+            raise _misplaced(path, key, value, f"{'.'.join(parts[:i])} = {shown(here)} has no keys")
+        elif not part:
+            raise _misplaced(path, key, value, "must be a dotted key such as solver.dx")
+        if last:
+            here[part] = value
+        elif isinstance(here, list):
+            here = here[part]
+        else:
+            here = here.setdefault(part, {})
+
+
+def _misplaced(path, key, value, why):
+    return InputError(f"{path}: {key} = {shown(value)}: {why}")

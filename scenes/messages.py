@@ -1,0 +1,112 @@
+"""What is wrong with a scene, in one or two lines: file, key, value and what is allowed."""
+
+import difflib
+
+from snowmpm.scenes.keytree import kinds_at, real_keys, table_at
+
+MAX_LINES = 2
+MAX_VALUE = 60  # characters of a value that a message repeats
+
+ALLOWED = {
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
+    "float_type": "must be a number",
+    "finite_number": "must be a finite number",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "string_type": 'must be text in quotes: "..."',
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must be made of letters, digits, _, - and ., and start with a letter or digit",
+    "too_short": "too few entries, at least {min_length} needed",
+    "too_long": "too many entries, at most {max_length} allowed",
+    "tuple_type": "must be a list: [...]",
+    "list_type": "must be a list: [...]",
+    "dict_type": "must be a table",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dataclass_type": "must be a table",
+    "literal_error": "must be {expected}",
+    "enum": "must be {expected}",
+    "union_tag_invalid": "must be {expected_tags}",
+    "scene_check": "{allowed}",
+}
+
+
+def describe(error, data, model, file):
+    """Text of a pydantic ValidationError of `model` on `data`, as many as MAX_LINES lines, the telling ones first.
+
+    file: name that stands before each line.
+    """
+    schema = model.model_json_schema()
+    # A key that is not known usually explains the one that is missing.
+    order = {"extra_forbidden": 0, "unexpected_keyword_argument": 0, "missing": 2, "missing_keyword_only_argument": 2}
+    problems = error.errors(include_url=False)
+    # A list with a bad entry is also reported as too short: the entry is what is wrong.
+    within = {problem["loc"][:n] for problem in problems for n in range(len(problem["loc"]))}
+    problems = sorted(
+        (problem for problem in problems if problem["loc"] not in within or not problem["loc"]),
+        key=lambda problem: order.get(problem["type"], 1),
+    )
+    lines = list(dict.fromkeys(f"{file}: {_line(problem, data, schema)}" for problem in problems))
+    if len(lines) > MAX_LINES:
+        lines = [*lines[: MAX_LINES - 1], f"{lines[MAX_LINES - 1]} (and {len(lines) - MAX_LINES} more)"]
+    return "\n".join(lines)
+
+
+def _line(problem, data, schema):
+    kind, context = problem["type"], problem.get("ctx", {})
+    path = real_keys(problem["loc"], data)
+    key = dotted(path)
+    if kind in ("missing", "missing_keyword_only_argument", "missing_argument"):
+        about = table_at(schema, path, data).get("description", "")
+        return f"{key} is missing" + (f": {' '.join(about.split())}" if about else "")
+    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
+        known = sorted(table_at(schema, path[:-1], data).get("properties", {}))
+        return f"{key} = {shown(problem['input'])}: unknown key{_suggestion(str(path[-1]), known)}"
+    value = problem["input"]
+    if context.get("key"):
+        key, value = dotted((*path, context["key"])), context["value"]
+    if kind == "union_tag_invalid":
+        key, value = dotted((*path, "kind")), context["tag"]
+        return f"{key} = {shown(value)}: must be one of {context['expected_tags'].replace(chr(39), chr(34))}"
+    if kind == "union_tag_not_found":
+        if isinstance(value, dict):
+            return f"{dotted((*path, 'kind'))} is missing: one of {', '.join(map(shown, kinds_at(schema, path, data)))}"
+        return f"{key} = {shown(value)}: must be a table with a key kind"
+    template = ALLOWED.get(kind)
+    if template is None:
+        return f"{key} = {shown(value)}: {problem['msg']}"
+    text = template.format(**{name: _plain(entry) for name, entry in context.items()})
+    return f"{key} = {shown(value)}: {text}" if key else text
+
+
+def _plain(entry):
+    return entry.replace("'", '"') if isinstance(entry, str) and entry.startswith("'") else entry
+
+
+def _suggestion(word, known):
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    if near:
+        return f"; did you mean {near[0]}?"
+    return f"; known here: {', '.join(known)}" if known else ""
+
+
+def dotted(path):
+    return ".".join(str(part) for part in path)
+
+
+def shown(value):
+    """A value as it stands in TOML, shortened."""
+    if isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, str):
+        text = '"' + value.replace("\n", "\\n") + '"'
+    elif isinstance(value, dict):
+        text = "{" + ", ".join(f"{key} = {shown(item)}" for key, item in list(value.items())[:5]) + "}"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(shown(item) for item in value[:20]) + "]"
+    else:
+        text = str(value)
+    return text if len(text) <= MAX_VALUE else text[: MAX_VALUE - 3] + "..."

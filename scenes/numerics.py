@@ -1,0 +1,115 @@
+"""How the scene is solved, where, and what is written."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from snowmpm.scenes.shapes import check_corners
+from snowmpm.scenes.space import AXES, Vector, by_type, dimension
+from snowmpm.scenes.spec import Fraction, Number, Positive, Spec, refuse
+
+Boundary = Literal["open", "slip", "stick", "periodic"]
+FieldName = Literal[
+    "velocity",
+    "density",
+    "material",
+    "body",
+    "mass",
+    "volume",
+    "stress",
+    "p",
+    "q",
+    "J",
+    "p0",
+    "plastic_strain",
+    "damage",
+]
+
+
+class Output(Spec):
+    """What goes into the run file, and how often."""
+
+    interval: Positive = 0.05
+    """time between frames [s]"""
+    fields: tuple[FieldName, ...] = ("velocity", "density")
+    """particle fields of each frame, beside the position"""
+    checkpoint_interval: Positive | None = None
+    """time between checkpoints [s]; none when missing"""
+
+    @field_validator("fields")
+    @classmethod
+    def _once_each(cls, fields):
+        for name in fields:
+            if fields.count(name) > 1:
+                raise refuse(f'names "{name}" twice')
+        return fields
+
+
+class Solver(Spec):
+    """The method and its discretisation."""
+
+    method: Literal["mpm", "sph"] = "mpm"
+    dx: Positive
+    """grid spacing (mpm) or particle spacing (sph) [m]"""
+    kernel: Literal["quadratic", "cubic"] = "quadratic"
+    transfer: Literal["apic", "pic", "flip", "aflip"] = "apic"
+    flip_ratio: Fraction = 0.97
+    """share of FLIP in flip and aflip; the rest is PIC [-]"""
+    particles_per_cell: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
+        default_factory=lambda: 4 if dimension() == 2 else 8
+    )
+    """particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing"""
+    sampling: Literal["regular", "jittered", "poisson"] = "regular"
+    cfl: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.4
+    """share of a cell that a wave or a particle may cross in a step [-]"""
+    dt: Positive | None = None
+    """fixed time step [s]; adaptive when missing"""
+    precision: Literal["f32", "f64"] = "f32"
+
+
+class Sides(Spec):
+    """One boundary a side."""
+
+    x_min: Boundary = "open"
+    x_max: Boundary = "open"
+    y_min: Boundary = "open"
+    y_max: Boundary = "open"
+    z_min: Boundary = "open"
+    z_max: Boundary = "open"
+
+    @model_validator(mode="after")
+    def _fit_the_scene(self):
+        for name in sorted(self.model_fields_set):
+            if name[0] not in AXES.get(dimension(), "xyz"):
+                raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, getattr(self, name))
+        for axis in "xyz":
+            ends = [getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")]
+            if ends.count("periodic") == 1:
+                one = f"{axis}_min" if ends[0] == "periodic" else f"{axis}_max"
+                raise refuse(f"must be periodic at both ends of {axis} or at none", one, "periodic")
+        return self
+
+
+class Domain(Spec):
+    """Where matter is followed; by default the bounding box of what the scene can reach."""
+
+    min: Vector | None = None
+    """lower corner [m]"""
+    max: Vector | None = None
+    """upper corner [m]"""
+    boundary: by_type(text=Boundary, table=Sides) = "open"
+
+    @model_validator(mode="after")
+    def _corners(self):
+        if (self.min is None) != (self.max is None):
+            raise refuse("needs both min and max, or neither")
+        if self.min is not None:
+            check_corners(self.min, self.max)
+        return self
+
+    def sides(self, dimension):
+        """Boundary of each side of a scene of this dimension: {"x_min": "open", ...}."""
+        names = [f"{axis}_{end}" for axis in AXES[dimension] for end in ("min", "max")]
+        if isinstance(self.boundary, str):
+            return dict.fromkeys(names, self.boundary)
+        return {name: getattr(self.boundary, name) for name in names}

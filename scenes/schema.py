@@ -1,0 +1,105 @@
+"""The scene: everything a simulation needs, validated, in SI units with the last axis up."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from snowmpm.materials import Material
+from snowmpm.scenes.bodies import Body, Obstacle
+from snowmpm.scenes.events import Event
+from snowmpm.scenes.numerics import Domain, Output, Solver
+from snowmpm.scenes.space import Vector, by_type, surroundings
+from snowmpm.scenes.spec import Name, Number, Positive, Spec, refuse
+from snowmpm.scenes.terrain import Terrain
+from snowmpm.scenes.toml import to_toml
+
+
+class Initial(Spec):
+    """Stress at time zero: none, geostatic (in balance with the weight), or settled by quasi-static relaxation."""
+
+    stress: Literal["none", "geostatic", "settle"] = "none"
+
+
+class Scene(Spec):
+    """A scene file. Files it names are relative to `base_dir`, the folder of the TOML file."""
+
+    name: Name
+    """letters, digits, `_`, `-` and `.`; also the name of the default output folder"""
+    dimension: Literal[2, 3]
+    """2 (plane strain, axes x, z) or 3 (axes x, y, z)"""
+    end_time: Positive
+    """[s]"""
+    gravity: by_type(number=Number, list=Vector) = 9.81
+    """acceleration [m/s2], downward, or a vector"""
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
+    """of every random choice"""
+    output: Output = Output()
+    solver: Solver
+    """at least dx, the grid spacing"""
+    domain: Domain | None = None
+    terrain: Terrain | None = None
+    materials: Annotated[dict[Name, Material], Field(min_length=1)]
+    """one table a material"""
+    bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
+    """one table a body"""
+    obstacles: tuple[Obstacle, ...] = ()
+    events: tuple[Event, ...] = ()
+    initial: Initial = Initial()
+
+    _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
+    _source: str | None = PrivateAttr(default=None)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _announce_dimension(cls, data: Any, validate):
+        dimension = data.get("dimension") if isinstance(data, dict) else None
+        known = type(dimension) is int and dimension in (2, 3)
+        with surroundings(dimension=dimension if known else None):
+            return validate(data)
+
+    @model_validator(mode="after")
+    def _names_exist(self):
+        _check_references(self)
+        return self
+
+    @property
+    def base_dir(self) -> Path:
+        """Folder that file names of the scene are relative to."""
+        return self._base_dir
+
+    @property
+    def source(self) -> str:
+        """What was loaded, in the words of messages: the TOML file, or the scene's name when it came from no file."""
+        return self._source or self.name
+
+    @property
+    def gravity_vector(self) -> tuple[float, ...]:
+        """Acceleration of gravity, one component an axis [m/s2]."""
+        if isinstance(self.gravity, tuple):
+            return self.gravity
+        return (0.0,) * (self.dimension - 1) + (-self.gravity,)
+
+    def to_toml(self) -> str:
+        """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
+        return to_toml(self)
+
+
+def _check_references(scene):
+    """Names that one table takes from another must be there, and names of bodies and obstacles must differ."""
+    for table in ("bodies", "obstacles"):
+        seen = set()
+        for i, item in enumerate(getattr(scene, table)):
+            if item.name in seen:
+                raise refuse(f"there is another of this name among the {table}", f"{table}.{i}.name", item.name)
+            seen.add(item.name)
+    for i, body in enumerate(scene.bodies):
+        if body.material not in scene.materials:
+            known = ", ".join(scene.materials)
+            raise refuse(f"must be one of the materials: {known}", f"bodies.{i}.material", body.material)
+        if body.shape.kind == "layer" and scene.terrain is None:
+            raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
+    bodies = [body.name for body in scene.bodies]
+    for i, event in enumerate(scene.events):
+        if event.body not in bodies:
+            raise refuse(f"must be one of the bodies: {', '.join(bodies)}", f"events.{i}.body", event.body)

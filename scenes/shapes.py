@@ -1,0 +1,110 @@
+"""Shapes that bodies fill and obstacles have."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from snowmpm.scenes.regions import PlanFile, Region
+from snowmpm.scenes.space import AXES, Direction, FileName, Vector, by_type, require_dimension
+from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
+
+
+def check_corners(lower, upper):
+    """Refuse a box whose lower corner `min` is not below its upper corner `max` along every axis."""
+    for axis, low, high in zip(AXES[len(lower)], lower, upper, strict=False):
+        if low >= high:
+            raise refuse(f"must be above min along every axis, and along {axis} min is {low:g}", "max", upper)
+
+
+class Box(Spec):
+    kind: Literal["box"]
+    min: Vector
+    """lower corner [m]"""
+    max: Vector
+    """upper corner [m]"""
+
+    @model_validator(mode="after")
+    def _corners(self):
+        check_corners(self.min, self.max)
+        return self
+
+
+class Sphere(Spec):
+    """A ball, a disc in 2-D."""
+
+    kind: Literal["sphere"]
+    centre: Vector
+    """[m]"""
+    radius: Positive
+    """[m]"""
+
+
+class Cylinder(Spec):
+    """A solid cylinder (3-D)."""
+
+    kind: Literal["cylinder"]
+    base: Vector
+    """centre of the base [m]"""
+    axis: Direction
+    """direction from the base to the top, of any length"""
+    radius: Positive
+    """[m]"""
+    height: Positive
+    """[m]"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'shape of kind "cylinder"')
+        return self
+
+
+class SolidMesh(Spec):
+    """The inside of a watertight triangle mesh (3-D)."""
+
+    kind: Literal["mesh"]
+    file: FileName
+    """STL, OBJ or PLY file, relative to the scene file"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'shape of kind "mesh"')
+        return self
+
+
+class Polygon(Spec):
+    """The inside of a polygon in the plane of a 2-D scene."""
+
+    kind: Literal["polygon"]
+    points: Annotated[tuple[Vector, ...], Field(min_length=3)]
+    """corners [x, z] [m]"""
+
+    @model_validator(mode="after")
+    def _is_2d(self):
+        require_dimension(2, 'shape of kind "polygon"')
+        return self
+
+
+class Layer(Spec):
+    """Snow between two distances from the terrain, measured normal to it."""
+
+    kind: Literal["layer"]
+    bottom: NonNegative = 0.0
+    """distance of its lower face from the terrain [m]"""
+    top: by_type(number=Positive, text=Literal["file"])
+    """distance of its upper face from the terrain [m], or "file": bottom plus the attribute `thickness` of the release
+    file"""
+    region: Region | None = None
+    """where, in plan; everywhere on the terrain when missing"""
+
+    @model_validator(mode="after")
+    def _has_thickness(self):
+        if self.top == "file":
+            if not isinstance(self.region, PlanFile):
+                raise refuse("needs region = { file = ... } with an attribute thickness", "top", self.top)
+        elif self.top <= self.bottom:
+            raise refuse(f"must be above bottom = {self.bottom:g}", "top", self.top)
+        return self
+
+
+BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Layer, Field(discriminator="kind")]
+ObstacleShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon, Field(discriminator="kind")]

@@ -1,0 +1,29 @@
+"""What every part of a scene is made of: frozen tables that refuse unknown keys, and numbers with their bounds."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+
+class Spec(BaseModel):
+    """A table of a scene file: nothing settable, no unknown key; messages show the docstring under a field."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+# Strict: "0.1" and true are not numbers; TOML's nan and inf are none either.
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0.0)]
+NonNegative = Annotated[Number, Field(ge=0.0)]
+Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
+Name = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=100)]
+
+
+def refuse(allowed, key=None, value=None):
+    """The error of a check that the types cannot express.
+
+    allowed: what would have been right. key, value: where, when it is not the table or value under validation itself;
+    `key` is then relative to that table.
+    """
+    return PydanticCustomError("scene_check", "{allowed}", {"allowed": allowed, "key": key, "value": value})

@@ -1,0 +1,86 @@
+"""The ground: plane, profile, triangle mesh or elevation raster."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from snowmpm.scenes.regions import PlanBox
+from snowmpm.scenes.space import FileName, Vector, require_dimension, zero_vector
+from snowmpm.scenes.spec import NonNegative, Number, Spec, refuse
+
+Contact = Literal["separate", "slip", "stick"]
+
+
+class Touching(Spec):
+    """How snow touches a solid: `stick` (no motion), `slip` (never leaves it) or `separate` (may leave it)."""
+
+    contact: Contact = "separate"
+    friction: NonNegative = 0.3
+    """Coulomb coefficient of slip and separate [-]"""
+
+
+class Plane(Touching):
+    """A plane through `point`, dipping by `angle` towards +x, or towards `azimuth` in 3-D."""
+
+    kind: Literal["plane"]
+    point: Vector = Field(default_factory=zero_vector)
+    """a point of the plane [m]"""
+    angle: Annotated[Number, Field(gt=-90.0, lt=90.0)] = 0.0
+    """dip below the horizontal [degrees]"""
+    azimuth: Annotated[Number, Field(ge=-360.0, le=360.0)] = 0.0
+    """direction of the dip, counter-clockwise from +x as seen from above [degrees]; 3-D only"""
+
+    @model_validator(mode="after")
+    def _azimuth_needs_3d(self):
+        if self.azimuth != 0.0:
+            require_dimension(3, "azimuth")
+        return self
+
+
+class Profile(Touching):
+    """A line of straight pieces from left to right (2-D)."""
+
+    kind: Literal["profile"]
+    points: Annotated[tuple[Vector, ...], Field(min_length=2)]
+    """corners [x, z], x growing [m]"""
+    fillet: NonNegative = 0.0
+    """radius that rounds every interior corner [m]; 0 keeps them sharp"""
+
+    @model_validator(mode="after")
+    def _is_a_profile(self):
+        require_dimension(2, 'terrain of kind "profile"')
+        for i, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False)):
+            if after[0] <= before[0]:
+                raise refuse("x must grow from point to point", f"points.{i + 1}", after)
+        return self
+
+
+class Mesh(Touching):
+    """A triangle mesh, open or watertight (3-D)."""
+
+    kind: Literal["mesh"]
+    file: FileName
+    """STL, OBJ or PLY file, relative to the scene file"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'terrain of kind "mesh"')
+        return self
+
+
+class Dem(Touching):
+    """An elevation raster; cells of no-data are holes (3-D)."""
+
+    kind: Literal["dem"]
+    file: FileName
+    """.asc or .tif raster, relative to the scene file"""
+    region: PlanBox | None = None
+    """part of the raster to use [m], in its own coordinates"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'terrain of kind "dem"')
+        return self
+
+
+Terrain = Annotated[Plane | Profile | Mesh | Dem, Field(discriminator="kind")]

@@ -1,0 +1,65 @@
+"""A scene as TOML text."""
+
+import json
+from pathlib import Path
+
+# Tables that read best on one line; every other table gets a header.
+INLINE = {"shape", "region", "motion", "boundary"}
+
+
+def to_toml(scene):
+    """Text of the resolved scene. File names become absolute, so that the text means the same in any folder."""
+    data = _absolute(scene.model_dump(exclude_none=True), scene.base_dir)
+    return "\n".join(_table(data, ())).strip() + "\n"
+
+
+def _absolute(value, base_dir):
+    if isinstance(value, dict):
+        return {
+            key: str(Path(base_dir, item)) if key == "file" and isinstance(item, str) else _absolute(item, base_dir)
+            for key, item in value.items()
+        }
+    if isinstance(value, list | tuple):
+        return [_absolute(item, base_dir) for item in value]
+    return value
+
+
+def _table(data, path):
+    """Lines of a table: its plain values first, then its tables, as TOML demands."""
+    tables = {key: value for key, value in data.items() if _has_header(key, value)}
+    for key, value in data.items():
+        if key not in tables:
+            yield f"{_key(key)} = {_value(value)}"
+    for key, value in tables.items():
+        inner = (*path, _key(key))
+        name = ".".join(inner)
+        for item in value if isinstance(value, list) else [value]:
+            plain = any(not _has_header(k, v) for k, v in item.items())
+            if isinstance(value, list):
+                yield from ("", f"[[{name}]]")
+            elif plain:
+                yield from ("", f"[{name}]")
+            yield from _table(item, inner)
+
+
+def _has_header(key, value):
+    if key in INLINE or not value:
+        return False
+    return isinstance(value, dict) or (isinstance(value, list) and all(isinstance(item, dict) for item in value))
+
+
+def _key(key):
+    return key if key and all(c.isascii() and (c.isalnum() or c in "_-") for c in key) else _value(key)
+
+
+def _value(value):
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, str):
+        # JSON escapes are TOML escapes; DEL is the one character that only TOML wants escaped.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    return "[" + ", ".join(_value(item) for item in value) + "]"
