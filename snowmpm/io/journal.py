@@ -1,0 +1,153 @@
+"""The redo journal beside a run file: what a killed writer had begun, ready to be finished.
+
+One commit is a list of patches (address, bytes) to bytes that readers already rely on. The journal is
+
+    header   magic, commit counter, payload length, payload checksum, header checksum
+    payload  patches, each: address, length, bytes
+
+The payload is written first and the header last, so a torn journal is one whose checksum fails and means "nothing
+begun". A payload length of zero means idle. The counter grows by one with each commit: a reader that sees the same
+counter before and after has seen one state.
+
+The journal file lives as long as its writer, which holds a lock on it. The run file itself is never locked: any reader
+may open it at any time.
+"""
+
+import os
+import struct
+import zlib
+from pathlib import Path
+
+from snowmpm.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows has no advisory locks: a second writer is then not refused
+    fcntl = None
+
+MAGIC = b"SNOWJRNL"
+HEADER = struct.Struct("<8sQQII")
+PATCH = struct.Struct("<QQ")
+
+
+def journal_path(path):
+    """Path of the journal of run file `path`."""
+    path = Path(path)
+    return path.with_name(path.name + ".journal")
+
+
+def read_journal(path):
+    """(commit counter, patches) of the journal of run file `path`.
+
+    Patches are [(address, bytes)], to be laid over the file; empty unless a commit is, or was, under way. Without a
+    journal, or with one that is torn or foreign, the file itself is whole: (None, []).
+    """
+    try:
+        blob = journal_path(path).read_bytes()
+    except OSError:
+        return None, []
+    if len(blob) < HEADER.size:
+        return None, []
+    magic, counter, length, checksum, header_checksum = HEADER.unpack_from(blob)
+    if magic != MAGIC or header_checksum != zlib.crc32(blob[: HEADER.size - 4]):
+        return None, []
+    payload = blob[HEADER.size : HEADER.size + length]
+    if len(payload) < length or zlib.crc32(payload) != checksum:
+        return counter, []
+    return counter, _unpack(payload)
+
+
+def _unpack(payload):
+    patches, at = [], 0
+    while at < len(payload):
+        address, length = PATCH.unpack_from(payload, at)
+        at += PATCH.size
+        patches.append((address, payload[at : at + length]))
+        at += length
+    return patches
+
+
+def write_all(file, address, data):
+    """Write all of `data` at `address`: an unbuffered file may silently take less when the disk is nearly full."""
+    view = memoryview(data).cast("B")
+    file.seek(address)
+    while len(view):
+        view = view[file.write(view) :]
+
+
+class Journal:
+    """The journal of one writer.
+
+    `durable`: wait for the disk between the steps of a commit, which keeps the file whole through a power cut too;
+    without it, only through the death of the program.
+
+    Raises InputError when another process is writing the same run.
+    """
+
+    def __init__(self, path, durable=True):
+        self.path = journal_path(path)
+        self.durable = durable
+        self.applying = False
+        self._file = os.fdopen(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644), "r+b", buffering=0)
+        try:
+            if fcntl:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._file.close()
+            message = f"{path}: another program is writing this run; stop it or choose another folder"
+            raise InputError(message) from None
+        self._counter = 0
+        self._finish(path)
+
+    def _finish(self, path):
+        """Complete the commit that a killed writer of `path` left behind, if any."""
+        counter, patches = read_journal(path)
+        self._counter = counter or 0
+        if patches and Path(path).exists():
+            with open(path, "r+b", buffering=0) as file:
+                self._apply(file, patches)
+        self._mark_idle()
+
+    def commit(self, file, patches):
+        """Change `file` by all patches or by none.
+
+        Raises OSError when the disk is full, before anything changed. Should the disk fail while the patches are being
+        applied, `applying` stays true, every later commit is refused, and the next writer or reader finishes this one.
+        """
+        if self.applying:
+            raise OSError(f"{self.path}: an earlier write to the run file failed half-way")
+        self.sync(file)
+        payload = b"".join(PATCH.pack(address, len(data)) + data for address, data in patches)
+        write_all(self._file, HEADER.size, payload)
+        self.sync(self._file)
+        self._counter += 1
+        self.applying = True
+        self._write_header(len(payload), zlib.crc32(payload))
+        self.sync(self._file)
+        self._apply(file, patches)
+        self._mark_idle()
+
+    def _apply(self, file, patches):
+        for address, data in patches:
+            write_all(file, address, data)
+        self.sync(file)
+
+    def _mark_idle(self):
+        self.applying = False
+        self._write_header(0, zlib.crc32(b""))
+        self._file.truncate(HEADER.size)
+
+    def _write_header(self, length, checksum):
+        head = HEADER.pack(MAGIC, self._counter, length, checksum, 0)[:-4]
+        write_all(self._file, 0, head + struct.pack("<I", zlib.crc32(head)))
+
+    def sync(self, file):
+        """Wait until what was written to `file` is on the disk."""
+        if self.durable:
+            os.fsync(file.fileno())
+
+    def close(self):
+        """Remove the journal unless the file still needs it. The lock goes last."""
+        if not self.applying:
+            self.path.unlink(missing_ok=True)
+        self._file.close()

@@ -1,0 +1,48 @@
+"""Names and shapes inside a run file: what the writer and the reader agree on.
+
+A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK ignores::
+
+    VTKHDF/                    Type = "PolyData", Version = (2, 0)
+        NumberOfPoints         (steps,) points of each step
+        Points                 (rows, 3) float32 [m], relative to `origin`
+        PointData/<field>      (rows,), (rows, 3) or (rows, 6); attribute `units`
+        Vertices/              one cell a particle: 0, 1, 2, ... written once, shared by all steps
+        Lines/ Strips/ Polygons/   empty, but VTK wants them
+        Steps/                 Values [s], PointOffsets, PointDataOffsets/<field>, ...; attribute NSteps
+    history/<name>             (rows,) float64; attribute `units`; `time` is one of them
+    terrain/vertices, facets   (n, 3) float64 [m] relative to `origin`; (m, 3) triangles or (m, 2) segments
+    maps/<name>                (rows, columns) float32 rasters in plan; attributes x0, y0, cell, units
+    provenance/record          JSON
+
+Attributes of the file: `format` = "snowmpm", `format_version`, `dimension`, `origin`, `complete`. A plane-strain run
+stores its points as (x, 0, z). Each step starts on a chunk boundary, so a chunk is written once and never moves: rows
+between the end of one step and the start of the next are padding that no step refers to.
+"""
+
+FORMAT = "snowmpm"
+FORMAT_VERSION = 1
+
+RUN_FILE = "run.vtkhdf"
+SUMMARY_FILE = "summary.json"
+
+VTK_VERSION = (2, 0)
+CELL_KINDS = ("Vertices", "Lines", "Strips", "Polygons")
+
+# The 1.10 format indexes growing data sets by extensible arrays, which only ever gain entries: a reader that holds
+# older metadata still finds every chunk it knows of. ParaView and VTK have read it since 2017.
+HDF5_VERSIONS = ("v110", "v110")
+
+SMALL_CHUNK_ROWS = 64
+LARGE_CHUNK_ROWS = 65536
+
+
+def chunk_rows(n_points):
+    """Rows of one point-data chunk: a whole step while it is small, so that a step costs one chunk a field."""
+    if n_points <= LARGE_CHUNK_ROWS:
+        return max(int(n_points), SMALL_CHUNK_ROWS)
+    return LARGE_CHUNK_ROWS // 2
+
+
+def next_boundary(row, chunk):
+    """First chunk boundary at or after `row`."""
+    return -(-row // chunk) * chunk

@@ -1,0 +1,169 @@
+"""Reading a run file: finished, still being written, or left behind by a program that was killed."""
+
+import json
+import time as clock
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+
+import h5py
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.io import layout
+from snowmpm.io.transaction import SnapshotFile
+from snowmpm.io.writer import read_provenance, run_file
+
+ATTEMPTS = 50
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The particles at one time: points (n, 3) float32 [m] relative to the run's origin, fields by name."""
+
+    time: float
+    points: np.ndarray
+    fields: dict
+
+    def __len__(self):
+        return len(self.points)
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """The ground: vertices (n, 3) [m] relative to the run's origin; facets (m, 3) triangles or (m, 2) segments."""
+
+    vertices: np.ndarray
+    facets: np.ndarray
+
+
+@dataclass(frozen=True)
+class Map:
+    """A raster in plan: values (rows, columns), row i at y0 + i cell, column j at x0 + j cell [m, to the origin]."""
+
+    values: np.ndarray
+    x0: float
+    y0: float
+    cell: float
+    units: str
+
+
+class Run:
+    """One run, from its folder or its file.
+
+    What it shows is the state when it was opened or last `refresh`ed; frames are read from the disk when asked for.
+
+    path, dimension (2 or 3), origin (3,) [m], complete (the run came to its end)
+    times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame
+    field_names;  units of fields and history by name;  history: arrays by name, "time" among them
+    terrain -> Terrain or None;  maps: Map by name;  provenance;  summary (summary.json, or {})
+
+    Raises InputError when there is no run there or its format is unknown.
+    """
+
+    def __init__(self, path):
+        self.path = run_file(path)
+        if not self.path.is_file():
+            raise InputError(f"{path}: no run file here ({layout.RUN_FILE} is missing)")
+        self.refresh()
+
+    def refresh(self):
+        """Look again: frames and history rows may have come since."""
+        for name in ("terrain", "maps", "provenance", "summary"):
+            self.__dict__.pop(name, None)
+        self._read(self._read_index)
+
+    def _read_index(self, h5):
+        root, attributes = h5["VTKHDF"], h5.attrs
+        if attributes.get("format") != layout.FORMAT:
+            raise InputError(f"{self.path}: not a run file of this program")
+        if int(attributes["format_version"]) > layout.FORMAT_VERSION:
+            version = int(attributes["format_version"])
+            raise InputError(f"{self.path}: format version {version}; this program reads up to {layout.FORMAT_VERSION}")
+        self.dimension = int(attributes["dimension"])
+        self.origin = np.array(attributes["origin"])
+        self.complete = bool(attributes["complete"])
+        steps, count = root["Steps"], int(root["Steps"].attrs["NSteps"])
+        self.times = steps["Values"][:count]
+        self._starts = steps["PointOffsets"][:count]
+        self._counts = root["NumberOfPoints"][:count]
+        self.field_names = list(root["PointData"])
+        self.history = {name: data[:] for name, data in h5["history"].items()}
+        named = [*root["PointData"].items(), *h5["history"].items()]
+        self.units = {name: data.attrs.get("units", "") for name, data in named}
+
+    def _read(self, action):
+        """`action(open file)`, repeated if a commit passed meanwhile, so that it has seen one state only."""
+        for _ in range(ATTEMPTS):
+            try:
+                with self._snapshot() as (h5, snapshot):
+                    result = action(h5)
+                    if snapshot.is_current():
+                        return result
+            except (OSError, KeyError, ValueError, RuntimeError) as error:
+                failure = error
+            else:
+                failure = None
+            if failure is not None and not self._being_written():
+                raise InputError(f"{self.path}: not a readable run file ({failure})") from failure
+            clock.sleep(0.02)
+        raise InputError(f"{self.path}: is being written faster than it can be read; try again later")
+
+    @contextmanager
+    def _snapshot(self):
+        with SnapshotFile(self.path) as snapshot, h5py.File(snapshot, "r") as h5:
+            yield h5, snapshot
+
+    def _being_written(self):
+        with SnapshotFile(self.path) as snapshot:
+            return snapshot.counter is not None
+
+    def __len__(self):
+        return len(self.times)
+
+    def n_points(self, i):
+        """Number of particles in frame `i`, without reading it."""
+        return int(self._counts[i])
+
+    def frame(self, i, fields=None):
+        """Frame `i` (negative from the end); only the named `fields`, by default all of them."""
+        start, n = int(self._starts[i]), int(self._counts[i])
+        names = self.field_names if fields is None else list(fields)
+        for name in names:
+            if name not in self.field_names:
+                raise InputError.at("field", name, f"must be one of {', '.join(self.field_names)}", file=self.path)
+
+        def action(h5):
+            root = h5["VTKHDF"]
+            points = root["Points"][start : start + n]
+            return points, {name: root["PointData"][name][start : start + n] for name in names}
+
+        points, values = self._read(action)
+        return Frame(float(self.times[i]), points, values)
+
+    @cached_property
+    def terrain(self):
+        return self._read(_read_terrain)
+
+    @cached_property
+    def maps(self):
+        return self._read(lambda h5: {name: _read_map(data) for name, data in h5["maps"].items()})
+
+    @cached_property
+    def provenance(self):
+        return self._read(read_provenance)
+
+    @cached_property
+    def summary(self):
+        path = self.path.with_name(layout.SUMMARY_FILE)
+        return json.loads(path.read_text()) if path.exists() else {}
+
+
+def _read_terrain(h5):
+    group = h5["terrain"]
+    return Terrain(group["vertices"][:], group["facets"][:]) if "vertices" in group else None
+
+
+def _read_map(data):
+    x0, y0, cell = (float(data.attrs[name]) for name in ("x0", "y0", "cell"))
+    return Map(data[:], x0, y0, cell, data.attrs["units"])

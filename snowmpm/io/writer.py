@@ -1,0 +1,248 @@
+"""Writing a run file, one whole frame at a time. The layout is in `snowmpm.io.layout`."""
+
+import json
+import os
+import time as clock
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from snowmpm.io import layout
+from snowmpm.io.journal import Journal
+from snowmpm.io.transaction import TransactionFile
+from snowmpm.io.vtkhdf import COMPRESSION, append_step, create_steps, growing, keep_steps
+
+HISTORY_INTERVAL = 5.0  # s of wall time: history rows wait no longer than this for the disk
+
+
+class RunWriter:
+    """Writer of one run file; frames, history rows and maps appear in it whole or not at all.
+
+    path        the file, or the folder that gets `run.vtkhdf`; an existing run there is replaced
+    provenance  anything JSON can hold: resolved scene, versions, backend, precision, seed ...
+    terrain     (vertices (n, 2|3) [m], facets (m, 3) triangles or (m, 2) segments), relative to `origin`; or None
+    origin      map coordinates (x, y, z) [m] of the local origin; (x, z) in 2-D
+    dimension   2 or 3
+    units       unit of each field of the frames, by name
+    durable     also survive a power cut, not only the death of the program (waits for the disk at each frame)
+
+    Raises InputError when another program is writing the same run; OSError when the disk is full, with every earlier
+    frame readable.
+    """
+
+    def __init__(self, path, *, provenance, terrain=None, origin=None, dimension=3, units=None, durable=True):
+        self.path = run_file(path)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self._units = dict(units or {})
+        self._journal = Journal(self.path, durable)
+        self._file = None
+        try:
+            # Built beside and moved into place: a run file without its frame structure is never seen.
+            draft = self.path.with_name(self.path.name + ".new")
+            with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS, locking=False) as h5:
+                _create(h5, dimension, as_rows(np.zeros(dimension) if origin is None else origin)[0], self._units)
+                _write_terrain(h5, terrain)
+                _write_provenance(h5, provenance)
+            os.replace(draft, self.path)
+            self._open(dimension)
+        except BaseException:
+            self._journal.close()
+            raise
+
+    @classmethod
+    def reopen(cls, path, *, until=None, durable=True):
+        """Continue the run file `path`; with `until` [s], first drop every frame and history row later than that."""
+        self = cls.__new__(cls)
+        self.path = run_file(path)
+        self._journal = Journal(self.path, durable)
+        self._file = None
+        try:
+            with h5py.File(self.path, "r", locking=False) as h5:
+                dimension = int(h5.attrs["dimension"])
+                self._units = json.loads(h5.attrs["field_units"])
+            self._open(dimension)
+            with self._transaction() as h5:
+                h5.attrs["complete"] = False
+                if until is not None:
+                    _drop_after(h5, until)
+        except BaseException:
+            self._journal.close()
+            raise
+        return self
+
+    def _open(self, dimension):
+        self.dimension = dimension
+        self._file = TransactionFile(self.path, self._journal)
+        self._rows = []
+        self._row_units = {}
+        self._last_commit = clock.monotonic()
+
+    @contextmanager
+    def _transaction(self):
+        """An open HDF5 file; what is done to it is kept when the block ends well, and forgotten otherwise."""
+        try:
+            with h5py.File(self._file, "r+", libver=layout.HDF5_VERSIONS) as h5:
+                yield h5
+        except BaseException:
+            self._file.abort()
+            raise
+        self._file.commit()
+        self._last_commit = clock.monotonic()
+
+    def frame(self, time, points, fields):
+        """Append the state at `time` [s].
+
+        points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z); stored as float32. n may change between frames.
+        fields  by name, the same names in every frame: (n,), (n, 2|3) vectors or (n, 6) symmetric tensors; floats are
+                stored as float32, integers as they are.
+        Raises ValueError for a wrong shape or another set of names.
+        """
+        points = as_rows(points).astype(np.float32, copy=False)
+        fields = {name: _as_field(name, values, len(points)) for name, values in fields.items()}
+        with self._transaction() as h5:
+            append_step(h5["VTKHDF"], float(time), points, fields, self._units)
+            self._write_rows(h5)
+        self._rows.clear()
+
+    def history(self, time, values, units=None):
+        """Append one row of the time series at `time` [s]; `units` by name, given once. Rows reach the file with the
+        next frame, or after a few seconds."""
+        self._row_units.update(units or {})
+        self._rows.append({"time": float(time), **{name: float(value) for name, value in values.items()}})
+        if clock.monotonic() - self._last_commit > HISTORY_INTERVAL:
+            with self._transaction() as h5:
+                self._write_rows(h5)
+            self._rows.clear()
+
+    def _write_rows(self, h5):
+        """Write the waiting rows. A value missing from a row is NaN, also for rows before a name first appears."""
+        if not self._rows:
+            return
+        group = h5["history"]
+        start = len(group["time"])
+        names = dict.fromkeys([*group, *(name for row in self._rows for name in row)])
+        for name in names:
+            if name not in group:
+                growing(group, name, dtype=np.float64, fillvalue=np.nan).resize((start,))
+            if name in self._row_units:
+                group[name].attrs["units"] = self._row_units[name]
+            group[name].resize((start + len(self._rows),))
+            group[name][start:] = [row.get(name, np.nan) for row in self._rows]
+
+    def map(self, name, values, x0, y0, cell, units):
+        """Store, or replace, a raster in plan: peak depth, peak speed ...
+
+        values  (rows, columns), row i at y0 + i cell and column j at x0 + j cell; NaN where there is nothing
+        x0, y0  centre of the first cell [m], relative to `origin`;  cell  its side [m]
+        """
+        values = np.asarray(values, np.float32)
+        if values.ndim != 2:
+            raise ValueError(f"map {name}: shape {values.shape}, must be (rows, columns)")
+        with self._transaction() as h5:
+            maps = h5["maps"]
+            if name in maps and maps[name].shape != values.shape:
+                del maps[name]
+            data = maps.require_dataset(name, values.shape, np.float32)
+            data[:] = values
+            data.attrs.update(x0=float(x0), y0=float(y0), cell=float(cell), units=units)
+
+    def provenance(self, record):
+        """Add to the provenance (wall time, reason of the end ...); equal names are replaced."""
+        with self._transaction() as h5:
+            _write_provenance(h5, {**read_provenance(h5), **record})
+
+    def close(self, complete=True):
+        """Write what is waiting and remove the journal. `complete`: the run came to its end, rather than failed."""
+        if self._file is None:
+            return
+        try:
+            with self._transaction() as h5:
+                self._write_rows(h5)
+                h5.attrs["complete"] = bool(complete)
+        finally:
+            self._file.close()
+            self._file = None
+            self._journal.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, traceback):
+        self.close(complete=kind is None)
+
+
+def run_file(path):
+    """The run file meant by `path`: itself, or `run.vtkhdf` in a folder."""
+    path = Path(path)
+    return path if path.suffix in (".vtkhdf", ".hdf", ".h5") and not path.is_dir() else path / layout.RUN_FILE
+
+
+def read_provenance(h5):
+    """The provenance record of an open run file."""
+    return json.loads(h5["provenance/record"][()])
+
+
+def as_rows(values):
+    """(n, 3) from (n, 3) or, with y = 0, from plane-strain (n, 2) rows (x, z); one row from a single vector."""
+    values = np.atleast_2d(np.asarray(values))
+    if values.ndim != 2 or values.shape[1] not in (2, 3):
+        raise ValueError(f"shape {values.shape}, must be (n, 2) or (n, 3)")
+    if values.shape[1] == 2:
+        values = np.column_stack([values[:, 0], np.zeros(len(values), values.dtype), values[:, 1]])
+    return np.ascontiguousarray(values)
+
+
+def _as_field(name, values, n):
+    values = np.asarray(values)
+    if values.ndim == 2 and values.shape[1] == 2:
+        values = as_rows(values)
+    if values.shape not in ((n,), (n, 3), (n, 6)):
+        raise ValueError(f"field {name}: shape {values.shape}, must be ({n},), ({n}, 3) or ({n}, 6)")
+    if values.dtype == bool:
+        return values.astype(np.uint8)
+    return values.astype(np.float32, copy=False) if values.dtype.kind == "f" else values
+
+
+def _create(h5, dimension, origin, units):
+    h5.attrs.update(
+        format=layout.FORMAT,
+        format_version=layout.FORMAT_VERSION,
+        dimension=int(dimension),
+        origin=np.asarray(origin, np.float64),
+        complete=False,
+        field_units=json.dumps(units),
+    )
+    for name in ("terrain", "provenance", "maps"):
+        h5.create_group(name)
+    growing(h5.create_group("history"), "time", dtype=np.float64).attrs["units"] = "s"
+    create_steps(h5.create_group("VTKHDF"))
+
+
+def _drop_after(h5, until):
+    """Forget the frames and history rows later than `until` [s]; with slack for times that were summed in steps."""
+    limit = until + 1e-9 * max(1.0, abs(until))
+    keep_steps(h5["VTKHDF"], limit)
+    rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
+    for data in h5["history"].values():
+        data.resize(rows, axis=0)
+
+
+def _write_terrain(h5, terrain):
+    if terrain is None:
+        return
+    vertices, facets = terrain
+    facets = np.asarray(facets, np.int32)
+    if facets.ndim != 2 or facets.shape[1] not in (2, 3):
+        raise ValueError(f"terrain facets: shape {facets.shape}, must be (m, 2) or (m, 3)")
+    data = h5["terrain"].create_dataset("vertices", data=as_rows(vertices).astype(np.float64), **COMPRESSION)
+    data.attrs["units"] = "m"
+    h5["terrain"].create_dataset("facets", data=facets, **COMPRESSION)
+
+
+def _write_provenance(h5, record):
+    group = h5["provenance"]
+    if "record" in group:
+        del group["record"]
+    group["record"] = json.dumps(record, default=str)
