@@ -1,0 +1,55 @@
+"""Particles of a body."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.seeding.lattice import SAMPLINGS, unit_points
+from snowmpm.seeding.layers import layer_seeds
+from snowmpm.seeding.shapes import shape_of
+
+
+class Seeds(NamedTuple):
+    """Where particles start: positions (n, dim) float64 [m], volumes (n,) float64 [m3] ([m3 per metre of width] in 2-D)."""
+
+    positions: np.ndarray
+    volumes: np.ndarray
+
+
+def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape"):
+    """Fill a body with particles.
+
+    shape_spec: object with `kind` and that kind's attributes
+      box {min, max}, sphere {centre, radius} (a disc in 2-D), cylinder {base, axis, radius, height} (3-D), mesh {file}
+      (3-D, closed), polygon {points} (2-D), layer {bottom, top, region}: distances normal to the terrain [m]
+    surface: TerrainSurface in the same coordinates; needed by layers only.
+    dx [m], particles_per_cell: the mean spacing is dx / particles_per_cell^(1/dim).
+    sampling: "regular", "jittered" (a lattice, each point moved by at most a quarter spacing) or "poisson".
+    rng: numpy Generator; the same state gives the same particles.
+    base_dir: folder of relative files; key: how messages name the shape.
+
+    The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
+    InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
+    """
+    if sampling not in SAMPLINGS:
+        raise InputError.at("solver.sampling", sampling, f"must be one of {', '.join(SAMPLINGS)}")
+    spacing = dx / particles_per_cell ** (1.0 / dim)
+    if shape_spec.kind == "layer":
+        positions, volumes = layer_seeds(
+            shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key
+        )
+    else:
+        positions, volumes = _filled(shape_of(shape_spec, dim, base_dir, key), spacing, sampling, rng, key)
+    return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
+
+
+def _filled(shape, spacing, sampling, rng, key):
+    """Points of a lattice fitted to the shape's box that lie in the shape; each has the same share of its volume."""
+    counts = np.maximum(np.round(shape.size / spacing), 1).astype(int)
+    points = shape.origin + (unit_points(counts, sampling, rng) * (shape.size / counts)) @ shape.axes
+    if shape.contains is not None:
+        points = points[shape.contains(points)]
+    if len(points) == 0:
+        raise InputError(f"{key}: too small for a particle at a spacing of {spacing:g} m; a finer solver.dx is needed")
+    return points, np.full(len(points), shape.volume / len(points))

@@ -1,0 +1,49 @@
+"""Points that fill a box evenly: lattice, jittered lattice, Poisson discs."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
+POISSON_START = 0.8  # first disc diameter in mean spacings; a random packing is full at 0.83 (2-D) and 0.90 (3-D)
+SAMPLINGS = ("regular", "jittered", "poisson")
+
+
+def unit_points(counts, sampling, rng):
+    """Points (prod(counts), d) in the box from 0 to counts, one per unit volume on average, in units of the spacing.
+
+    regular: centres of the unit cells, last axis fastest; jittered: each moved by at most a quarter in each direction;
+    poisson: random with a least distance (random sequential discs). An axis with one cell keeps its centre under `poisson`.
+    """
+    counts = np.asarray(counts, int)
+    if sampling == "poisson":
+        return _poisson(counts, rng)
+    axes = [np.arange(n) + 0.5 for n in counts]
+    points = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    if sampling == "jittered":
+        points += rng.uniform(-JITTER, JITTER, points.shape)
+    return points
+
+
+def _poisson(counts, rng):
+    total = int(np.prod(counts))
+    wide = counts > 1
+    points = np.tile(0.5 * counts, (total, 1))
+    if wide.any():
+        points[:, wide] = _discs(counts[wide].astype(float), total, rng)
+    return points
+
+
+def _discs(size, total, rng):
+    """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks until all fit."""
+    diameter = POISSON_START if len(size) > 1 else 0.6
+    kept = np.empty((0, len(size)))
+    while len(kept) < total:
+        trial = rng.random((max(2 * (total - len(kept)), 64), len(size))) * size
+        if len(kept):
+            trial = trial[np.isinf(cKDTree(kept).query(trial, distance_upper_bound=diameter)[0])]
+        pairs = cKDTree(trial).query_pairs(diameter, output_type="ndarray") if len(trial) else np.empty((0, 2), int)
+        trial = np.delete(trial, np.unique(pairs[:, 1]), axis=0) if len(pairs) else trial
+        if len(trial) < 0.02 * total + 1:
+            diameter *= 0.97
+        kept = np.concatenate([kept, trial[: total - len(kept)]])
+    return kept

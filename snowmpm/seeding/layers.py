@@ -1,0 +1,51 @@
+"""Layers of snow on the ground: bounds, checks, and the rows or sheets they are made of."""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.seeding.profile_layer import profile_layer
+from snowmpm.seeding.regions import regions_of
+from snowmpm.seeding.terrain_layer import terrain_layer
+
+
+def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key):
+    """Positions (n, dim) [m] and volumes (n,) of a layer from `bottom` to `top` [m] above the terrain, normal to it.
+
+    spec: bottom (default 0), top (a number; None or "file": bottom + the thickness in the region file), region.
+    InputError: top not above bottom, thinner than half a cell, region off the terrain, no thickness in the file.
+    """
+    if surface is None:
+        raise InputError.at(f"{key}.kind", "layer", "needs a [terrain] to lie on")
+    bottom, top = getattr(spec, "bottom", None) or 0.0, getattr(spec, "top", None)
+    if bottom < 0:
+        raise InputError.at(f"{key}.bottom", bottom, "must be >= 0 (height above the terrain)")
+    positions, volumes = [], []
+    for region in regions_of(getattr(spec, "region", None), surface, base_dir, f"{key}.region"):
+        upper = _top(bottom, top, region, key)
+        _check_thickness(bottom, upper, dx, key)
+        build = profile_layer if surface.dim == 2 else terrain_layer
+        x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng)
+        positions.append(x)
+        volumes.append(v)
+    return np.concatenate(positions), np.concatenate(volumes)
+
+
+def _top(bottom, top, region, key):
+    if top is not None and top != "file":
+        return float(top)
+    if region.thickness is None:
+        raise InputError.at(f"{key}.top", top, f"{region.label} has no attribute 'thickness': give top in metres")
+    return bottom + region.thickness
+
+
+def _check_thickness(bottom, top, dx, key):
+    thickness = top - bottom
+    if not thickness > 0:
+        raise InputError.at(f"{key}.top", top, f"must be larger than bottom = {bottom:g}")
+    if thickness < 0.5 * dx * (1 - 1e-9):
+        raise InputError.at(
+            f"{key}.top",
+            top,
+            f"the layer is {thickness:g} m thick, less than half a cell of dx = {dx:g} m: "
+            f"it needs solver.dx <= {2 * thickness:g} m, or a thicker layer",
+        )

@@ -1,0 +1,117 @@
+"""Bodies with a shape of their own: what is inside, how much, and the box that holds it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.seeding.polygons import Rings
+from snowmpm.terrain.distance import DistanceField
+from snowmpm.terrain.load import existing
+from snowmpm.terrain.mesh import mesh_facets
+from snowmpm.terrain.surface import TerrainSurface
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A body to be filled.
+
+    origin (dim,) [m], axes (dim, dim) unit rows and size (dim,) [m]: a box that holds it; volume [m3] ([m2] in 2-D);
+    contains: points (k, dim) -> (k,) bool, or None when the box is the body.
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+    size: np.ndarray
+    volume: float
+    contains: object = None
+
+
+def shape_of(spec, dim, base_dir, key):
+    """Shape of a scene's shape table: box, sphere, cylinder, mesh (3-D) or polygon (2-D).
+
+    InputError: wrong number of coordinates, no volume, unreadable or open mesh.
+    """
+    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "mesh": _mesh}
+    if spec.kind not in builders:
+        raise InputError.at(f"{key}.kind", spec.kind, f"must be one of {', '.join([*builders, 'layer'])}")
+    only = {"cylinder": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
+    if only != dim:
+        raise InputError.at(f"{key}.kind", spec.kind, f"exists in {only}-D scenes only")
+    return builders[spec.kind](spec, dim, base_dir, key)
+
+
+def _vector(values, dim, key):
+    vector = np.asarray(values, float)
+    if vector.shape != (dim,) or not np.isfinite(vector).all():
+        raise InputError.at(key, np.asarray(values).tolist(), f"must be {dim} finite numbers")
+    return vector
+
+
+def _box(spec, dim, base_dir, key):
+    lower, upper = _vector(spec.min, dim, f"{key}.min"), _vector(spec.max, dim, f"{key}.max")
+    if not (upper > lower).all():
+        raise InputError.at(f"{key}.max", upper.tolist(), f"must be larger than min = {lower.tolist()} on every axis")
+    return Shape(lower, np.eye(dim), upper - lower, float(np.prod(upper - lower)))
+
+
+def _sphere(spec, dim, base_dir, key):
+    centre, radius = _vector(spec.centre, dim, f"{key}.centre"), float(spec.radius)
+    if not radius > 0:
+        raise InputError.at(f"{key}.radius", radius, "must be > 0")
+    volume = np.pi * radius**2 if dim == 2 else 4.0 / 3.0 * np.pi * radius**3
+
+    def contains(points):
+        return ((points - centre) ** 2).sum(axis=1) < radius**2
+
+    return Shape(centre - radius, np.eye(dim), np.full(dim, 2.0 * radius), volume, contains)
+
+
+def _cylinder(spec, dim, base_dir, key):
+    base, axis = _vector(spec.base, 3, f"{key}.base"), _vector(spec.axis, 3, f"{key}.axis")
+    radius, height = float(spec.radius), float(spec.height)
+    for name, value in (("radius", radius), ("height", height)):
+        if not value > 0:
+            raise InputError.at(f"{key}.{name}", value, "must be > 0")
+    if not np.linalg.norm(axis) > 0:
+        raise InputError.at(f"{key}.axis", axis.tolist(), "must not be zero")
+    axis = axis / np.linalg.norm(axis)
+    # The coordinate axis least along the cylinder's gives the first direction across: upright cylinders keep x and y.
+    across = np.eye(3)[np.argmin(np.abs(axis))]
+    u = across - (across @ axis) * axis
+    u /= np.linalg.norm(u)
+    axes = np.stack([u, np.cross(axis, u), axis])
+
+    def contains(points):
+        local = (points - base) @ axes[:2].T
+        return (local**2).sum(axis=1) < radius**2
+
+    origin = base - radius * (axes[0] + axes[1])
+    return Shape(origin, axes, np.array([2 * radius, 2 * radius, height]), np.pi * radius**2 * height, contains)
+
+
+def _polygon(spec, dim, base_dir, key):
+    points = np.asarray(spec.points, float)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3 or not np.isfinite(points).all():
+        raise InputError(f"{key}.points: a polygon needs at least three points [x, z]")
+    rings = Rings([points])
+    lower, upper = rings.bounds()
+    if not rings.area() > 1e-12 * np.prod(upper - lower):
+        raise InputError(f"{key}.points: the polygon has no area")
+    return Shape(lower, np.eye(2), upper - lower, rings.area(), rings.contains)
+
+
+def _mesh(spec, dim, base_dir, key):
+    path = existing(spec.file, base_dir, f"{key}.file")
+    surface = TerrainSurface.of(*mesh_facets(path, f"{key}.file"))
+    if not surface.closed:
+        raise InputError.at(f"{key}.file", str(spec.file), "must be a closed mesh (it has open edges, so no inside)")
+    size = surface.upper - surface.lower
+    if not surface.volume() > 1e-9 * np.prod(size):
+        raise InputError.at(f"{key}.file", str(spec.file), "encloses no volume")
+    field = DistanceField(surface, reach=0.01 * float(size.max()))
+
+    def contains(points):
+        return field.query(points)[0] < 0
+
+    return Shape(surface.lower, np.eye(3), size, surface.volume(), contains)

@@ -1,0 +1,165 @@
+"""Layers on a terrain (3-D): sheets of points that follow the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.seeding.lattice import unit_points
+
+SMOOTHING = 2.0  # cells: normals are taken from heights this far to each side, so kinks of the ground become bends
+WIDENINGS = 6  # how often that width may be doubled where a thick layer would fold in a hollow
+LEAST_SHRINK = 0.1  # a column may narrow to this share of its foot before the layer counts as folded
+SURVEY = 4000  # points that measure the mean slope of a region
+
+
+def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
+    """Positions (n, 3) [m] and volumes (n,) [m3] of the layer between two distances from the terrain.
+
+        X(u, v, h) = S(u, v) + h n(u, v),    volume = integral of (X_u x X_v) . n  du dv dh
+
+    S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit normal,
+    smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart along the
+    ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no overlap between
+    columns or stacked layers. The plan area of the region is met exactly.
+    """
+    lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)
+    n_rows = max(round((top - bottom) / spacing), 1)
+    thickness = (top - bottom) / n_rows
+    unit = unit_points((*lattice.counts, n_rows), sampling, rng)
+    plan = lattice.plan(unit[:, :2])
+    if region.rings is not None:
+        inside = region.rings.contains(plan)
+        unit, plan = unit[inside], plan[inside]
+    if len(unit) == 0:
+        raise InputError(f"{region.label}: too small for a particle at a spacing of {spacing:g} m")
+    height = _heights_on(surface, plan, region)
+    low = bottom + np.minimum(np.floor(unit[:, 2]), n_rows - 1) * thickness
+    frames = _unfolded_frames(surface, lattice, unit[:, :2], plan, height, (bottom, top), SMOOTHING * dx, region)
+    # (X_u x X_v) . n is a quadratic in h: Simpson's rule is exact.
+    density = (frames.jacobian(low) + 4.0 * frames.jacobian(low + 0.5 * thickness) + frames.jacobian(low + thickness)) / 6.0
+    plan_share = region.area() * n_rows / len(unit)  # plan area that a point stands for
+    positions = frames.foot + (bottom + unit[:, 2] * thickness)[:, None] * frames.normal
+    return positions, density * plan_share * thickness
+
+
+def _heights_on(surface, plan, region):
+    height = surface.height(plan)
+    off = np.isnan(height)
+    if off.any():
+        raise InputError(
+            f"{region.label}: {100 * off.mean():.3g} % of it lies off the terrain (outside, or where there is no data); "
+            f"the terrain goes from {surface.lower[:2].tolist()} to {surface.upper[:2].tolist()}"
+        )
+    return height
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Plan lattice: position = origin + (u steps_u) axis_u + (v steps_v) axis_v; counts: cells along u and v."""
+
+    origin: np.ndarray
+    axes: np.ndarray
+    steps: np.ndarray
+    counts: tuple
+
+    @classmethod
+    def over(cls, region, surface, spacing, width):
+        """Lattice that covers the region, points `spacing` [m] apart along the mean slope; a rectangle is fitted exactly."""
+        slope = _mean_slope(region, surface, width)
+        axes = np.eye(2)
+        lower, upper = region.lower, region.upper
+        if region.rings is not None:
+            values, vectors = np.linalg.eigh(slope)
+            if values[1] > 1e-6 + 1.01 * values[0]:  # otherwise there is no direction of slope to follow
+                axes = np.stack([vectors[:, 1], [-vectors[1, 1], vectors[0, 1]]])
+            lower, upper = region.rings.moved(axes).bounds()
+        metric = np.eye(2) + axes @ slope @ axes.T
+        steps = spacing / np.sqrt(np.diag(metric))
+        # Where the lattice is skewed on the ground its cells are smaller than spacing squared.
+        steps *= np.sqrt(spacing**2 / (steps.prod() * np.sqrt(np.linalg.det(metric))))
+        size = upper - lower
+        counts = np.maximum(np.round(size / steps), 1).astype(int)
+        if region.rings is None:
+            return cls(lower, axes, size / counts, tuple(counts))
+        counts = np.maximum(np.ceil(size / steps), 1).astype(int)
+        return cls((lower - 0.5 * (counts * steps - size)) @ axes, axes, steps, tuple(counts))
+
+    def plan(self, unit):
+        """Plan positions (k, 2) [m] of lattice coordinates (k, 2)."""
+        return self.origin + (unit * self.steps) @ self.axes
+
+
+def _mean_slope(region, surface, width):
+    """Mean of grad h grad h^T (2, 2) over the region."""
+    step = np.sqrt(np.prod(region.upper - region.lower) / SURVEY)
+    counts = np.maximum(np.ceil((region.upper - region.lower) / step), 1)
+    unit = unit_points(counts, "regular", None)
+    plan = region.lower + unit * (region.upper - region.lower) / counts
+    if region.rings is not None:
+        plan = plan[region.rings.contains(plan)]
+    gradient = surface.gradient(plan, width)
+    gradient = gradient[np.isfinite(gradient).all(axis=1)]
+    return gradient.T @ gradient / len(gradient) if len(gradient) else np.zeros((2, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """Foot S, normal n and their derivatives along the two plan axes at each point, all (n, 3), per metre of plan."""
+
+    foot: np.ndarray
+    normal: np.ndarray
+    foot_u: np.ndarray
+    foot_v: np.ndarray
+    normal_u: np.ndarray
+    normal_v: np.ndarray
+
+    def jacobian(self, h):
+        """Volume per plan area and height (n,) at heights h (n,)."""
+        h = np.broadcast_to(h, len(self.foot))[:, None]
+        return (np.cross(self.foot_u + h * self.normal_u, self.foot_v + h * self.normal_v) * self.normal).sum(axis=1)
+
+
+def _unfolded_frames(surface, lattice, unit, plan, height, heights, width, region):
+    """Frames whose columns do not cross within the layer; the normals are smoothed over twice the width until so."""
+    for _ in range(WIDENINGS + 1):
+        frames = _frames(surface, lattice, unit, plan, height, width)
+        foot = frames.jacobian(0.0)
+        folded = np.minimum(*(frames.jacobian(h) for h in heights)) < LEAST_SHRINK * foot
+        if not folded.any():
+            return frames
+        width *= 2.0
+    x, y = plan[np.argmax(folded)]
+    raise InputError(
+        f"{region.label}: the terrain near ({x:.6g}, {y:.6g}) bends too sharply for a layer {heights[1]:g} m high; "
+        "smooth the terrain or thin the layer"
+    )
+
+
+def _frames(surface, lattice, unit, plan, height, width):
+    """Frames from the four corners of the lattice cell around each point; the corners are shared between points."""
+    rows = lattice.counts[1] + 2  # jittered points stay in their cell; the last corner line is one further
+    cell = np.clip(np.floor(unit).astype(np.int64), 0, np.array(lattice.counts) - 1)
+    corner = np.stack([(cell[:, 0] + i) * rows + cell[:, 1] + j for i in (0, 1) for j in (0, 1)], axis=1)
+    used, corner = np.unique(corner, return_inverse=True)
+    corner = corner.reshape(-1, 4)
+    at = lattice.plan(np.stack([used // rows, used % rows], axis=1).astype(float))
+    normal = surface.smooth_normal(at, width)
+    foot = np.column_stack([at, surface.height(at)])[corner]
+    own = surface.smooth_normal(plan, width)
+    # A corner beyond the border of the terrain continues the slope of the point itself.
+    missing = np.isnan(foot[:, :, 2])
+    beyond = height[:, None] - ((foot[:, :, :2] - plan[:, None]) * (own[:, None, :2] / own[:, None, 2:])).sum(axis=2)
+    foot[:, :, 2] = np.where(missing, beyond, foot[:, :, 2])
+    corner_normal = normal[corner]
+    corner_normal = np.where(np.isnan(corner_normal), own[:, None], corner_normal)
+
+    def derivative(f, axis):
+        a, b = ((2, 0), (3, 1)) if axis == 0 else ((1, 0), (3, 2))
+        return 0.5 * (f[:, a[0]] - f[:, a[1]] + f[:, b[0]] - f[:, b[1]]) / lattice.steps[axis]
+
+    return Frames(
+        np.column_stack([plan, height]),
+        own,
+        *(derivative(f, axis) for f in (foot, corner_normal) for axis in (0, 1)),
+    )

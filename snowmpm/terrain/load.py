@@ -1,0 +1,89 @@
+"""From the terrain table of a scene to the surface."""
+
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.terrain.mesh import mesh_facets
+from snowmpm.terrain.plane import plane_facets
+from snowmpm.terrain.profile import extruded, profile_facets
+from snowmpm.terrain.raster import raster_facets, read_raster
+from snowmpm.terrain.surface import TerrainSurface
+
+
+def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
+    """Terrain surface of a scene's terrain table.
+
+    spec: object with `kind` and that kind's attributes
+      plane    point (dim,) [m], angle [degrees, dips towards +x], azimuth [degrees from +x towards +y, 3-D; default 0]
+      profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]
+      mesh     file (.stl, .obj, .ply), metres
+      dem      file (.asc, .tif), metres, projected coordinates
+    base_dir: folder that a relative `file` starts from.
+    dimension: 2 or 3; needed for a plane without `point`; a profile in 3 dimensions is drawn out along y.
+    extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane and a drawn-out profile reach
+      as far; of a mesh or a raster only what touches it is kept, so that a large raster costs what the scene uses of it.
+    InputError: anything wrong with the input.
+    """
+    box = None if extent is None else tuple(np.asarray(e, float) for e in extent)
+    builder = {"plane": _plane, "profile": _profile, "mesh": _mesh, "dem": _dem}.get(spec.kind)
+    if builder is None:
+        raise InputError.at("terrain.kind", spec.kind, "must be plane, profile, mesh or dem")
+    surface = builder(spec, base_dir, dimension, box)
+    if dimension is not None and surface.dim != dimension:
+        raise InputError.at("terrain.kind", spec.kind, f"gives a {surface.dim}-D terrain in a {dimension}-D scene")
+    return surface
+
+
+def _plane(spec, base_dir, dimension, box):
+    point = getattr(spec, "point", None)
+    if point is None:
+        point = np.zeros(dimension or (len(box[0]) if box is not None else 0))
+    d = len(point) - 1
+    if d not in (1, 2):
+        raise InputError("terrain.point: a plane needs a point [x, z] or [x, y, z]")
+    if dimension is not None and d + 1 != dimension:
+        raise InputError.at("terrain.point", list(point), f"must have {dimension} numbers")
+    own = getattr(spec, "extent", None)
+    if own is not None:
+        box = tuple(np.asarray(e, float) for e in own)
+    if box is None:
+        raise InputError("terrain: a plane needs the domain, to know how far it reaches")
+    angle, azimuth = getattr(spec, "angle", None) or 0.0, getattr(spec, "azimuth", None) or 0.0
+    return TerrainSurface.of(*plane_facets(point, angle, azimuth, box[0][:d], box[1][:d]))
+
+
+def _profile(spec, base_dir, dimension, box):
+    points, segments = profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0)
+    if dimension != 3:
+        return TerrainSurface.of(points, segments)
+    if box is None:
+        raise InputError("terrain: a profile in 3-D needs the domain, to know how far it reaches along y")
+    return TerrainSurface.of(*extruded(points, segments, box[0][1], box[1][1]))
+
+
+def _mesh(spec, base_dir, dimension, box):
+    path = existing(spec.file, base_dir, "terrain.file")
+    vertices, triangles = mesh_facets(path)
+    try:
+        surface = TerrainSurface.of(vertices, triangles)
+    except InputError:
+        raise InputError.at("terrain.file", str(path), "has no triangles with an area") from None
+    return surface if box is None else surface.clipped(*box)
+
+
+def _dem(spec, base_dir, dimension, box):
+    path = existing(spec.file, base_dir, "terrain.file")
+    vertices, triangles = raster_facets(read_raster(path, box))
+    if len(triangles) == 0:
+        raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
+    return TerrainSurface.of(vertices, triangles)
+
+
+def existing(file, base_dir, key):
+    """Path of a file named in a scene; InputError when there is none."""
+    path = Path(base_dir) / Path(str(file)).expanduser()
+    if not path.is_file():
+        raise InputError.at(key, str(file), f"no such file (looked for {path})")
+    return path

@@ -1,0 +1,153 @@
+"""Elevation rasters: ESRI ASCII grid by a parser of our own, GeoTIFF through rasterio; triangles between cell centres."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.errors import InputError
+
+HEADER = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Heights z (ny, nx) [m] at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there is no data."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+
+
+def read_raster(path, box=None, key="terrain.file"):
+    """Raster of an .asc or .tif file, cut to the plan box ((x0, y0), (x1, y1)) [m] with one cell to spare.
+
+    InputError: unknown kind of file, unreadable, no data at all, or none inside the box.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".asc":
+        raster = read_ascii_grid(path, box, key)
+    elif suffix in (".tif", ".tiff"):
+        raster = read_geotiff(path, box, key)
+    else:
+        raise InputError.at(key, str(path), "must be an .asc or .tif elevation raster")
+    if not np.isfinite(raster.z).any():
+        where = "in the part that the scene uses" if box is not None else "(only no-data cells)"
+        raise InputError.at(key, str(path), f"has no elevation {where}")
+    return raster
+
+
+def read_ascii_grid(path, box=None, key="terrain.file"):
+    """ESRI ASCII grid: header of keyword-value lines, then rows from north to south; centre or corner registration."""
+    try:
+        lines = Path(path).read_text(encoding="ascii", errors="strict").splitlines()
+    except OSError as error:
+        raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise InputError.at(key, str(path), "is not an ESRI ASCII grid (not plain text)") from error
+    head, n = {}, 0
+    for line in lines:
+        words = line.split()
+        if words and words[0].lower() not in HEADER:
+            break
+        if words:
+            try:
+                head[words[0].lower()] = float(words[1])
+            except (IndexError, ValueError):
+                raise InputError.at(key, str(path), f"line {n + 1}: {line.strip()!r} needs one number") from None
+        n += 1
+    try:
+        nx, ny = int(head["ncols"]), int(head["nrows"])
+        dx, dy = (head[k] if k in head else head["cellsize"] for k in ("dx", "dy"))
+        x0, y0 = (
+            head[f"{a}llcenter"] if f"{a}llcenter" in head else head[f"{a}llcorner"] + 0.5 * step
+            for a, step in (("x", dx), ("y", dy))
+        )
+    except KeyError as error:
+        raise InputError.at(key, str(path), f"is not an ESRI ASCII grid: header line {error.args[0]!r} is missing") from None
+    if nx < 1 or ny < 1 or not (dx > 0 and dy > 0):
+        raise InputError.at(key, str(path), "header must have positive ncols, nrows and cellsize")
+    x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)
+    columns, rows = _window(x, box, 0), _window(y, box, 1)
+    body = lines[n:]
+    if len(body) == ny:  # one line a row, as the format says: only the rows of the window are parsed
+        body = body[ny - rows.stop : ny - rows.start]
+        kept = rows.stop - rows.start
+    else:
+        kept = ny
+    try:
+        z = np.array(" ".join(body).split(), dtype=float)
+    except ValueError as error:
+        raise InputError.at(key, str(path), f"holds something that is not a number ({error})") from None
+    if z.size != kept * nx:
+        raise InputError.at(key, str(path), f"holds {z.size} values where its header promises {kept * nx}")
+    z = z.reshape(kept, nx)[::-1]
+    z = z[:, columns] if kept < ny else z[rows, columns]
+    return Raster(x[columns], y[rows], _without_no_data(z, head.get("nodata_value", -9999.0)))
+
+
+def read_geotiff(path, box=None, key="terrain.file"):
+    """First band of a GeoTIFF in a projected (metre) system, north up; only the window of the box is read."""
+    try:
+        import rasterio
+        from rasterio.windows import Window
+    except ImportError:
+        raise InputError.at(key, str(path), "GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'") from None
+    if not Path(path).is_file():
+        raise InputError.at(key, str(path), "cannot be read (no such file)")
+    try:
+        with rasterio.open(path) as source:
+            t, nx, ny = source.transform, source.width, source.height
+            if t.b or t.d or t.a <= 0 or t.e >= 0:
+                raise InputError.at(key, str(path), "must be a raster with north up, not rotated")
+            if source.crs is not None and source.crs.is_geographic:
+                raise InputError.at(key, str(path), "is in degrees: project it to metres first")
+            x = t.c + t.a * (np.arange(nx) + 0.5)
+            y = t.f + t.e * (np.arange(ny)[::-1] + 0.5)
+            columns, rows = _window(x, box, 0), _window(y, box, 1)
+            window = Window.from_slices((ny - rows.stop, ny - rows.start), (columns.start, columns.stop))
+            z = source.read(1, window=window, masked=True).astype(float).filled(np.nan)[::-1]
+            no_data = source.nodata
+    except rasterio.errors.RasterioError as error:
+        raise InputError.at(key, str(path), "is not a readable GeoTIFF") from error
+    return Raster(x[columns], y[rows], _without_no_data(z, -9999.0 if no_data is None else no_data))
+
+
+def _window(centres, box, axis):
+    """Slice of the ascending cell centres inside the box along one axis, with one cell to spare on both sides."""
+    if box is None:
+        return slice(0, len(centres))
+    first = np.searchsorted(centres, box[0][axis], side="right") - 1
+    last = np.searchsorted(centres, box[1][axis], side="left") + 1
+    first, last = np.clip([first, last], 0, len(centres))
+    return slice(int(first), int(last))
+
+
+def _without_no_data(z, no_data):
+    return np.where((z == no_data) | ~np.isfinite(z), np.nan, z)
+
+
+def raster_facets(raster):
+    """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where only three have data.
+
+    The square is split along the diagonal with the smaller difference in height, which follows ridges and gullies.
+    """
+    ny, nx = raster.z.shape
+    known = np.isfinite(raster.z)
+    number = np.cumsum(known.ravel()).reshape(ny, nx) - 1
+    xx, yy = np.meshgrid(raster.x, raster.y)
+    vertices = np.column_stack([xx[known], yy[known], raster.z[known]])
+
+    def corners(a):
+        return a[:-1, :-1].ravel(), a[:-1, 1:].ravel(), a[1:, 1:].ravel(), a[1:, :-1].ravel()
+
+    k, z, v = corners(known), corners(raster.z), corners(number)
+    full = k[0] & k[1] & k[2] & k[3]
+    with np.errstate(invalid="ignore"):
+        rising = full & (np.abs(z[0] - z[2]) <= np.abs(z[1] - z[3]))
+    falling = full & ~rising
+    three = (k[0].astype(np.int8) + k[1] + k[2] + k[3]) == 3
+    groups = [(rising, (0, 1, 2)), (rising, (0, 2, 3)), (falling, (0, 1, 3)), (falling, (1, 2, 3))]
+    groups += [(three & ~k[i], tuple(j for j in range(4) if j != i)) for i in range(4)]
+    facets = [np.column_stack([v[i][where] for i in corner]) for where, corner in groups]
+    return vertices, np.concatenate(facets)

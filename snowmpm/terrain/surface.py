@@ -1,0 +1,179 @@
+"""The ground: a surface of segments (2-D) or triangles (3-D), read in plan like a map."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.terrain import topology
+from snowmpm.terrain.plan_bins import bin_facets
+
+ON_EDGE = 1e-9  # barycentric slack: a plan position on the line between two facets belongs to both
+
+
+@dataclass(frozen=True, eq=False)
+class TerrainSurface:
+    """Ground surface. Build it with `TerrainSurface.of`, which welds, cleans and orients.
+
+    vertices: (n, dim) float64 [m], scene coordinates, last axis up; facets: (m, dim) int32, segments or triangles whose
+    normals point out of the ground; closed: the surface encloses a volume (a block, an obstacle) instead of being a sheet.
+    """
+
+    vertices: np.ndarray
+    facets: np.ndarray
+    closed: bool = False
+
+    @classmethod
+    def of(cls, vertices, facets):
+        """Surface of any vertices (n, dim) and facets (m, dim): repeated, degenerate and flipped facets are put right.
+
+        InputError: no facet is left, or a coordinate is not finite.
+        """
+        vertices = np.ascontiguousarray(vertices, dtype=np.float64)
+        facets = np.asarray(facets)
+        if not np.isfinite(vertices).all():
+            raise InputError("terrain: a vertex has a coordinate that is not a finite number")
+        vertices, facets = topology.tidied(vertices, facets)
+        if len(facets) == 0:
+            raise InputError("terrain: the surface has no facet with an area")
+        facets, closed = topology.oriented(vertices, facets)
+        return cls(vertices, np.ascontiguousarray(facets, dtype=np.int32), closed)
+
+    @property
+    def dim(self):
+        return self.vertices.shape[1]
+
+    @cached_property
+    def lower(self):
+        """Lowest coordinates (dim,) [m]."""
+        return self.vertices.min(axis=0)
+
+    @cached_property
+    def upper(self):
+        """Highest coordinates (dim,) [m]."""
+        return self.vertices.max(axis=0)
+
+    @cached_property
+    def facet_normals(self):
+        """Unit normals of the facets (m, dim)."""
+        return topology.facet_normals(self.vertices, self.facets)
+
+    @cached_property
+    def vertex_normals(self):
+        """Angle-weighted unit normals at the vertices (n, dim)."""
+        return topology.vertex_normals(self.vertices, self.facets)
+
+    @cached_property
+    def _bins(self):
+        return bin_facets(self.vertices, self.facets)
+
+    def area(self):
+        """Area [m2] measured on the surface, not in plan; length [m] in 2-D."""
+        return float(topology.facet_measures(self.vertices, self.facets).sum())
+
+    def volume(self):
+        """Enclosed volume [m3] (area [m2] in 2-D) of a closed surface."""
+        corner = self.vertices[self.facets] - self.vertices.mean(axis=0)
+        return float(np.abs(np.linalg.det(corner).sum())) / (2.0 if self.dim == 2 else 6.0)
+
+    def recentred(self, origin):
+        """The same surface in coordinates relative to `origin` (dim,) [m]."""
+        return TerrainSurface(self.vertices - np.asarray(origin, float), self.facets, self.closed)
+
+    def clipped(self, lower, upper):
+        """The part whose facets touch the plan box from `lower` to `upper` [m]; a height in the corners is ignored.
+
+        InputError: no facet touches the box.
+        """
+        d = self.dim - 1
+        lower, upper = np.asarray(lower, float)[:d], np.asarray(upper, float)[:d]
+        corner = self.vertices[self.facets][:, :, :d]
+        touches = ((corner.max(axis=1) >= lower) & (corner.min(axis=1) <= upper)).all(axis=1)
+        if not touches.any():
+            raise InputError(f"terrain: nothing of it lies between {lower.tolist()} and {upper.tolist()} in plan")
+        if touches.all():
+            return self
+        used, facets = np.unique(self.facets[touches], return_inverse=True)
+        facets = facets.reshape(-1, self.dim).astype(np.int32)
+        return TerrainSurface(self.vertices[used], facets, False)
+
+    def locate(self, plan):
+        """Highest facet above or below plan positions (k, dim - 1).
+
+        -> facet (k,), -1 where there is none (outside, or over a hole); weights (k, dim) of its corners, summing to 1.
+        """
+        plan = np.ascontiguousarray(plan, dtype=np.float64).reshape(-1, self.dim - 1)
+        bins = self._bins
+        number = bins.numbers(plan)
+        start = bins.starts[number]
+        count = np.where(number >= 0, bins.starts[number + 1] - start, 0)
+        best = np.full(len(plan), -1, np.int64)
+        best_height = np.full(len(plan), -np.inf)
+        best_weights = np.full((len(plan), self.dim), np.nan)
+        for k in range(int(count.max(initial=0))):
+            point = np.flatnonzero(count > k)
+            facet = bins.items[start[point] + k]
+            weights = self._plan_weights(facet, plan[point])
+            height = (weights * self.vertices[self.facets[facet], -1]).sum(axis=1)
+            hit = (weights >= -ON_EDGE).all(axis=1) & (height > best_height[point])
+            point = point[hit]
+            best[point], best_height[point], best_weights[point] = facet[hit], height[hit], weights[hit]
+        return best, best_weights
+
+    def _plan_weights(self, facet, plan):
+        """Barycentric weights (k, dim) of plan positions in the plan image of facets; -1 where that has no extent."""
+        corner = self.vertices[self.facets[facet]]
+        a = corner[:, 0, :-1]
+        u = corner[:, 1, :-1] - a
+        r = plan - a
+        if self.dim == 2:
+            width = u[:, 0]
+            s = np.divide(r[:, 0], width, out=np.full(len(r), -1.0), where=width != 0)
+            return np.stack([1.0 - s, s], axis=1)
+        v = corner[:, 2, :-1] - a
+        det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        flat = np.abs(det) <= 1e-12 * ((u * u).sum(axis=1) + (v * v).sum(axis=1))
+        det = np.where(flat, 1.0, det)
+        s = np.where(flat, -1.0, (r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / det)
+        t = np.where(flat, -1.0, (u[:, 0] * r[:, 1] - u[:, 1] * r[:, 0]) / det)
+        return np.stack([1.0 - s - t, s, t], axis=1)
+
+    def height(self, plan):
+        """Height (k,) [m] of the highest surface point at plan positions (k, dim - 1); NaN outside and over holes."""
+        facet, weights = self.locate(plan)
+        height = (weights * self.vertices[self.facets[facet], -1]).sum(axis=1)
+        return np.where(facet >= 0, height, np.nan)
+
+    def normal(self, plan):
+        """Upward unit normals (k, dim), continuous (interpolated between vertices); NaN outside and over holes."""
+        facet, weights = self.locate(plan)
+        normal = (weights[:, :, None] * self.vertex_normals[self.facets[facet]]).sum(axis=1)
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    def gradient(self, plan, width):
+        """Slope dh/dplan (k, dim - 1) from the heights `width` [m] to both sides; to one side at a border, NaN off the terrain.
+
+        On a plane it is exact; at a kink it changes over twice the width.
+        """
+        plan = np.ascontiguousarray(plan, dtype=np.float64).reshape(-1, self.dim - 1)
+        here = self.height(plan)
+        slope = np.empty_like(plan)
+        for axis in range(self.dim - 1):
+            step = np.zeros(self.dim - 1)
+            step[axis] = width
+            rise = [(self.height(plan + step) - here) / width, (here - self.height(plan - step)) / width]
+            rise = [np.where(np.isnan(a), b, a) for a, b in (rise, rise[::-1])]
+            slope[:, axis] = 0.5 * (rise[0] + rise[1])
+        # An islet narrower than the width: the facet's own slope.
+        lost = np.isnan(slope).any(axis=1) & ~np.isnan(here)
+        if lost.any():
+            normal = self.facet_normals[self.locate(plan[lost])[0]]
+            slope[lost] = -normal[:, :-1] / normal[:, -1:]
+        return slope
+
+    def smooth_normal(self, plan, width):
+        """Upward unit normals (k, dim) of `gradient`: continuous in plan whatever the size of the facets."""
+        slope = self.gradient(plan, width)
+        normal = np.column_stack([-slope, np.ones(len(slope))])
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
