@@ -1,0 +1,55 @@
+"""Hencky elasticity: the law of a material that never yields, and the trial state of every other law."""
+
+from typing import Literal
+
+import taichi as ti
+
+from .hencky import hencky_strain, trial_deviation
+from .law import Law
+from .precision import by_precision
+from .symmetric import contract, plus_isotropic
+
+
+@ti.func
+def elastic_trial(h, A):
+    """Stored tensor, Hencky deviator and trace after the elastic step f = I + A; and whether it could be made.
+
+    A step that is not finite or has det f <= 0 is left out (A = 0) and reported as 0; f b fᵀ alone would not show it.
+    """
+    step = A
+    valid = 1
+    stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
+    if not (0.0 < stretch and stretch < ti.static(by_precision(1e30, 1e100))):
+        step *= 0.0
+        step.fill(0.0)
+        valid = 0
+    h_trial = trial_deviation(h, step)
+    deviator, volume = hencky_strain(h_trial)
+    # Ordered comparison, so that a NaN fails it
+    if not (contract(deviator, deviator) + volume * volume < ti.static(by_precision(1e30, 1e100))):
+        valid = 0
+    return h_trial, deviator, volume, valid
+
+
+@ti.func
+def elastic_update(prm, h, state, A, dt):
+    """See `Law`. prm: K, G."""
+    h_new, deviator, volume, valid = elastic_trial(h, A)
+    tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
+    return h_new, tau, state, 0.0, valid - 1
+
+
+class Elastic(Law):
+    """Isotropic Hencky elasticity,  ψ = ½ K (tr ε)² + G dev ε : dev ε,  τ = K tr(ε) I + 2 G dev ε.
+
+    Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity",
+    eqs. 4, 18-19, 22. Path-independent: a closed loop of deformation gives back all energy. Loses ellipticity beyond a
+    stretch of e in compression, far outside what snow carries elastically.
+    """
+
+    kind: Literal["elastic"] = "elastic"
+
+    update = staticmethod(elastic_update)
+
+    def parameters(self):
+        return self.bulk_modulus, self.shear_modulus

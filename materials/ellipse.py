@@ -1,0 +1,97 @@
+"""Implicit return to a Cam-Clay ellipse whose size p₀ hardens or softens with plastic volume change.
+
+    y(p, q) = q² (1 + 2β) + M² (p + β p₀)(p − p₀) <= 0        p₀ = p_fixed + K sinh(ξ max(ζ, 0))
+
+Associated flow and backward Euler (the flow direction and p₀ both at the end of the step):
+
+    p = p_tr − K Δz,   Δz = γ M² (2p − (1 − β) p₀),   q = q_tr / (1 + 6 G γ (1 + 2β)),   ζ = ζ₀ + r_ζ Δz
+
+Δz is the plastic volume loss (compaction positive). With centre c = (1 − β) p₀/2 and half-axis r = (1 + β) p₀/2, a
+point of the ellipse is p = c + r cos θ, q = M r sin θ / √(1 + 2β). Dividing the two flow equations removes γ:
+
+    tan θ = e / d,    e = √(1 + 2β) q_tr / M,    d = (p − c) + (3 G (1 + 2β) / M²) Δz
+
+which leaves one equation in one unknown:
+
+    Q(Δz) = c + r cos θ − p = 0
+
+Every term is explicit in Δz and smooth everywhere: at both tips (e = 0), at the vertex (p = c, where schemes that
+divide by ∂y/∂p fail), for trial states however far away, and as p₀ → 0. Q changes sign between Δz = 0 and the point
+where the normal becomes purely deviatoric (p = c), so there is always a bracket; Newton runs inside it.
+"""
+
+import taichi as ti
+
+from .precision import by_precision
+
+MAX_ITERATIONS = 50
+STEP_TOLERANCE = (3e-4, 1e-8)  # of p₀; Newton is quadratic, so what is left is of the order of its square
+YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
+
+
+@ti.func
+def sinh_cosh(t):
+    """sinh and cosh of max(t, 0), relative accuracy kept for small t; exp is only called beyond 1."""
+    s, c = 0.0, 1.0
+    if t > 1.0:
+        e = ti.exp(t)
+        s = 0.5 * (e - 1.0 / e)
+        c = e - s
+    elif t > 0.0:
+        u = t * t
+        poly = 1.0
+        for k in ti.static(range(by_precision(5, 9), 0, -1)):
+            poly = 1.0 + poly * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
+        s = t * poly
+        c = ti.sqrt(1.0 + s * s)
+    return s, c
+
+
+@ti.func
+def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, side, start, end):
+    """Solve Q(Δz) = 0 between `start` (flow not yet finished) and `end` (p = c reached or passed).
+
+    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; side: +1 compacting (p > c), −1 dilating.
+    Returns p, the factor q/q_tr = r/√(d² + e²), and the number of iterations, −1 if not converged.
+    """
+    half_sum, half_gap = 0.5 * (1.0 + beta), 0.5 * (1.0 - beta)
+    near, far = start, end
+    x = start
+    p, ratio = 0.0, 0.0
+    iterations = 0
+    converged = 0
+    while converged == 0 and iterations < MAX_ITERATIONS:
+        iterations += 1
+        s, cosh = sinh_cosh(xi * (zeta + rate * x))
+        p0 = p_fixed + bulk * s
+        dp0 = bulk * xi * rate * cosh
+        w = p_trial - bulk * x - half_gap * p0
+        dw = -bulk - half_gap * dp0
+        d = w + kappa * x
+        dd = dw + kappa
+        inverse = 1.0 / ti.sqrt(d * d + e2 + ti.static(by_precision(1e-30, 1e-200)))
+        inverse2 = inverse * inverse
+        radius = half_sum * p0
+        dradius = half_sum * dp0
+        residual = radius * d * inverse - w
+        slope = dradius * d * inverse + radius * dd * e2 * inverse2 * inverse - dw
+        target = x - residual / slope
+        if side * w >= 0.0 and side * residual < 0.0:
+            near = x
+        else:
+            far = x
+        # Beyond p = c the sign of Q says nothing: bisect. `not` catches a NaN as well.
+        if side * w < 0.0 or not (ti.min(near, far) <= target and target <= ti.max(near, far)):
+            target = 0.5 * (near + far)
+        step = target - x
+        x = target
+        # p₀, d and 1/√ followed to first order: after a small last step as good as another evaluation
+        radius += dradius * step
+        d += dd * step
+        inverse *= 1.0 - d * dd * step * inverse2
+        p = half_gap * (p0 + dp0 * step) + radius * d * inverse
+        ratio = radius * inverse
+        rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
+        if bulk * ti.abs(step) <= ti.static(by_precision(*STEP_TOLERANCE)) * p0 + rounding:
+            converged = 1
+    return p, ratio, iterations if converged == 1 else -1

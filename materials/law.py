@@ -1,0 +1,101 @@
+"""The contract of a constitutive law: what a solver, a scene and an output file may ask of it."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
+@dataclass(frozen=True)
+class StateVariable:
+    """One internal variable of a law, kept for every particle between steps."""
+
+    name: str
+    unit: str
+    description: str
+
+
+class Law(BaseModel):
+    """Isotropic elastoplastic law at finite strain; frozen data, checked on construction, unknown keys refused.
+
+    Elasticity (every law): Kirchhoff stress τ = λ tr(ε) I + 2μ ε with the Hencky strain ε = ½ ln b, b = Fe Feᵀ.
+    Signs: τ > 0 in tension; p = −tr(τ)/3 > 0 in compression; q = √(3/2 s:s), always three-dimensional, also in plane
+    strain. A law adds its own fields, its `kind`, STATE, OUTPUTS, `parameters`, and one function:
+
+        update(prm, h, state, A, dt) -> (h, τ, state, dissipation, iterations)
+
+    prm          vector that starts with the numbers of `parameters()` (longer is allowed: a table of several laws)
+    h            symmetric tensor b − I at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py)
+    state        vector that starts with the STATE variables (longer is allowed; the rest is returned untouched)
+    A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. The caller makes it
+                 from dt grad v to second order or better: f = I + dt grad v swells a turning body.
+    dt           step [s]; only rate-dependent laws read it
+    dissipation  energy taken out by plastic flow in this step, per unit reference volume [J/m³], >= 0:
+                 ½ (τ_trial + τ) : Δε_plastic = ψ(ε_trial) − ψ(ε)
+    iterations   Newton iterations; 0 elastic (or stress-free); −1 the update failed: not converged, or A is not finite
+                 or turns the particle inside out (det f <= 0), in which case A is ignored. Callers count and report it.
+
+    `update` is a Taichi function, called as `Class.update(...)` from any kernel compiled in the working precision. All
+    numbers arrive at run time: changing a parameter compiles nothing.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    STATE: ClassVar[tuple[StateVariable, ...]] = ()
+    OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
+
+    density: Positive  # ρ₀ [kg/m³]
+    youngs_modulus: Positive  # E [Pa]
+    poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
+
+    @property
+    def bulk_modulus(self):
+        """K = E / (3 (1 − 2ν)) [Pa]"""
+        return self.youngs_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
+
+    @property
+    def shear_modulus(self):
+        """G = μ = E / (2 (1 + ν)) [Pa]"""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    def wave_speed(self):
+        """Speed of the elastic P-wave at the reference density, √((K + 4G/3) / ρ₀) [m/s]."""
+        return float(np.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density))
+
+    def parameters(self):
+        """Numbers that `update` reads from its vector `prm`, in a fixed order and number for the class."""
+        raise NotImplementedError
+
+    def initial_state(self):
+        """Initial value of each STATE variable."""
+        return ()
+
+    def severed_state(self):
+        """STATE of material whose bonds are cut (saw cut, removed support), or None where the law has no such state.
+
+        The caller must also set h to zero, since a stress may not be admissible any more.
+        """
+        return None
+
+    def hencky_from_stress(self, stress):
+        """Hencky strain (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa]."""
+        stress = np.asarray(stress, float)
+        mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
+        return (stress - mean) / (2.0 * self.shear_modulus) + mean / (3.0 * self.bulk_modulus)
+
+    def h_from_stress(self, stress):
+        """Stored tensor h = exp(2ε) − I (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa], for initial stresses."""
+        values, vectors = np.linalg.eigh(self.hencky_from_stress(stress))
+        return np.einsum("...ik,...k,...jk->...ij", vectors, np.expm1(2.0 * values), vectors)
+
+    def yield_function(self, p, q, state):
+        """Yield function of p, q [Pa] and state (..., n_state), <= 0 where admissible. Broadcasts; NumPy."""
+        return np.full(np.broadcast_shapes(np.shape(p), np.shape(q), np.shape(state)[:-1]), -np.inf)
+
+    def outputs(self, state):
+        """Derived fields by name (see OUTPUTS), each (n,), from state (n, n_state). NumPy."""
+        return {}

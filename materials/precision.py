@@ -1,0 +1,31 @@
+"""Which float a kernel is being compiled for, and constants that depend on it."""
+
+import contextlib
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+
+DTYPES = {"f32": (ti.f32, np.float32), "f64": (ti.f64, np.float64)}
+
+
+def by_precision(f32, f64):
+    """Pick a constant for the float that the kernel under compilation works in; call it inside `ti.static`."""
+    return f32 if impl.get_runtime().default_fp == ti.f32 else f64
+
+
+@contextlib.contextmanager
+def working_precision(name):
+    """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
+
+    Raises RuntimeError when Taichi has not been started: importing a law must never start it.
+    """
+    runtime = impl.get_runtime()
+    if runtime.prog is None:
+        raise RuntimeError("Taichi is not running: call snowmpm.runtime.start() first")
+    before = runtime.default_fp
+    runtime.default_fp = DTYPES[name][0]
+    try:
+        yield DTYPES[name]
+    finally:
+        runtime.default_fp = before
