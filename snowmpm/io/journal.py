@@ -16,6 +16,7 @@ may open it at any time.
 import os
 import struct
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 from snowmpm.errors import InputError
@@ -87,7 +88,7 @@ class Journal:
     def __init__(self, path, durable=True):
         self.path = journal_path(path)
         self.durable = durable
-        self.applying = False
+        self._unapplied = []
         self._file = os.fdopen(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644), "r+b", buffering=0)
         try:
             if fcntl:
@@ -97,9 +98,9 @@ class Journal:
             message = f"{path}: another program is writing this run; stop it or choose another folder"
             raise InputError(message) from None
         self._counter = 0
-        self._finish(path)
+        self._finish_for(path)
 
-    def _finish(self, path):
+    def _finish_for(self, path):
         """Complete the commit that a killed writer of `path` left behind, if any."""
         counter, patches = read_journal(path)
         self._counter = counter or 0
@@ -111,20 +112,24 @@ class Journal:
     def commit(self, file, patches):
         """Change `file` by all patches or by none.
 
-        Raises OSError when the disk is full, before anything changed. Should the disk fail while the patches are being
-        applied, `applying` stays true, every later commit is refused, and the next writer or reader finishes this one.
+        Raises OSError when the disk is full, with nothing changed. Once the journal is whole the commit has happened,
+        readers see it, and a failure to apply it is left for `finish`.
         """
-        if self.applying:
-            raise OSError(f"{self.path}: an earlier write to the run file failed half-way")
         self.sync(file)
         payload = b"".join(PATCH.pack(address, len(data)) + data for address, data in patches)
         write_all(self._file, HEADER.size, payload)
         self.sync(self._file)
         self._counter += 1
-        self.applying = True
         self._write_header(len(payload), zlib.crc32(payload))
-        self.sync(self._file)
-        self._apply(file, patches)
+        self._unapplied = patches
+        with suppress(OSError):
+            self.sync(self._file)
+            self.finish(file)
+
+    def finish(self, file):
+        """Apply what the last commit could not. Raises OSError when it still cannot be done."""
+        if self._unapplied:
+            self._apply(file, self._unapplied)
         self._mark_idle()
 
     def _apply(self, file, patches):
@@ -133,8 +138,8 @@ class Journal:
         self.sync(file)
 
     def _mark_idle(self):
-        self.applying = False
         self._write_header(0, zlib.crc32(b""))
+        self._unapplied = []
         self._file.truncate(HEADER.size)
 
     def _write_header(self, length, checksum):
@@ -148,6 +153,6 @@ class Journal:
 
     def close(self):
         """Remove the journal unless the file still needs it. The lock goes last."""
-        if not self.applying:
+        if not self._unapplied:
             self.path.unlink(missing_ok=True)
         self._file.close()

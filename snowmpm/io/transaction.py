@@ -32,9 +32,9 @@ class TransactionFile(io.RawIOBase):
         self._file = open(path, "r+b", buffering=0)  # noqa: SIM115 - closed by close()
         self._journal = journal
         self._committed = _stored_length(self._file)
-        self._begin()
+        self._reset()
 
-    def _begin(self):
+    def _reset(self):
         self._pages = {}
         self._length = self._committed
         # From the next whole page on: a page is then either held or on the disk, never both.
@@ -117,6 +117,10 @@ class TransactionFile(io.RawIOBase):
             return [number for number in self._pages if first <= number < last]
         return [number for number in range(first, last) if number in self._pages]
 
+    def begin(self):
+        """Start a transaction. Raises OSError when the last commit still cannot be applied."""
+        self._journal.finish(self._file)
+
     def commit(self):
         """Make the new state the one that readers see. Raises OSError (disk full); readers keep the old state."""
         if self._error is not None:
@@ -132,7 +136,7 @@ class TransactionFile(io.RawIOBase):
             self.abort()
             raise
         self._committed = self._length
-        self._begin()
+        self._reset()
 
     def _patches(self):
         patches = []
@@ -146,9 +150,8 @@ class TransactionFile(io.RawIOBase):
 
     def abort(self):
         """Forget everything since the last commit, and give its space back."""
-        if not self._journal.applying:
-            self._file.truncate(self._committed)
-        self._begin()
+        self._file.truncate(self._committed)
+        self._reset()
 
     def close(self):
         if not self.closed:

@@ -37,7 +37,7 @@ def create_steps(root):
 
 
 def append_step(root, time, points, fields, units):
-    """Append one step: points (n, 3) float32, fields by name. Raises ValueError for another set of names than before."""
+    """Append one step: points (n, 3) float32, fields by name; ValueError when the names are not those of before."""
     steps, n = root["Steps"], len(points)
     count = int(steps.attrs["NSteps"])
     if "Points" not in root:

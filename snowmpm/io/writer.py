@@ -82,6 +82,7 @@ class RunWriter:
     @contextmanager
     def _transaction(self):
         """An open HDF5 file; what is done to it is kept when the block ends well, and forgotten otherwise."""
+        self._file.begin()
         try:
             with h5py.File(self._file, "r+", libver=layout.HDF5_VERSIONS) as h5:
                 yield h5

@@ -1,0 +1,188 @@
+"""What is written to a run file is what is read from it, by our reader and by VTK's own."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run, RunWriter, layout
+from tests.io.states import UNITS, assert_whole, n_points, new_writer, state, write_frame
+
+N = 1000
+
+
+@pytest.fixture
+def run_path(tmp_path):
+    with new_writer(tmp_path) as writer:
+        for i in range(6):
+            write_frame(writer, i, N)
+        writer.history(0.55, {"mass": 2.0, "energy": 7.0}, {"energy": "J"})
+        writer.map("peak_depth", [[1.0, 2.0, np.nan]], x0=0.5, y0=1.5, cell=2.0, units="m")
+        writer.provenance({"wall_time": 12.0})
+    (tmp_path / "summary.json").write_text(json.dumps({"frames": 6}))
+    return tmp_path
+
+
+def test_frames_come_back_bit_for_bit(run_path):
+    run = Run(run_path)
+    assert len(run) == 6
+    assert [run.n_points(i) for i in range(6)] == [n_points(i, N) for i in range(6)]
+    assert_whole(run, N)
+    assert np.array_equal(run.frame(-1).points, run.frame(5).points)
+    assert list(run.frame(2, ["density"]).fields) == ["density"]
+
+
+def test_everything_beside_the_frames_comes_back(run_path):
+    run = Run(run_path / "run.vtkhdf")
+    assert run.complete and run.dimension == 3
+    assert np.array_equal(run.origin, [5.0e5, 2.0e5, 1.0e3])
+    assert run.units == {**UNITS, "time": "s", "mass": "kg", "front": "m", "energy": "J"}
+    assert run.history["time"].tolist() == [*(i * 0.1 for i in range(6)), 0.55]
+    assert run.history["front"][:6].tolist() == [0, 1, 2, 3, 4, 5] and np.isnan(run.history["front"][6])
+    assert np.isnan(run.history["energy"][:6]).all() and run.history["energy"][6] == 7.0
+    assert run.terrain.vertices[2].tolist() == [0.0, 1.0, 0.5] and run.terrain.facets.tolist() == [[0, 1, 2]]
+    assert run.provenance == {"scene": "made up", "seed": 1, "wall_time": 12.0}
+    assert run.summary == {"frames": 6}
+    depth = run.maps["peak_depth"]
+    assert (depth.x0, depth.y0, depth.cell, depth.units) == (0.5, 1.5, 2.0, "m")
+    assert np.array_equal(depth.values, [[1.0, 2.0, np.nan]], equal_nan=True)
+
+
+def test_a_map_may_be_written_again_in_another_size(tmp_path):
+    with new_writer(tmp_path) as writer:
+        for shape in ((3, 4), (3, 4), (5, 6)):
+            writer.map("peak_speed", np.full(shape, shape[0]), 0.0, 0.0, 1.0, "m/s")
+            assert Run(tmp_path).maps["peak_speed"].values.shape == shape
+    assert (Run(tmp_path).maps["peak_speed"].values == 5).all()
+
+
+def test_plane_strain_rows_are_stored_as_x_0_z(tmp_path):
+    with RunWriter(tmp_path, provenance={}, terrain=([[0.0, 3.0], [1.0, 2.0]], [[0, 1]]), dimension=2) as writer:
+        writer.frame(0.0, np.array([[1.0, 2.0]]), {"velocity": np.array([[3.0, 4.0]])})
+    run = Run(tmp_path)
+    assert run.frame(0).points.tolist() == [[1.0, 0.0, 2.0]]
+    assert run.frame(0).fields["velocity"].tolist() == [[3.0, 0.0, 4.0]]
+    assert run.terrain.vertices.tolist() == [[0.0, 0.0, 3.0], [1.0, 0.0, 2.0]]
+    assert run.terrain.facets.tolist() == [[0, 1]]
+
+
+def test_vtk_reads_every_step(run_path):
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    reader = hdf.vtkHDFReader()
+    reader.SetFileName(str(run_path / "run.vtkhdf"))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == 6
+    for i in range(6):
+        reader.SetStep(i)
+        reader.Update()
+        output = reader.GetOutput()
+        points, fields = state(i, N)
+        assert reader.GetTimeValue() == i * 0.1
+        assert output.GetNumberOfVerts() == len(points)
+        assert np.array_equal(vtk_to_numpy(output.GetVerts().GetConnectivityArray()), np.arange(len(points)))
+        assert np.array_equal(vtk_to_numpy(output.GetPoints().GetData()), points)
+        for name, values in fields.items():
+            assert np.array_equal(vtk_to_numpy(output.GetPointData().GetArray(name)), values), name
+
+
+def test_vtk_reads_a_step_without_particles(tmp_path):
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    with new_writer(tmp_path, units={}) as writer:
+        for n in (3, 0, 2):
+            writer.frame(float(n), np.ones((n, 3)), {"density": np.ones(n)})
+    assert len(Run(tmp_path).frame(1)) == 0
+    reader = hdf.vtkHDFReader()
+    reader.SetFileName(str(tmp_path / "run.vtkhdf"))
+    counts = []
+    for i in range(3):
+        reader.SetStep(i)
+        reader.Update()
+        counts.append(reader.GetOutput().GetNumberOfPoints())
+    assert counts == [3, 0, 2]
+
+
+def test_a_step_costs_little_more_than_its_compressed_values(tmp_path):
+    """Noise does not compress, so a step weighs about its bytes; 2 % is the index, the alignment and the history."""
+    n = 20000
+    rng = np.random.default_rng(0)
+    with new_writer(tmp_path) as writer:
+        sizes = []
+        for i in range(12):
+            noise = rng.integers(0, 2**31, (n, 3), dtype=np.int32)
+            writer.frame(float(i), np.zeros((n, 3)), {"noise": noise})
+            sizes.append((tmp_path / "run.vtkhdf").stat().st_size)
+    assert np.diff(sizes)[1:].max() < 1.02 * 12 * n
+
+
+def test_reopened_run_continues_after_the_given_time(run_path):
+    with RunWriter.reopen(run_path, until=0.3, durable=False) as writer:
+        assert not Run(run_path).complete
+        assert len(Run(run_path)) == len(Run(run_path).history["time"]) == 4
+        for i in (4, 5, 6):
+            write_frame(writer, i, N)
+    run = Run(run_path)
+    assert len(run) == 7 and run.complete
+    assert run.history["front"].tolist() == [0, 1, 2, 3, 4, 5, 6]
+    assert_whole(run, N)
+
+
+def test_a_second_writer_is_refused(tmp_path):
+    with new_writer(tmp_path) as writer:
+        write_frame(writer, 0, N)
+        with pytest.raises(InputError, match="another program is writing"):
+            new_writer(tmp_path)
+        write_frame(writer, 1, N)
+    assert_whole(Run(tmp_path), N)
+
+
+def test_wrong_shapes_are_refused_and_change_nothing(tmp_path):
+    with new_writer(tmp_path) as writer:
+        write_frame(writer, 0, N)
+        points, fields = state(1, N)
+        with pytest.raises(ValueError, match="field density"):
+            writer.frame(0.1, points, {**fields, "density": np.ones(3)})
+        with pytest.raises(ValueError, match="as in the first frame"):
+            writer.frame(0.1, points, {"velocity": points})
+        write_frame(writer, 1, N)
+    assert len(Run(tmp_path)) == 2
+    assert_whole(Run(tmp_path), N)
+
+
+def make_nothing(path):
+    """No file at all."""
+
+
+def make_text(path):
+    path.write_text("not HDF5")
+
+
+def make_foreign(path):
+    with h5py.File(path, "w") as h5:
+        h5.create_group("VTKHDF")
+
+
+def make_newer(path):
+    new_writer(path).close()
+    with h5py.File(path, "r+") as h5:
+        h5.attrs["format_version"] = layout.FORMAT_VERSION + 1
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [(make_nothing, "no run file"), (make_text, "not a readable"), (make_foreign, "not a"), (make_newer, "version")],
+)
+def test_what_is_no_run_file_is_refused_with_its_path(tmp_path, make, message):
+    path = tmp_path / "run.vtkhdf"
+    make(path)
+    with pytest.raises(InputError, match=message) as caught:
+        Run(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_unknown_field_names_the_known_ones(run_path):
+    with pytest.raises(InputError, match="velocity"):
+        Run(run_path).frame(0, ["speed"])
