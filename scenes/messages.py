@@ -68,6 +68,8 @@ def _line(problem, data, schema):
     value = problem["input"]
     if context.get("key"):
         key, value = dotted((*path, context["key"])), context["value"]
+        if value is None:
+            return f"{key} {context['allowed']}"
     if kind == "union_tag_invalid":
         key, value = dotted((*path, "kind")), context["tag"]
         return f"{key} = {shown(value)}: must be one of {context['expected_tags'].replace(chr(39), chr(34))}"

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from snowmpm.scenes.space import FileName, Interval, PlanPoint, require_dimension, tag
+from snowmpm.scenes.space import FileName, Interval, Pair, require_dimension, tag
 from snowmpm.scenes.spec import Spec, refuse
 
 
@@ -28,7 +28,7 @@ class PlanBox(Spec):
 class PlanPolygon(Spec):
     """A polygon in plan (3-D)."""
 
-    polygon: Annotated[tuple[PlanPoint, ...], Field(min_length=3)]
+    polygon: Annotated[tuple[Pair, ...], Field(min_length=3)]
     """corners [x, y] [m]"""
 
     @model_validator(mode="after")

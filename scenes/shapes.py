@@ -90,15 +90,16 @@ class Layer(Spec):
     kind: Literal["layer"]
     bottom: NonNegative = 0.0
     """distance of its lower face from the terrain [m]"""
-    top: by_type(number=Positive, text=Literal["file"])
-    """distance of its upper face from the terrain [m], or "file": bottom plus the attribute `thickness` of the release
-    file"""
+    top: by_type(number=Positive, text=Literal["file"]) = "file"
+    """distance of its upper face from the terrain [m]; "file": bottom plus `thickness` in the region file"""
     region: Region | None = None
     """where, in plan; everywhere on the terrain when missing"""
 
     @model_validator(mode="after")
     def _has_thickness(self):
         if self.top == "file":
+            if not isinstance(self.region, PlanFile) and "top" not in self.model_fields_set:
+                raise refuse("is missing: distance of its upper face from the terrain [m]", "top")
             if not isinstance(self.region, PlanFile):
                 raise refuse("needs region = { file = ... } with an attribute thickness", "top", self.top)
         elif self.top <= self.bottom:

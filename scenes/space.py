@@ -49,18 +49,11 @@ def require_dimension(wanted, what):
         raise refuse(f"{what} exists only in a {wanted}-D scene, and this one has dimension = {dimension()}")
 
 
-def _expect_components(value, axes):
-    if dimension() is not None and len(value) != len(axes):
+def _check_vector(value):
+    axes = AXES.get(dimension())
+    if axes is not None and len(value) != len(axes):
         raise refuse(f"must be {len(axes)} numbers, [{', '.join(axes)}], in a {dimension()}-D scene")
     return value
-
-
-def _check_vector(value):
-    return _expect_components(value, AXES.get(dimension(), ()))
-
-
-def _check_plan(value):
-    return _expect_components(value, AXES.get(dimension(), ())[:-1])
 
 
 def _check_interval(value):
@@ -79,8 +72,8 @@ def _check_file(value):
     if not value or "\0" in value:
         raise refuse("must be the name of a file")
     base_dir = _surroundings.get().base_dir
-    if base_dir is not None and not (base_dir / value).is_file():
-        raise refuse(f"no such file (looked for {base_dir / value})")
+    if base_dir is not None and not (path := base_dir / Path(value).expanduser()).is_file():
+        raise refuse(f"no such file (looked for {path})")
     return value
 
 
@@ -90,8 +83,8 @@ def zero_vector():
 
 Vector = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3), AfterValidator(_check_vector)]
 Direction = Annotated[Vector, AfterValidator(_check_direction)]
-PlanPoint = Annotated[tuple[Number, Number], AfterValidator(_check_plan)]
-Interval = Annotated[tuple[Number, Number], AfterValidator(_check_interval)]
+Pair = tuple[Number, Number]
+Interval = Annotated[Pair, AfterValidator(_check_interval)]
 FileName = Annotated[str, Field(strict=True), AfterValidator(_check_file)]
 
 

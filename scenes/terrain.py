@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.regions import PlanBox
-from snowmpm.scenes.space import FileName, Vector, require_dimension, zero_vector
+from snowmpm.scenes.space import FileName, Pair, Vector, require_dimension, zero_vector
 from snowmpm.scenes.spec import NonNegative, Number, Spec, refuse
 
 Contact = Literal["separate", "slip", "stick"]
@@ -38,17 +38,16 @@ class Plane(Touching):
 
 
 class Profile(Touching):
-    """A line of straight pieces from left to right (2-D)."""
+    """A line of straight pieces from left to right; in 3-D it is drawn out along y."""
 
     kind: Literal["profile"]
-    points: Annotated[tuple[Vector, ...], Field(min_length=2)]
+    points: Annotated[tuple[Pair, ...], Field(min_length=2)]
     """corners [x, z], x growing [m]"""
     fillet: NonNegative = 0.0
     """radius that rounds every interior corner [m]; 0 keeps them sharp"""
 
     @model_validator(mode="after")
-    def _is_a_profile(self):
-        require_dimension(2, 'terrain of kind "profile"')
+    def _runs_to_the_right(self):
         for i, (before, after) in enumerate(zip(self.points, self.points[1:], strict=False)):
             if after[0] <= before[0]:
                 raise refuse("x must grow from point to point", f"points.{i + 1}", after)

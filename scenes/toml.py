@@ -16,7 +16,9 @@ def to_toml(scene):
 def _absolute(value, base_dir):
     if isinstance(value, dict):
         return {
-            key: str(Path(base_dir, item)) if key == "file" and isinstance(item, str) else _absolute(item, base_dir)
+            key: str(Path(base_dir, Path(item).expanduser()))
+            if key == "file" and isinstance(item, str)
+            else _absolute(item, base_dir)
             for key, item in value.items()
         }
     if isinstance(value, list | tuple):

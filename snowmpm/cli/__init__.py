@@ -1,1 +1,16 @@
+"""The command line: `snowmpm COMMAND ...`, one file a command.
 
+Modules here import nothing heavy at the top: a command that needs Taichi, VTK or Matplotlib imports them when it runs,
+so that `--help` and a misspelt option answer at once.
+"""
+
+
+def main():
+    """Entry point of the console script and of `python -m snowmpm`."""
+    import os
+
+    # The banner that Taichi prints on import would stand in front of every message.
+    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+    from snowmpm.cli.app import app
+
+    app()

@@ -1,0 +1,45 @@
+"""The `snowmpm` program: its commands, and what it says about itself."""
+
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli import check, info, listing, render, run
+from snowmpm.cli.errors import guarded
+
+HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
+
+A scene (TOML) goes in, a run file comes out, and a film is drawn from it:
+
+\b
+    snowmpm run slab_release_2d -o runs/first
+    snowmpm render runs/first -o first.mp4
+
+Exit codes: 0 done, 1 the simulation failed, 2 bad input, 130 interrupted.
+"""
+
+app = typer.Typer(help=HELP, no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+def _version(wanted: bool):
+    if wanted:
+        from snowmpm import __version__
+
+        print(f"snowmpm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def about(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+):
+    pass
+
+
+app.command("run")(guarded(run.run))
+app.command("check")(guarded(check.check))
+app.command("list")(guarded(listing.list_library))
+app.command("render")(guarded(render.render))
+app.command("info")(guarded(info.info))

@@ -1,0 +1,37 @@
+"""`snowmpm info`: what is in a run file, and where it comes from."""
+
+from snowmpm.cli.options import RunPath
+from snowmpm.cli.table import print_facts
+
+
+def info(run: RunPath):
+    """Say what a run file holds, and where it comes from.
+
+    Frames, fields, history, provenance; also of a run that goes on or was killed.
+    """
+    from snowmpm.io import Run
+
+    opened = Run(run)
+    print_facts(str(opened.path), _contents(opened))
+    if opened.summary:
+        print_facts("summary", opened.summary)
+    print_facts("provenance", {name: value for name, value in opened.provenance.items() if name != "scene"})
+
+
+def _contents(run):
+    times = run.times
+    facts = {"dimension": run.dimension, "complete": run.complete, "frames": len(run)}
+    if len(run):
+        facts["time [s]"] = f"{times[0]:g} to {times[-1]:g}"
+        facts["particles"] = f"{run.n_points(0)} at first, {run.n_points(len(run) - 1)} at last"
+    facts["origin [m]"] = [float(x) for x in run.origin]
+    facts["fields"] = [_with_unit(run, name) for name in run.field_names]
+    facts["history"] = [_with_unit(run, name) for name in run.history]
+    if run.terrain is not None:
+        facts["terrain"] = f"{len(run.terrain.vertices)} vertices, {len(run.terrain.facets)} facets"
+    return facts
+
+
+def _with_unit(run, name):
+    unit = run.units.get(name, "")
+    return f"{name} [{unit}]" if unit else name

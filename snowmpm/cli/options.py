@@ -1,0 +1,65 @@
+"""Arguments and options that several commands share."""
+
+import sys
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from snowmpm.errors import InputError
+
+
+class Backend(str, Enum):
+    auto = "auto"
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Precision(str, Enum):
+    f32 = "f32"
+    f64 = "f64"
+
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Library scene (`snowmpm list`) or path of a TOML file.")
+]
+RunPath = Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run, or its run.vtkhdf.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change one key of the scene, e.g. --set solver.dx=0.05 or --set bodies.0.velocity=[1,0]; repeatable.",
+    ),
+]
+BackendOption = Annotated[Backend, typer.Option(help="What computes; auto takes a CUDA GPU when there is one.")]
+PrecisionOption = Annotated[Precision | None, typer.Option(help="Overrides solver.precision.")]
+Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="CPU threads; all cores by default.")]
+
+
+def scene_overrides(settings, precision=None):
+    """Overrides for `load_scene` from the texts of `--set` and from `--precision`.
+
+    A value is read as TOML (a number, true, [..], "..."); what is no TOML value is text, so quotes may be left out.
+    """
+    overrides = {}
+    for setting in settings or ():
+        key, equals, text = setting.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"--set {setting}: must be KEY=VALUE, such as solver.dx=0.05")
+        overrides[key.strip()] = _value(text.strip())
+    if precision is not None:
+        overrides["solver.precision"] = precision.value
+    return overrides
+
+
+def _value(text):
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return parsed["value"] if len(parsed) == 1 else text

@@ -1,0 +1,89 @@
+"""`snowmpm run`: a scene to its run file."""
+
+import contextlib
+import io
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli.options import Backend, BackendOption, PrecisionOption, SceneName, Settings, Threads, scene_overrides
+from snowmpm.cli.wording import count, duration
+from snowmpm.errors import InputError
+
+
+def run(
+    scene: SceneName,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Output folder; runs/<scene name> by default.")
+    ] = None,
+    settings: Settings = None,
+    backend: BackendOption = Backend.auto,
+    precision: PrecisionOption = None,
+    threads: Threads = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a run that is already in DIR.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR.")] = False,
+    render: Annotated[bool, typer.Option("--render", help="Draw a film of the run to DIR/film.mp4.")] = False,
+):
+    """Run a scene to its run file.
+
+    Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene) and
+    DIR/summary.json.
+    """
+    from snowmpm.scenes import load_scene
+
+    loaded = load_scene(scene, scene_overrides(settings, precision))
+    folder = output or Path("runs") / loaded.name
+    _check_folder(folder, overwrite, resume)
+    start_taichi(backend, threads)
+    result = _simulate(loaded, folder)
+    print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
+    if render:
+        from snowmpm.render import render_run
+
+        film = folder / "film.mp4"
+        render_run(folder, film)
+        print(film)
+
+
+def start_taichi(backend, threads):
+    """Start the backend without what Taichi prints about it on stdout, which belongs to results."""
+    from snowmpm import runtime
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        try:
+            return runtime.start(backend.value, threads)
+        except RuntimeError as error:
+            raise InputError(f"--backend {backend.value}: cannot be started here ({error})") from None
+
+
+def _check_folder(folder, overwrite, resume):
+    if resume:
+        raise InputError("--resume: runs write no checkpoints in this version; start the run anew with --overwrite")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"-o {folder}: must be a folder")
+    if (folder / "run.vtkhdf").exists() and not overwrite:
+        raise InputError(f"{folder} already holds a run: choose another folder with -o, or --overwrite it")
+
+
+def _simulate(scene, folder):
+    import snowmpm
+    from snowmpm.cli.progress import display
+
+    # A request to end is treated like Ctrl-C, so that the run file is closed properly.
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with display(scene.name) as progress:
+            return snowmpm.run(scene, folder, progress=progress)
+    except KeyboardInterrupt:
+        written = (folder / "run.vtkhdf").exists()
+        kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
+        raise KeyboardInterrupt(f"interrupted{kept}") from None
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _wall(result):
+    wall = result.summary.get("wall_time")
+    return f" in {duration(wall)}" if wall else ""

@@ -1,0 +1,37 @@
+"""Facts by name, printed as a table that also reads well in a pipe."""
+
+from snowmpm.cli.wording import count, duration, memory
+
+FORMATS = {"memory": memory, "expected_run_time": duration, "expected_wall_time": duration, "wall_time": duration}
+
+
+def print_facts(title, values):
+    """A title and one line a fact; facts within a fact are indented."""
+    print(title)
+    for line in _lines(values, "  "):
+        print(line)
+
+
+def _lines(values, indent):
+    width = max((len(str(name)) for name in values), default=0)
+    for name, value in values.items():
+        label = f"{indent}{str(name).replace('_', ' '):<{width}}"
+        if isinstance(value, dict):
+            yield label.rstrip()
+            yield from _lines(value, indent + "  ")
+        else:
+            yield f"{label}  {_text(name, value)}"
+
+
+def _text(name, value):
+    if name in FORMATS and isinstance(value, int | float):
+        return FORMATS[name](value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return count(value)
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(None, item) for item in value) or "none"
+    return str(value)

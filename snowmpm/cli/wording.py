@@ -1,0 +1,38 @@
+"""Numbers as a person reads them."""
+
+import math
+
+
+def duration(seconds):
+    """42.0 s, 3 min 12 s, 1 h 02 min; "-" when not known."""
+    if seconds is None or not math.isfinite(seconds):
+        return "-"
+    if seconds < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def short(number):
+    """1234567 -> 1.23 M; three digits that count."""
+    if number is None or not math.isfinite(number):
+        return "-"
+    for factor, prefix in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
+        if abs(number) >= factor:
+            return f"{number / factor:.3g}{prefix}"
+    return f"{number:.3g}"
+
+
+def memory(size):
+    """Bytes -> 1.2 GiB."""
+    for factor, unit in ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB")):
+        if size >= factor:
+            return f"{size / factor:.1f} {unit}"
+    return f"{size:.0f} B"
+
+
+def count(number):
+    """1234567 -> 1 234 567."""
+    return f"{number:,}".replace(",", " ")
