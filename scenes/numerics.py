@@ -80,7 +80,7 @@ class Sides(Spec):
     @model_validator(mode="after")
     def _fit_the_scene(self):
         for name in sorted(self.model_fields_set):
-            if name[0] not in AXES.get(dimension(), "xyz"):
+            if name[0] not in AXES.get(dimension(), "xyz") and getattr(self, name) != "open":
                 raise refuse(f"a {dimension()}-D scene has no {name[0]}", name, getattr(self, name))
         for axis in "xyz":
             ends = [getattr(self, f"{axis}_min"), getattr(self, f"{axis}_max")]

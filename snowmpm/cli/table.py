@@ -2,7 +2,8 @@
 
 from snowmpm.cli.wording import count, duration, memory
 
-FORMATS = {"memory": memory, "expected_run_time": duration, "expected_wall_time": duration, "wall_time": duration}
+FORMATS = {"memory": memory, "run_time": duration, "wall_time": duration}
+UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
 
 
 def print_facts(title, values):
@@ -20,7 +21,8 @@ def _lines(values, indent):
             yield label.rstrip()
             yield from _lines(value, indent + "  ")
         else:
-            yield f"{label}  {_text(name, value)}"
+            unit = f" {UNITS[name]}" if name in UNITS else ""
+            yield f"{label}  {_text(name, value)}{unit}"
 
 
 def _text(name, value):
