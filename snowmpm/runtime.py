@@ -19,16 +19,25 @@ def start(backend="auto", threads=None):
     if _started:
         return _started["backend"]
     arch = {"cpu": ti.cpu, "cuda": ti.cuda, "auto": ti.gpu}[backend]
-    threads = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count()
+    threads = threads or _cores()
     ti.init(arch=arch, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
     _started.update(backend=running, threads=threads)
     return running
 
 
+def _cores():
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
+def backend():
+    """"cpu" or "cuda": what runs; starts the default when nothing has been started."""
+    return start()
+
+
 def threads():
     """Number of CPU worker threads Taichi was started with."""
-    return _started["threads"]
+    return _started.get("threads", 1)
 
 
 def is_started():

@@ -1,0 +1,146 @@
+"""The cell sort: particles grouped by blocks of cells, and only blocks that hold some are stored.
+
+A block is `EDGE[dim]` cells wide. A particle's home is the block of its base node; its position is kept relative to
+that block, so it may drift up to one cell out of its home before the particles must be sorted again. Sorting moves a
+particle at most one block, so it is a counting sort over (old block, step to a neighbour) pairs: stable, without
+atomics, the same for any number of threads.
+"""
+
+import functools
+import itertools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.particles import accessors
+
+EDGE = {2: 8, 3: 4}
+"""Cells per block edge: large enough that a block's grid tile is cheap beside its particles, small enough for a
+layer a few cells thick."""
+
+_RADIX = 1 << 20
+
+
+def keys_of(coordinates):
+    """Sortable 64-bit key of integer block coordinates (n, dim); lexicographic, last axis fastest."""
+    key = np.zeros(len(coordinates), np.int64)
+    for column in np.asarray(coordinates, np.int64).T:
+        key = key * _RADIX + (column + _RADIX // 2)
+    return key
+
+
+def coordinates_of(keys, dim):
+    """Inverse of `keys_of`."""
+    columns = []
+    for _ in range(dim):
+        columns.append(keys % _RADIX - _RADIX // 2)
+        keys = keys // _RADIX
+    return np.stack(columns[::-1], axis=1)
+
+
+def neighbour_steps(dim):
+    """The 3^dim steps to a block's neighbours and itself, first axis slowest, (3^dim, dim)."""
+    return np.array(list(itertools.product((-1, 0, 1), repeat=dim)))
+
+
+def home_block(cells, edge):
+    """Block of the base node of positions in cells (n, dim), and positions relative to it."""
+    block = np.floor_divide(np.floor(cells - 0.5).astype(np.int64), edge)
+    return block, cells - edge * block
+
+
+class BlockMap:
+    """Occupied blocks in key order: `keys` (n,), `coordinates` (n, dim), first particle of each `start` (n + 1,)."""
+
+    def __init__(self, keys, counts, dim):
+        self.dim = dim
+        self.keys = keys
+        self.coordinates = coordinates_of(keys, dim)
+        self.start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+    def __len__(self):
+        return len(self.keys)
+
+    @classmethod
+    def from_cells(cls, cells, dim):
+        """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""
+        block, local = home_block(cells, EDGE[dim])
+        keys = keys_of(block)
+        order = np.argsort(keys, kind="stable")
+        unique, counts = np.unique(keys, return_counts=True)
+        return cls(unique, counts, dim), order, local[order]
+
+    def find(self, keys):
+        """Index of each key among the occupied blocks, -1 where there is none."""
+        if len(self.keys) == 0:
+            return np.full(np.shape(keys), -1, np.int32)
+        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+        return np.where(self.keys[at] == keys, at, -1).astype(np.int32)
+
+    def neighbours(self):
+        """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
+        around = self.coordinates[:, None, :] + neighbour_steps(self.dim)[None, :, :]
+        return keys_of(around.reshape(-1, self.dim)).reshape(len(self), -1)
+
+
+@functools.cache
+def sort_kernels(layout):
+    """`count_moves(...)` and `move(...)` of the counting sort for a particle layout."""
+    dim, edge = layout.dim, EDGE[layout.dim]
+    load, store = accessors(layout)
+    at_position, width = layout.offsets["position"], layout.width
+
+    @ti.func
+    def step_to(x, block, coordinates: ti.template(), lower, upper):
+        """Index of the step from a block to the home of local position x; -1 outside [lower, upper) cells."""
+        code, inside = 0, 1
+        for a in ti.static(range(dim)):
+            base = ti.floor(x[a] - 0.5, ti.i32)
+            # min/max: a particle that outran its bound would otherwise address another block's table row
+            code = code * 3 + ti.max(0, ti.min(2, ti.floor(ti.cast(base, float) / edge, ti.i32) + 1))
+            cell = ti.cast(edge * coordinates[block, a], ti.f64) + ti.cast(x[a], ti.f64)
+            if not (cell >= lower[a] and cell < upper[a]):
+                inside = 0
+        return ti.select(inside == 1, code, -1)
+
+    @ti.kernel
+    def count_moves(reals: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
+                    lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64),
+                    counts: ti.types.ndarray(), workers: int):
+        for i in range(chunks(workers)):
+            if is_worker(i):
+                first, last = chunk(i, workers, start.shape[0] - 1)
+                for b in range(first, last):
+                    for s in range(3**dim):
+                        counts[b, s] = 0
+                    for p in range(start[b], start[b + 1]):
+                        s = step_to(load(reals, p, at_position, dim), b, coordinates, lower, upper)
+                        if s >= 0:
+                            counts[b, s] += 1
+
+    @ti.kernel
+    def move(reals: ti.types.ndarray(), integers: ti.types.ndarray(), new_reals: ti.types.ndarray(),
+             new_integers: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
+             lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64),
+             target: ti.types.ndarray(), workers: int):
+        for i in range(chunks(workers)):
+            if is_worker(i):
+                first, last = chunk(i, workers, start.shape[0] - 1)
+                for b in range(first, last):
+                    for p in range(start[b], start[b + 1]):
+                        x = load(reals, p, at_position, dim)
+                        s = step_to(x, b, coordinates, lower, upper)
+                        if s >= 0:
+                            to = target[b, s]
+                            target[b, s] = to + 1
+                            store(new_reals, to, 0, load(reals, p, 0, width))
+                            code = s
+                            for a in ti.static(range(dim - 1, -1, -1)):
+                                x[a] -= edge * (code % 3 - 1)
+                                code = code // 3
+                            store(new_reals, to, at_position, x)
+                            for c in ti.static(range(2)):
+                                new_integers[to, c] = integers[p, c]
+
+    return count_moves, move

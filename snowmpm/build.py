@@ -1,0 +1,206 @@
+"""From a scene to a solver: the one place that knows both."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from snowmpm import runtime
+from snowmpm.blocks import EDGE, home_block, keys_of
+from snowmpm.contact import CODES
+from snowmpm.errors import InputError
+from snowmpm.events import make_event
+from snowmpm.initial_stress import geostatic_stress, overburden
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.population import Population
+from snowmpm.seeding import seed_body
+from snowmpm.terrain import DistanceField, load_terrain
+
+TERRAIN_REACH = 5.0
+"""Cells around the ground in which its distance is computed exactly."""
+
+
+@dataclass
+class Model:
+    """A scene made of numbers: what a solver is built from.
+
+    laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
+    which the front is measured (the mean dip under the snow, +x on the flat).
+    """
+
+    scene: object
+    surface: object
+    lower: np.ndarray
+    upper: np.ndarray
+    population: Population
+    body_starts: np.ndarray
+
+    @cached_property
+    def laws(self):
+        return list(self.scene.materials.values())
+
+    @cached_property
+    def distance(self):
+        if self.surface is None:
+            return None
+        return DistanceField(self.surface, TERRAIN_REACH * self.scene.solver.dx)
+
+    @cached_property
+    def body_of(self):
+        return np.searchsorted(self.body_starts, np.arange(len(self.population.volumes)), side="right") - 1
+
+    @cached_property
+    def direction(self):
+        dim = self.scene.dimension
+        flat = np.eye(dim - 1)[0]
+        if self.surface is None:
+            return flat
+        normals = self.surface.normal(self.population.positions[:, :-1])
+        dip = np.nansum(normals[:, :-1], axis=0)
+        size = np.linalg.norm(dip)
+        return dip / size if size > 1e-3 * len(normals) else flat
+
+    def solver(self):
+        """The solver of this scene at time zero."""
+        scene = self.scene
+        names = scene.domain.sides(scene.dimension) if scene.domain else {}
+        axes = "xz" if scene.dimension == 2 else "xyz"
+        sides = [[names.get(f"{axis}_{end}", "open") for end in ("min", "max")] for axis in axes]
+        terrain = scene.terrain
+        contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
+        return MpmSolver(self.population, self.laws, dx=scene.solver.dx, precision=scene.solver.precision,
+                         origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
+                         cfl=scene.solver.cfl, terrain=self.distance, sides=sides, **contact)
+
+    def events(self):
+        """The scene's events, ready to be applied."""
+        names = [body.name for body in self.scene.bodies]
+        return [make_event(spec, names.index(spec.body), self.scene.solver.dx) for spec in self.scene.events]
+
+
+def build(scene):
+    """Validate what only geometry can tell and make the model of a scene. Raises InputError."""
+    _refuse_unbuilt(scene)
+    runtime.start()
+    surface = _surface(scene)
+    seeds, starts = _seed(scene, surface)
+    lower, upper = _domain(scene, surface, seeds)
+    outside = ~((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
+    if outside.any():
+        body = scene.bodies[np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1]
+        raise InputError(f"{scene.source}: body {body.name}: reaches outside the domain"
+                         f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
+    model = Model(scene, surface, lower, upper, seeds, starts)
+    if scene.initial.stress != "none":
+        _stress_from_weight(model)
+    return model
+
+
+def _refuse_unbuilt(scene):
+    """Choices of the schema that this version does not compute."""
+    solver = scene.solver
+    for key, value, built in (("solver.method", solver.method, "mpm"), ("solver.kernel", solver.kernel, "quadratic"),
+                              ("solver.transfer", solver.transfer, "apic")):
+        if value != built:
+            raise InputError.at(key, value, f'this version computes "{built}" only', scene.source)
+    if scene.obstacles:
+        raise InputError(f"{scene.source}: obstacles: this version has none")
+    if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", f"this version has {', '.join(CODES)}", scene.source)
+
+
+def _surface(scene):
+    if scene.terrain is None:
+        return None
+    extent = (scene.domain.min, scene.domain.max) if scene.domain and scene.domain.min else None
+    if extent is None and scene.terrain.kind == "plane":
+        raise InputError(f"{scene.source}: domain: a plane needs domain.min and domain.max, to know how far it reaches")
+    return load_terrain(scene.terrain, scene.base_dir, dimension=scene.dimension, extent=extent)
+
+
+def _seed(scene, surface):
+    solver, parts = scene.solver, []
+    materials = list(scene.materials)
+    rng = np.random.default_rng(scene.seed)
+    for i, body in enumerate(scene.bodies):
+        try:
+            seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
+                              particles_per_cell=solver.particles_per_cell, sampling=solver.sampling,
+                              base_dir=scene.base_dir)
+        except InputError as error:
+            raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
+        parts.append((seeds, materials.index(body.material), np.broadcast_to(body.velocity, seeds.positions.shape)))
+    counts = [len(seeds.volumes) for seeds, _, _ in parts]
+    if sum(counts) == 0:
+        raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
+    population = Population(
+        positions=np.concatenate([seeds.positions for seeds, _, _ in parts]),
+        volumes=np.concatenate([seeds.volumes for seeds, _, _ in parts]),
+        material=np.concatenate([np.full(n, m) for n, (_, m, _) in zip(counts, parts, strict=True)]),
+        velocities=np.concatenate([velocity for _, _, velocity in parts]))
+    return population, np.concatenate([[0], np.cumsum(counts)[:-1]])
+
+
+def _domain(scene, surface, seeds):
+    """Box that is followed: as given, else what the scene can reach."""
+    if scene.domain and scene.domain.min:
+        return np.asarray(scene.domain.min, float), np.asarray(scene.domain.max, float)
+    dx, x = scene.solver.dx, seeds.positions
+    lower, upper = x.min(axis=0), x.max(axis=0)
+    if surface is not None:
+        lower, upper = np.minimum(lower, surface.lower), np.maximum(upper, surface.upper)
+        upper[-1] += 0.5 * (upper[-1] - lower[-1]) + 20 * dx
+        lower[-1] -= 4 * dx
+        return lower, upper + 1e-9 * np.abs(upper)
+    fall = np.abs(np.asarray(scene.gravity_vector)) * scene.end_time**2 / 2.0
+    flight = np.abs(seeds.velocities).max(axis=0) * scene.end_time
+    margin = fall + flight + 0.5 * (upper - lower) + 4 * dx
+    return lower - margin, upper + margin
+
+
+def _stress_from_weight(model):
+    """Geostatic stress, and the elastic strain that carries it, for every particle."""
+    scene, population = model.scene, model.population
+    shapes = [(body.shape if body.shape.kind == "layer" else None, scene.materials[body.material].density)
+              for body in scene.bodies]
+    query = model.distance.query if model.distance else None
+    load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
+                               scene.solver.dx)
+    nu = np.array([law.poisson_ratio for law in model.laws])[population.material]
+    tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, nu / (1.0 - nu))
+    if scene.dimension == 2:
+        # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
+        components = [(0, 0), (1, 1), (2, 2), (0, 1)]
+    else:
+        components = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
+    for m, law in enumerate(model.laws):
+        own = population.material == m
+        elastic = law.h_from_stress(tau[own])
+        for c, (i, j) in enumerate(components):
+            population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
+
+
+def describe(scene):
+    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory" [bytes], "bytes_per_particle",
+    "fields", "dt" [s], "dt_cause", "steps", "run_time" [s], "domain"}. Raises InputError as `build` does."""
+    model = build(scene)
+    solver = model.solver()
+    counts = np.diff([*model.body_starts, len(model.population.volumes)])
+    dt, cause = solver.stable_dt()
+    dt = scene.solver.dt or dt
+    steps = int(np.ceil(scene.end_time / dt))
+    particles = int(counts.sum())
+    return {
+        "dimension": scene.dimension,
+        "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
+        "mass": solver.mass,
+        "blocks": len(solver.blocks),
+        "memory": int(solver.particles.bytes_per_particle * particles + solver.grid.bytes),
+        "bytes_per_particle": solver.particles.bytes_per_particle,
+        "fields": dict(solver.particles.layout.sizes),
+        "dt": dt,
+        "dt_cause": "fixed" if scene.solver.dt else cause,
+        "steps": steps,
+        "run_time": steps * (3e-4 + particles * {2: 50e-9, 3: 100e-9}[scene.dimension]),
+        "domain": (model.lower.tolist(), model.upper.tolist()),
+    }

@@ -1,0 +1,86 @@
+"""Particle fields by name, as output, diagnostics and users read them: NumPy copies in SI units."""
+
+import numpy as np
+
+UNITS = {
+    "position": "m", "velocity": "m/s", "density": "kg/m3", "mass": "kg", "volume": "m3", "stress": "Pa", "p": "Pa",
+    "q": "Pa", "J": "1", "material": "1", "body": "1", "id": "1", "p0": "Pa", "plastic_strain": "1", "damage": "1",
+}
+
+
+class ParticleFields:
+    """`fields[name]`: one array a name, copied from the solver when asked for; one table copy serves all names.
+
+    velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
+    axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
+    J = det F; material, body: index in the scene; id: number given at seeding; and what the laws report of their state
+    (p0, plastic_strain, damage), zero where a law has no such thing.
+    """
+
+    def __init__(self, solver, body_starts=(0,)):
+        self._solver = solver
+        self._table = solver.particles.table().astype(np.float64)
+        self._labels = solver.particles.labels()
+        self._body_starts = np.asarray(body_starts)
+
+    def __getitem__(self, name):
+        method = getattr(self, f"_{name}", None)
+        if method is not None:
+            return method()
+        if name in UNITS:
+            return self._of_laws(name)
+        raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted(UNITS))}")
+
+    def _column(self, name):
+        return self._table[:, self._solver.particles.layout.columns(name)]
+
+    def _position(self):
+        return self._solver.positions(self._column("position"))
+
+    def _velocity(self):
+        return self._column("velocity")
+
+    def _J(self):
+        return self._column("volume_ratio")[:, 0]
+
+    def _volume(self):
+        return self._column("volume")[:, 0] * self._J()
+
+    def _mass(self):
+        return self._column("volume")[:, 0] * self._solver.materials.density[self._material()]
+
+    def _density(self):
+        return self._solver.materials.density[self._material()] / self._J()
+
+    def _material(self):
+        return self._labels[:, 0]
+
+    def _id(self):
+        return self._labels[:, 1]
+
+    def _body(self):
+        return np.searchsorted(self._body_starts, self._id(), side="right") - 1
+
+    def kirchhoff(self):
+        """Kirchhoff stress (n, 6) [Pa]."""
+        tau = self._column("stress")
+        return tau if tau.shape[1] == 6 else np.pad(tau, ((0, 0), (0, 2)))
+
+    def _stress(self):
+        return self.kirchhoff() / self._J()[:, None]
+
+    def _p(self):
+        return -self._stress()[:, :3].mean(axis=1)
+
+    def _q(self):
+        sigma = self._stress()
+        s = sigma[:, :3] - sigma[:, :3].mean(axis=1, keepdims=True)
+        return np.sqrt(1.5 * (s**2).sum(axis=1) + 3.0 * (sigma[:, 3:] ** 2).sum(axis=1))
+
+    def _of_laws(self, name):
+        material, values = self._material(), np.zeros(len(self._labels))
+        for m, law in enumerate(self._solver.materials.laws):
+            own = material == m
+            state = self._column("state")[own]
+            values[own] = law.outputs(state[:, : len(law.STATE)]).get(name, 0.0)
+        return values

@@ -1,0 +1,32 @@
+"""The laws of a scene as the tables that kernels read."""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.runtime import DTYPES
+
+
+class MaterialTable:
+    """Numbers of every material of a scene; kernels are compiled for `classes`, never for the numbers.
+
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `classes`.
+    """
+
+    def __init__(self, laws, precision):
+        self.laws = tuple(laws)
+        self.classes = tuple(sorted({type(law) for law in laws}, key=lambda law: law.__name__))
+        self.density = np.array([law.density for law in laws])
+        self.wave_speed = max(law.wave_speed() for law in laws)
+        self.state_size = max([1, *(len(law.STATE) for law in laws)])
+        self.initial_state = np.zeros((len(laws), self.state_size))
+        self.n_parameters = max(len(law.parameters()) for law in laws)
+        numbers = np.zeros((len(laws), 1 + self.n_parameters), DTYPES[precision][1])
+        for m, law in enumerate(laws):
+            state, parameters = law.initial_state(), law.parameters()
+            self.initial_state[m, : len(state)] = state
+            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
+        self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
+        self.numbers.from_numpy(numbers)
+        law_of = np.array([self.classes.index(type(law)) for law in laws], np.int32)
+        self.law_of = ti.ndarray(ti.i32, law_of.shape)
+        self.law_of.from_numpy(law_of)

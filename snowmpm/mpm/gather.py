@@ -1,0 +1,183 @@
+"""Grid to particles, then the constitutive update: everything a particle learns from a step.
+
+    v  <- sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T  (= grad v),   x <- x + dt v
+    f = exp(dt grad v) to second order: A = f - I = dt C + (dt C)^2 / 2
+    law.update(h, A) -> h, tau, state;   J <- J det f
+
+The first-order A lets a rotating body swell by omega^2 dt t; the second order leaves (omega dt)^4 / 4 a step.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.blocks import EDGE
+from snowmpm.mpm.grid import TILE
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.particles import MATERIAL, accessors
+from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
+
+SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC = range(8)
+"""Columns of a block's report: largest |v|^2, |grad v|^2, |be - I| and excursion from home [cells]; sums of plastic
+work [J] and of particles whose return map failed; index + 1 of a particle that is not finite or inverted; number of
+particles that yielded."""
+
+N_REPORT = 8
+_SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
+
+
+@functools.cache
+def gather_kernel(layout, real, laws, n_parameters, atomic):
+    """Kernel of the second half of a step for these law classes. atomic as in `scatter_kernel`."""
+    dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
+    load, store = accessors(layout)
+    at = layout.offsets
+    vec4 = ti.types.vector(4, real)
+    rows = [(i,) for i in range(WIDTH)] if dim == 2 else [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
+    stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
+    n_laws = len(laws)
+
+    @ti.func
+    def is_finite(x):
+        """By the bits of the exponent: fast floating-point mode may optimise a comparison with NaN away."""
+        finite = True
+        if ti.static(real == ti.f32):
+            finite = (ti.bit_cast(ti.cast(x, ti.f32), ti.i32) & 0x7F800000) != 0x7F800000
+        else:
+            finite = ((ti.bit_cast(ti.cast(x, ti.f64), ti.i64) >> 52) & 0x7FF) != 0x7FF
+        return finite
+
+    @ti.func
+    def interpolate(tiles: ti.template(), b, base, f, w):
+        """Velocity [m/s] and its gradient per cell at a particle."""
+        v = vec4(0.0)
+        moments = [vec4(0.0) for _ in ti.static(range(dim))]
+        address = b * tile_edge**dim
+        for a in ti.static(range(dim)):
+            address += (base[a] + 1) * stride[a]
+        for row in ti.static(rows):
+            weight, start = ti.cast(1.0, real), address
+            for a in ti.static(range(dim - 1)):
+                weight *= w[row[a], a]
+                start += row[a] * stride[a]
+            near, middle, far = tiles[start], tiles[start + 1], tiles[start + 2]
+            sum0 = weight * (w[0, dim - 1] * near + w[1, dim - 1] * middle + w[2, dim - 1] * far)
+            v += sum0
+            for a in ti.static(range(dim - 1)):
+                if ti.static(row[a] > 0):
+                    moments[a] += float(row[a]) * sum0
+            moments[dim - 1] += weight * (w[1, dim - 1] * middle + (2.0 * w[2, dim - 1]) * far)
+        velocity, gradient = ti.Vector.zero(real, dim), ti.Matrix.zero(real, dim, dim)
+        for i in ti.static(range(dim)):
+            velocity[i] = v[i]
+            for a in ti.static(range(dim)):
+                gradient[i, a] = INVERSE_SECOND_MOMENT * (moments[a][i] - f[a] * v[i])
+        return velocity, gradient
+
+    @ti.func
+    def gather_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
+                        law_of: ti.template(), tiles: ti.template(), dt, dx):
+        """Advance one particle; -> its report."""
+        x = load(reals, p, at["position"], dim)
+        base, f, w = quadratic_stencil(x)
+        velocity, gradient = interpolate(tiles, b, base, f, w)
+        grad_v = gradient / dx
+        x += (dt / dx) * velocity
+        A = dt * grad_v
+        A = A + 0.5 * A @ A
+        material = integers[p, MATERIAL]
+        h = load(reals, p, at["elastic"], layout.sym_size)
+        tau = ti.Vector.zero(real, layout.sym_size)
+        work, iterations = ti.cast(0.0, real), 0
+        state = load(reals, p, at["state"], layout.state_size)
+        parameters = ti.Vector.zero(real, n_parameters)
+        for c in ti.static(range(n_parameters)):
+            parameters[c] = materials[material, 1 + c]
+        for k in ti.static(range(n_laws)):
+            if law_of[material] == k:
+                h, tau, state, work, iterations = laws[k].update(parameters, h, state, A, dt)
+        store(reals, p, at["state"], state)
+        growth = (ti.Matrix.identity(real, dim) + A).determinant()
+        ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
+        volume = load(reals, p, at["volume"], 1)[0]
+        store(reals, p, at["position"], x)
+        store(reals, p, at["velocity"], velocity)
+        for i in ti.static(range(dim)):
+            for j in ti.static(range(dim)):
+                store(reals, p, at["affine"] + i * dim + j, ti.Vector([grad_v[i, j]]))
+        store(reals, p, at["elastic"], h)
+        store(reals, p, at["stress"], tau)
+        store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
+        excursion = ti.cast(0.0, real)
+        for a in ti.static(range(dim)):
+            excursion = ti.max(excursion, ti.max(0.5 - x[a], x[a] - (edge + 0.5)))
+        report = ti.Vector.zero(real, N_REPORT)
+        report[SPEED2], report[GRADIENT2] = velocity.norm_sqr(), grad_v.norm_sqr()
+        report[STRAIN], report[EXCURSION] = h.norm_sqr(), excursion
+        report[DISSIPATION] = work * volume
+        report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
+        report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)
+        if growth <= 0.0 or not is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum()):
+            report[BAD] = 1.0
+        return report
+
+    @ti.func
+    def reduce_report(reports: ti.template(), report: ti.template(), n_tiles):
+        for c in ti.static(range(N_REPORT)):
+            report[c] = 0.0
+        for b in range(n_tiles):
+            for c in ti.static(range(N_REPORT)):
+                if ti.static(c in _SUMMED):
+                    report[c] += reports[b, c]
+                else:
+                    report[c] = ti.max(report[c], reports[b, c])
+
+    @ti.kernel
+    def gather_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+                      law_of: ti.types.ndarray(), start: ti.types.ndarray(),
+                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, reports: ti.types.ndarray(),
+                      report: ti.types.ndarray(), n_tiles: int, workers: int):
+        for i in range(chunks(workers)):
+            if is_worker(i):
+                first, last = chunk(i, workers, n_tiles)
+                for b in range(first, last):
+                    block = ti.Vector.zero(real, N_REPORT)
+                    worst = 0
+                    for p in range(start[b], start[b + 1]):
+                        one = gather_particle(p, b, reals, integers, materials, law_of, tiles, dt, dx)
+                        for c in ti.static(range(N_REPORT)):
+                            if ti.static(c in _SUMMED):
+                                block[c] += one[c]
+                            else:
+                                block[c] = ti.max(block[c], one[c])
+                        if one[BAD] > 0.0:
+                            worst = p + 1
+                    for c in ti.static(range(N_REPORT)):
+                        reports[b, c] = ti.cast(block[c], ti.f64)
+                    reports[b, BAD] = ti.cast(worst, ti.f64)
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            reduce_report(reports, report, n_tiles)
+
+    @ti.kernel
+    def gather_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+                      law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
+                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, reports: ti.types.ndarray(),
+                      report: ti.types.ndarray(), n_tiles: int, count: int):
+        for b, c in ti.ndrange(n_tiles, N_REPORT):
+            reports[b, c] = 0.0
+        for p in range(count):
+            one = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, dt, dx)
+            for c in ti.static(range(N_REPORT)):
+                value = ti.cast(one[c], ti.f64)
+                if ti.static(c == BAD):
+                    value *= p + 1
+                if ti.static(c in _SUMMED):
+                    ti.atomic_add(reports[block_of[p], c], value)
+                else:
+                    ti.atomic_max(reports[block_of[p], c], value)
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            reduce_report(reports, report, n_tiles)
+
+    return gather_atomic if atomic else gather_blocks

@@ -1,0 +1,105 @@
+"""Particles to grid: mass, momentum and internal force in the affine (MLS) form.
+
+For particle p and node i, with m = rho_0 V, D^-1 = 4 / dx^2 and x_i, x_p in metres (Hu et al. 2018,
+doi:10.1145/3197517.3201293, eq. 16-18; Kirchhoff stress tau, reference volume V):
+
+    m_i     += w_ip m
+    (mv)_i  += w_ip [ m v + (m C - dt D^-1 V tau) (x_i - x_p) ]
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.blocks import EDGE
+from snowmpm.mpm.grid import TILE
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.particles import MATERIAL, accessors
+from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
+
+DENSITY = 0
+"""Column of the material table that holds the reference density; a law's own parameters follow it."""
+
+
+@functools.cache
+def scatter_kernel(layout, real, atomic):
+    """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU)."""
+    dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
+    load, _ = accessors(layout)
+    at = layout.offsets
+    vec4 = ti.types.vector(4, real)
+    rows = [()] if dim == 1 else [(i,) for i in range(WIDTH)]
+    if dim == 3:
+        rows = [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
+    stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
+
+    @ti.func
+    def symmetric_matrix(s):
+        """dim x dim block of a symmetric tensor stored as xx, yy, zz, xy[, yz, xz]."""
+        if ti.static(dim == 2):
+            return ti.Matrix([[s[0], s[3]], [s[3], s[1]]])
+        else:
+            return ti.Matrix([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
+
+    @ti.func
+    def node_vector(momentum, mass):
+        result = vec4(0.0)
+        for a in ti.static(range(dim)):
+            result[a] = momentum[a]
+        result[3] = mass
+        return result
+
+    @ti.func
+    def scatter_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
+                         tiles: ti.template(), dt, dx):
+        base, f, w = quadratic_stencil(load(reals, p, at["position"], dim))
+        velocity = load(reals, p, at["velocity"], dim)
+        grad_v = load(reals, p, at["affine"], dim * dim)
+        tau = symmetric_matrix(load(reals, p, at["stress"], layout.sym_size))
+        volume = load(reals, p, at["volume"], 1)[0]
+        mass = volume * materials[integers[p, MATERIAL], DENSITY]
+        affine = (-dt * INVERSE_SECOND_MOMENT * volume / dx) * tau
+        for i in ti.static(range(dim)):
+            for j in ti.static(range(dim)):
+                affine[i, j] += mass * dx * grad_v[i * dim + j]
+        corner = node_vector(mass * velocity - affine @ f, mass)
+        step = [node_vector(affine[:, a], 0.0) for a in ti.static(range(dim))]
+        address = b * tile_edge**dim
+        for a in ti.static(range(dim)):
+            address += (base[a] + 1) * stride[a]
+        for row in ti.static(rows):
+            value, weight, start = corner, ti.cast(1.0, real), address
+            for a in ti.static(range(dim - 1)):
+                value += float(row[a]) * step[a]
+                weight *= w[row[a], a]
+                start += row[a] * stride[a]
+            for k in ti.static(range(WIDTH)):
+                part = (weight * w[k, dim - 1]) * (value + float(k) * step[dim - 1])
+                if ti.static(atomic):
+                    ti.atomic_add(tiles[start + k], part)
+                else:
+                    tiles[start + k] = tiles[start + k] + part
+
+    @ti.kernel
+    def scatter_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+                       start: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
+                       n_tiles: int, workers: int):
+        for i in range(chunks(workers)):
+            if is_worker(i):
+                first, last = chunk(i, workers, n_tiles)
+                for b in range(first, last):
+                    for q in range(tile_edge**dim):
+                        tiles[b * tile_edge**dim + q] = vec4(0.0)
+                    for p in range(start[b], start[b + 1]):
+                        scatter_particle(p, b, reals, integers, materials, tiles, dt, dx)
+
+    @ti.kernel
+    def scatter_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+                       block_of: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
+                       n_tiles: int, count: int):
+        for q in range(n_tiles * tile_edge**dim):
+            tiles[q] = vec4(0.0)
+        for p in range(count):
+            scatter_particle(p, block_of[p], reals, integers, materials, tiles, dt, dx)
+
+    return scatter_atomic if atomic else scatter_blocks

@@ -1,0 +1,261 @@
+"""Explicit MLS-MPM: quadratic B-splines, affine transfer, symplectic Euler, stress from the updated deformation."""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm import runtime
+from snowmpm.blocks import EDGE, BlockMap, sort_kernels
+from snowmpm.contact import CODES, OPEN
+from snowmpm.errors import SimulationError
+from snowmpm.material_table import MaterialTable
+from snowmpm.mpm import gather as report_of
+from snowmpm.mpm.gather import gather_kernel
+from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array
+from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.parallel import workers
+from snowmpm.particles import IDENTITY, Layout, ParticleStore
+from snowmpm.timestep import Extremes, stable_step
+
+_HOME_LIMIT = 0.999
+"""Excursion [cells] at which particles are sorted again; at 1 a stencil would leave its tile."""
+
+
+class MpmSolver:
+    """Particles, their grid, and one step of both.
+
+    Lengths inside are cells from `origin` (scene coordinates of grid node 0). Totals since the start: `impulse` of
+    terrain, sides and loads and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return maps, and
+    `removed` (count, mass [kg], momentum [kg m/s]) of the particles that left through open sides.
+    """
+
+    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
+                 terrain_contact="stick", terrain_friction=0.0, sides=None, atomic=None):
+        """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
+
+        terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
+        sides: (dim, 2) names of `contact.CODES`, "open" by default.
+        atomic: scatter with atomics, the GPU way; by default as the backend asks.
+        """
+        self.dim = dim = len(origin)
+        self.dx, self.cfl, self.precision = dx, cfl, precision
+        self.origin, self.gravity = np.asarray(origin, float), np.asarray(gravity, float)
+        self.lower, self.upper = ((np.asarray(b, float) - self.origin) / dx for b in (lower, upper))
+        self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
+        self.materials = MaterialTable(laws, precision)
+        self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
+        self._sides = self._side_table(sides or [["open", "open"]] * dim)
+        self._populate(population)
+        self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None)
+        self._bind_kernels(with_terrain=terrain is not None)
+        self._follow_blocks()
+        self.time, self.steps, self.sorts = 0.0, 0, 0
+        self.keep = 1.0
+        """Share of a node's velocity kept each step: below 1 only while an initial state settles."""
+        self._total = np.zeros(dim + 1)
+        self.weight_impulse = np.zeros(dim)
+        self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
+        self.removed = {"count": 0, "mass": 0.0, "momentum": np.zeros(dim)}
+        self.set_loads([])
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    def step(self, dt):
+        """Advance by dt [s]."""
+        with runtime.precision(self.precision):
+            if self._excursion >= _HOME_LIMIT:
+                self.sort()
+            self.particles_to_grid(dt)
+            self.update_grid(dt)
+            self.grid_to_particles(dt)
+        self.weight_impulse += dt * self.mass * self.gravity
+        self.time += dt
+        self.steps += 1
+
+    @property
+    def impulse(self):
+        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
+        return self._total[: self.dim]
+
+    @property
+    def contact_work(self):
+        """Kinetic energy that terrain and sides took [J]."""
+        return float(self._total[self.dim])
+
+    def particles_to_grid(self, dt):
+        grid, store = self.grid, self.particles
+        home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
+        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.tiles, dt, self.dx,
+                      grid.n_tiles, n)
+
+    def update_grid(self, dt):
+        grid = self.grid
+        self._update(grid.tiles, grid.tile_of, grid.node_coordinates, grid.walls, self._sides, self._loads,
+                     ti.Vector(self.gravity), dt, self.keep, self._terrain_code, self._terrain_friction,
+                     self._impulses, self._total, self._n_loads, grid.n_node_blocks, self._workers(grid.n_node_blocks))
+
+    def grid_to_particles(self, dt):
+        grid, store = self.grid, self.particles
+        home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
+        report = np.zeros(report_of.N_REPORT)
+        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.tiles, dt,
+                     self.dx, self._reports, report, grid.n_tiles, n)
+        self._read(report)
+
+    def stable_dt(self):
+        """-> (largest stable step [s], what limits it)."""
+        return stable_step(self.dx, self.cfl, self.materials.wave_speed, self.extremes)
+
+    def _read(self, report):
+        if report[report_of.BAD]:
+            self._fail(int(report[report_of.BAD]) - 1)
+        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
+                                 elastic_deviation=report[report_of.STRAIN] ** 0.5)
+        self._excursion = report[report_of.EXCURSION]
+        self.plastic_work += report[report_of.DISSIPATION]
+        self.unconverged += int(report[report_of.UNCONVERGED])
+        self.n_plastic = int(report[report_of.PLASTIC])
+
+    def _fail(self, p):
+        x = self.positions()[p]
+        identity = self.particles.labels()[p, IDENTITY]
+        raise SimulationError(
+            f"particle {identity} is no longer finite or turned inside out at t = {self.time:.6g} s, step {self.steps},"
+            f" near {np.array2string(x, precision=3)} m:\nlower solver.cfl or check the stiffness of its material")
+
+    # ---- blocks -----------------------------------------------------------------------------------------------
+
+    def sort(self):
+        """Bring every particle home to its block; those outside the domain are removed and counted."""
+        blocks, store = self.blocks, self.particles
+        counts = int_array(np.zeros((len(blocks), 3**self.dim)))
+        lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
+        n = self._workers(len(blocks))
+        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, counts, n)
+        counts = counts.to_numpy()[: len(blocks)]
+        alive = int(counts.sum())
+        if alive < store.count:
+            self._count_removed()
+        used = counts > 0
+        keys, block_of_move = np.unique(blocks.neighbours()[used], return_inverse=True)
+        order = np.argsort(block_of_move, kind="stable")
+        sizes = counts[used]
+        first = np.empty(len(sizes), np.int64)
+        first[order] = np.cumsum(sizes[order]) - sizes[order]
+        target = np.zeros(counts.shape, np.int64)
+        target[used] = first
+        self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
+                   int_array(target), n)
+        store.swap(alive)
+        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
+        self._follow_blocks()
+        self.sorts += 1
+
+    def _follow_blocks(self):
+        self.grid.fit(self.blocks)
+        if self._reports is None or self._reports.shape[0] < max(1, len(self.blocks)):
+            self._reports = ti.ndarray(ti.f64, (int(1.25 * len(self.blocks)) + 8, report_of.N_REPORT))
+        if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
+            self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim + 1))
+        if self.atomic:
+            self._block_of = int_array(np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start)))
+        self._excursion = 0.0
+
+    def _count_removed(self):
+        cells = (self.positions() - self.origin) / self.dx
+        self._tally_removed(~((cells >= self.lower) & (cells < self.upper)).all(axis=1))
+
+    def _tally_removed(self, gone):
+        mass = self.masses()[gone]
+        self.removed["count"] += int(gone.sum())
+        self.removed["mass"] += float(mass.sum())
+        self.mass -= float(mass.sum())
+        self.removed["momentum"] += mass @ self.column("velocity")[gone]
+
+    def _workers(self, n):
+        return workers(n)
+
+    # ---- set-up -----------------------------------------------------------------------------------------------
+
+    def _populate(self, population):
+        layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
+        cells = (population.positions - self.origin) / self.dx
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim)
+        self.particles = ParticleStore(layout, len(order), self.precision)
+        material = population.material[order]
+        columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
+                   "volume_ratio": np.ones(len(order)), "state": self.materials.initial_state[material],
+                   "elastic": population.elastic[order], "stress": population.stress[order]}
+        self.particles.fill(columns, material, order)
+        self.mass = float(population.volumes @ self.materials.density[population.material])
+        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
+                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self._reports = self._impulses = self._block_of = None
+
+    def _bind_kernels(self, with_terrain):
+        real = runtime.DTYPES[self.precision][0]
+        layout = self.particles.layout
+        self._scatter = scatter_kernel(layout, real, self.atomic)
+        self._update = grid_kernel(self.dim, real, with_terrain)
+        self._gather = gather_kernel(layout, real, self.materials.classes,
+                                     self.materials.n_parameters, self.atomic)
+        self._count_moves, self._move = sort_kernels(layout)
+
+    def _wall_distance(self, terrain):
+        def wall_distance(nodes):
+            distance, normal = terrain.query(self.origin + self.dx * nodes)
+            return distance / self.dx, normal
+        return wall_distance
+
+    def _side_table(self, sides):
+        table = np.zeros((self.dim, 2, 2))
+        table[:, 0, 0], table[:, 1, 0] = self.lower, self.upper
+        table[:, :, 1] = [[CODES[name] for name in pair] for pair in sides]
+        return table
+
+    def set_loads(self, loads):
+        """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
+        rows = [[*((np.asarray(centre) - self.origin) / self.dx), radius / self.dx, *acceleration]
+                for centre, radius, acceleration in loads]
+        self._n_loads = len(rows)
+        self._loads = np.array(rows or [[0.0] * (2 * self.dim + 1)])
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    def column(self, name):
+        """Copy of one column group of the particle table, float64, (n, size)."""
+        return self.particles.table()[:, self.particles.layout.columns(name)].astype(np.float64)
+
+    def positions(self, local=None):
+        """Scene coordinates of the particles [m], (n, dim); local: their position columns when already at hand."""
+        local = self.column("position") if local is None else local
+        home = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        return self.origin + self.dx * (EDGE[self.dim] * home + local)
+
+    def rewrite(self, table):
+        """Put back a changed copy of `particles.table()`; positions and volumes must stay."""
+        self.particles.overwrite(table)
+
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true; they count as removed."""
+        keep = ~np.asarray(gone, bool)
+        self._tally_removed(~keep)
+        table, labels = self.particles.table()[keep], self.particles.labels()[keep]
+        home = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
+        counts = np.bincount(home, minlength=len(self.blocks))
+        filled = counts > 0
+        columns = {name: table[:, self.particles.layout.columns(name)] for name in self.particles.layout.sizes}
+        self.particles.fill(columns, labels[:, 0], labels[:, 1])
+        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim)
+        excursion = self._excursion
+        self._follow_blocks()
+        self._excursion = excursion
+
+    def masses(self):
+        """Masses of the particles [kg] (per metre of width in 2-D), (n,)."""
+        return self.column("volume")[:, 0] * self.materials.density[self.particles.labels()[:, 0]]
+
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+        self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
+        self._total[:] = 0.0
+        self.weight_impulse[:] = 0.0

@@ -1,0 +1,104 @@
+"""What a run leaves behind: frames, history rows, peak maps, summary."""
+
+import json
+import os
+import platform
+from dataclasses import asdict
+
+import numpy as np
+import taichi
+
+from snowmpm import __version__, diagnostics, fields, maps, runtime
+from snowmpm.io import RunWriter
+
+MAP_CELLS = 2
+"""Plan cells of the peak maps, in grid spacings."""
+
+
+class Recorder:
+    """Writes what a simulation shows: frames, history rows, peak maps, summary."""
+
+    def __init__(self, simulation, folder):
+        self._simulation, self._folder = simulation, folder
+        self.frames, self.particle_steps, self.last = 0, 0, {}
+        self._causes, self._smallest_dt = {}, float("inf")
+        model = simulation.model
+        self._origin = model.lower
+        surface = model.surface
+        terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
+        self._writer = RunWriter(folder, provenance=self._provenance(), terrain=terrain, origin=self._origin,
+                                 dimension=simulation.scene.dimension, units=fields.UNITS, durable=False)
+        self._maps = None
+        if simulation.scene.dimension == 3:
+            cell = MAP_CELLS * simulation.scene.solver.dx
+            self._maps = maps.PeakMaps(model.lower[:2], model.upper[:2], cell)
+            self._moved = 0.0
+
+    def _provenance(self):
+        scene = self._simulation.scene
+        spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
+                "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
+                "threads": runtime.threads(), "precision": scene.solver.precision, "seed": scene.seed,
+                "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
+                "bodies": [body.name for body in scene.bodies], "materials": list(scene.materials),
+                "particles": self._simulation.n_particles}
+
+    def watch(self):
+        """After a step: keep the peak maps and the record of time steps."""
+        simulation = self._simulation
+        cause = simulation.dt_cause
+        self._causes[cause] = self._causes.get(cause, 0) + 1
+        self._smallest_dt = min(self._smallest_dt, simulation.dt)
+        if self._maps:
+            self._moved += simulation.max_speed * simulation.dt
+            if self._moved > self._maps.cell:
+                self._see(simulation.particles)
+
+    def _see(self, particles):
+        self._moved = 0.0
+        self._maps.see(particles["position"], particles["volume"], particles["mass"],
+                       np.linalg.norm(particles["velocity"], axis=1))
+
+    def frame(self):
+        """Write the state now: particles, a row of the history, the maps so far."""
+        simulation = self._simulation
+        particles = simulation.particles
+        self.last = simulation.audit(particles)
+        self._writer.history(simulation.time, self.last, diagnostics.UNITS)
+        names = dict.fromkeys(simulation.scene.output.fields)
+        values = {name: particles[name] for name in names}
+        if "stress" in values and simulation.scene.dimension == 2:
+            values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
+        self._writer.frame(simulation.time, particles["position"] - self._origin, values)
+        self.frames += 1
+        if self._maps:
+            self._see(particles)
+
+    def close(self, phases, complete):
+        """Write maps and summary and close the run file."""
+        try:
+            if self._maps:
+                for name, (values, x0, y0, cell) in self._maps.rasters().items():
+                    self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
+            phases.lap("output")
+            summary = self.summary(phases, complete)
+            self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete})
+        finally:
+            self._writer.close(complete=complete)
+        part = self._folder / "summary.json.part"
+        part.write_text(json.dumps(summary, indent=1), encoding="utf-8")
+        os.replace(part, self._folder / "summary.json")
+
+    def summary(self, phases, complete):
+        """What summary.json says."""
+        simulation, solver = self._simulation, self._simulation.solver
+        times = {name: round(value, 3) for name, value in asdict(phases).items() if name != "started"}
+        per_step = 1e9 * phases.steps / max(1, self.particle_steps)
+        return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
+                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.sorts,
+                "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
+                "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
+                "backend": runtime.backend(), "threads": runtime.threads(),
+                "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
+                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last}

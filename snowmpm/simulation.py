@@ -1,0 +1,126 @@
+"""A simulation, step by step."""
+
+import math
+
+import numpy as np
+
+from snowmpm import runtime
+from snowmpm.build import build
+from snowmpm.diagnostics import Audit
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.fields import ParticleFields
+
+SETTLED_SPEED = 2e-3
+"""An initial state counts as settled below this share of sqrt(g D), D the depth of the snow (one cell at least)."""
+
+SETTLE_STEPS = 20_000
+
+
+class Simulation:
+    """A scene in motion.
+
+        sim = Simulation(scene)
+        while sim.time < 1.0:
+            sim.step()
+        sim.particles["velocity"]
+
+    time [s]; dt [s] and dt_cause of the last step: "elastic", "advective", "deformation", "fixed" or "output" (cut to
+    land on a time asked for); particles[name]: NumPy copies (`snowmpm.fields.ParticleFields`).
+    Raises InputError for a scene that cannot be built, SimulationError when a step fails.
+    """
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.model = build(scene)
+        self.solver = self.model.solver()
+        self.events = self.model.events()
+        self.loads = []
+        self.dt, self.dt_cause = 0.0, "elastic"
+        self._check_fixed_step()
+        if scene.initial.stress == "settle":
+            self.settle()
+        self._audit = Audit(self.solver, self.particles, self.model.direction)
+
+    @property
+    def time(self):
+        return self.solver.time
+
+    @property
+    def n_particles(self):
+        return self.solver.particles.count
+
+    @property
+    def max_speed(self):
+        """Largest particle speed after the last step [m/s]."""
+        return self.solver.extremes.speed
+
+    @property
+    def particles(self):
+        return ParticleFields(self.solver, self.model.body_starts)
+
+    def step(self, until=None):
+        """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
+        for event in self.events:
+            event.apply(self)
+        self.events = [event for event in self.events if not event.done]
+        dt, cause = self._next_step()
+        if until is not None and until > self.time:
+            n = math.ceil((until - self.time) / dt * (1.0 - 1e-9))
+            if n <= 1:
+                dt, cause = until - self.time, "output" if until - self.time < 0.99 * dt else cause
+            else:
+                dt = (until - self.time) / n
+        self.solver.step(dt)
+        if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
+            self.solver.time = until
+        self.dt, self.dt_cause = dt, cause
+
+    def audit(self, particles=None):
+        """One row of the history: conserved quantities, energies, front, counters (`snowmpm.diagnostics`)."""
+        return {**self._audit.values(particles or self.particles), "dt": self.dt}
+
+    def _next_step(self):
+        fixed = self.scene.solver.dt
+        if fixed:
+            limit, cause = self.solver.stable_dt()
+            # The limit includes the safety factor cfl; a fixed step may use the rest of it, not more.
+            if cause != "elastic" and fixed > limit / self.scene.solver.cfl:
+                raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit is"
+                                      f" {limit:.3g} s; leave solver.dt out for an adaptive step")
+            return fixed, "fixed"
+        return self.solver.stable_dt()
+
+    def _check_fixed_step(self):
+        fixed, (limit, _) = self.scene.solver.dt, self.solver.stable_dt()
+        largest = limit / self.scene.solver.cfl
+        if fixed and fixed > largest:
+            raise InputError.at("solver.dt", fixed, f"unstable: must be at most {largest:.3g} s here; leave it out for an"
+                                                    " adaptive step", self.scene.source)
+
+    def settle(self):
+        """Relax to rest under gravity with damped nodes, then start the clock at zero.
+
+        Each step keeps the share 1 - dt c / (10 dx) of the node velocities, which damps waves a few cells long and longer within tens of steps,
+        until the largest speed stays below `SETTLED_SPEED` sqrt(g D). Raises SimulationError when it does not settle.
+        """
+        solver, dx = self.solver, self.scene.solver.dx
+        height = np.ptp(self.model.population.positions[:, -1]) if self.model.surface is None else self._depth()
+        wanted = SETTLED_SPEED * math.sqrt(float(np.linalg.norm(solver.gravity)) * max(height, dx))
+        quiet = 0
+        for _ in range(SETTLE_STEPS):
+            dt, _ = solver.stable_dt()
+            solver.keep = 1.0 - min(0.5, 0.1 * dt * solver.materials.wave_speed / dx)
+            solver.step(dt)
+            quiet = quiet + 1 if solver.extremes.speed < wanted else 0
+            if quiet >= 50:
+                break
+        else:
+            raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": still moving at"
+                                  f" {solver.extremes.speed:.3g} m/s after {SETTLE_STEPS} steps; the scene is not stable"
+                                  " before its trigger")
+        solver.keep = 1.0
+        solver.restart_clock()
+
+    def _depth(self):
+        distance, _ = self.model.distance.query(self.model.population.positions)
+        return float(distance.max(initial=0.0))

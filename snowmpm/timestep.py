@@ -1,0 +1,38 @@
+"""The largest stable step and what limits it.
+
+    elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e), e the largest elastic compression (Hencky); c_0 = sqrt((K + 4G/3)/rho)
+    advective    dt <= C dx / |v|
+    deformation  dt <= 0.2 / |grad v|
+
+For Hencky elasticity the speed of a wave seen on the grid is sqrt(M (1 - ln F) / rho_0): hence the factor sqrt(1 + e).
+"""
+
+import math
+from dataclasses import dataclass
+
+DEFORMATION_LIMIT = 0.2
+"""Largest |dt grad v| of a step (Frobenius norm)."""
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """What a step leaves behind for the choice of the next one."""
+
+    speed: float = 0.0
+    """Largest particle speed [m/s]."""
+    gradient: float = 0.0
+    """Largest |grad v| [1/s]."""
+    elastic_deviation: float = 0.0
+    """Largest |be - I| [-]."""
+
+
+def stable_step(dx, cfl, wave_speed, extremes):
+    """-> (dt [s], cause): the smallest of the three limits. wave_speed: c_0 of the stiffest material [m/s]."""
+    compression = -0.5 * math.log(max(1.0 - extremes.elastic_deviation, 0.01))
+    limits = {
+        "elastic": cfl * dx / (wave_speed * math.sqrt(1.0 + compression)),
+        "advective": cfl * dx / extremes.speed if extremes.speed > 0.0 else math.inf,
+        "deformation": DEFORMATION_LIMIT / extremes.gradient if extremes.gradient > 0.0 else math.inf,
+    }
+    cause = min(limits, key=limits.get)
+    return limits[cause], cause
