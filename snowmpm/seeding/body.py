@@ -11,7 +11,7 @@ from snowmpm.seeding.shapes import shape_of
 
 
 class Seeds(NamedTuple):
-    """Where particles start: positions (n, dim) float64 [m], volumes (n,) float64 [m3] ([m3 per metre of width] in 2-D)."""
+    """Where particles start: positions (n, dim) [m], volumes (n,) [m3] (in 2-D per metre of width), both float64."""
 
     positions: np.ndarray
     volumes: np.ndarray

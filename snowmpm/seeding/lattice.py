@@ -12,7 +12,8 @@ def unit_points(counts, sampling, rng):
     """Points (prod(counts), d) in the box from 0 to counts, one per unit volume on average, in units of the spacing.
 
     regular: centres of the unit cells, last axis fastest; jittered: each moved by at most a quarter in each direction;
-    poisson: random with a least distance (random sequential discs). An axis with one cell keeps its centre under `poisson`.
+    poisson: random with a least distance (random sequential discs). An axis with one cell keeps its centre under
+    `poisson`.
     """
     counts = np.asarray(counts, int)
     if sampling == "poisson":
@@ -22,6 +23,18 @@ def unit_points(counts, sampling, rng):
     if sampling == "jittered":
         points += rng.uniform(-JITTER, JITTER, points.shape)
     return points
+
+
+def sub_layers(bottom, top, spacing, dim):
+    """How a layer is cut: number of sub-layers, their thickness [m], and the spacing [m] of points along each.
+
+    Sub-layers are about `spacing` thick. Where they come out thicker, points move closer together along the layer, so
+    that a point never stands for more than spacing^dim; where they come out thinner it stands for less, and no gaps
+    open.
+    """
+    n = max(round((top - bottom) / spacing), 1)
+    thickness = (top - bottom) / n
+    return n, thickness, spacing * min(1.0, spacing / thickness) ** (1.0 / (dim - 1))
 
 
 def _poisson(counts, rng):
@@ -34,7 +47,7 @@ def _poisson(counts, rng):
 
 
 def _discs(size, total, rng):
-    """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks until all fit."""
+    """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks until they fit."""
     diameter = POISSON_START if len(size) > 1 else 0.6
     kept = np.empty((0, len(size)))
     while len(kept) < total:

@@ -3,21 +3,20 @@
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.seeding.lattice import unit_points
+from snowmpm.seeding.lattice import sub_layers, unit_points
 
 SIDE = np.array([[0.0, 1.0], [-1.0, 0.0]])  # t @ SIDE is t turned left by 90 degrees: the normal of a segment
 
 
 def profile_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
-    """Positions (n, 2) [m] and volumes (n,) [m3 per metre of width] of the layer between two distances from the profile.
+    """Positions (n, 2) [m] and volumes (n,) [m3 per metre of width] of a layer between two distances from the profile.
 
-    The layer is cut into sub-layers about `spacing` [m] thick. The points of each lie on the line at its mid-distance from
-    the profile (straight pieces, arcs about ridges, mitred corners in hollows), evenly spaced along it, so that stacked
-    layers share their border exactly and the volume is that of the ground strip between the two distances.
+    The layer is cut into sub-layers about `spacing` [m] thick. The points of each lie on the line at its mid-distance
+    from the profile (straight pieces, arcs about ridges, mitred corners in hollows), evenly spaced along it, so that
+    stacked layers share their border exactly and the volume is that of the ground strip between the two distances.
     """
     ground = stretch(surface, region)
-    n_rows = max(round((top - bottom) / spacing), 1)
-    thickness = (top - bottom) / n_rows
+    n_rows, thickness, spacing = sub_layers(bottom, top, spacing, 2)
     rows = [OffsetLine(ground, bottom + (k + 0.5) * thickness) for k in range(n_rows)]
     lengths = np.array([row.length for row in rows])
     if sampling == "poisson":
@@ -49,8 +48,7 @@ def stretch(surface, region):
             [start, end],
             f"lies off the terrain, which goes from {surface.lower[0]:g} to {surface.upper[0]:g}",
         )
-    order = np.lexsort((surface.facet_normals[:, 0], surface.vertices[surface.facets].mean(axis=1)[:, 0]))
-    line = np.concatenate([surface.vertices[surface.facets[order, 0]], surface.vertices[surface.facets[order[-1:], 1]]])
+    line = surface.vertices[np.r_[surface.facets[:, 0], surface.facets[-1:, 1]]]
     inside = (line[:, 0] > start) & (line[:, 0] < end)
     height = surface.height(np.clip([[start], [end]], surface.lower[0], surface.upper[0]))
     return np.concatenate([[[start, height[0]]], line[inside], [[end, height[1]]]])

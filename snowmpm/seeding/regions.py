@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,9 @@ GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
 class Region:
     """Part of the plan.
 
-    lower, upper (dim - 1,) [m]: bounds; rings: the polygon, None for the whole box; thickness [m]: of the snow there, as
-    given by the file, or None; label: how a message names it.
+    lower, upper (dim - 1,) [m]: bounds; rings: the polygon, None for the whole box; thickness [m]: of the snow there,
+    as given by the file, or None; label: how a message names it; to_border: as far as the terrain goes within the
+    bounds (an axis was left free), instead of refusing what lies off the terrain.
     """
 
     lower: np.ndarray
@@ -26,6 +28,7 @@ class Region:
     rings: Rings | None = None
     thickness: float | None = None
     label: str = "region"
+    to_border: bool = False
 
     def area(self):
         """Plan area [m2], length [m] in 2-D."""
@@ -42,7 +45,7 @@ def regions_of(spec, surface, base_dir, key):
     d = surface.dim - 1
     lower, upper = surface.lower[:d].copy(), surface.upper[:d].copy()
     if spec is None:
-        return [Region(lower, upper, label="terrain")]
+        return [Region(lower, upper, label="terrain", to_border=True)]
     given = {name: getattr(spec, name, None) for name in ("x", "y", "polygon", "file")}
     given = {name: value for name, value in given.items() if value is not None}
     if d == 1 and set(given) - {"x"}:
@@ -59,7 +62,7 @@ def regions_of(spec, surface, base_dir, key):
             if not last > first:
                 raise InputError.at(f"{key}.{name}", [first, last], "must go from small to large")
             lower[axis], upper[axis] = first, last
-    return [Region(lower, upper, label=key)]
+    return [Region(lower, upper, label=key, to_border=len(given) < d)]
 
 
 def _polygon_region(rings, thickness, label):
@@ -123,7 +126,7 @@ def _shapefile_polygons(path, key):
                 if "POLYGON" not in shape.shapeTypeName:
                     continue
                 points, parts = np.asarray(shape.points, float), [*shape.parts, len(shape.points)]
-                rings = [points[a:b] for a, b in zip(parts[:-1], parts[1:], strict=True)]
+                rings = [points[a:b] for a, b in pairwise(parts)]
                 features.append((rings, _thickness(record)))
     except Exception as error:  # pyshp lets struct, OS and its own errors through on damaged files
         raise InputError.at(key, str(path), "is not a readable shapefile") from error

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.seeding.lattice import unit_points
+from snowmpm.seeding.lattice import sub_layers, unit_points
 
 SMOOTHING = 2.0  # cells: normals are taken from heights this far to each side, so kinks of the ground become bends
 WIDENINGS = 6  # how often that width may be doubled where a thick layer would fold in a hollow
@@ -18,14 +18,13 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
 
         X(u, v, h) = S(u, v) + h n(u, v),    volume = integral of (X_u x X_v) . n  du dv dh
 
-    S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit normal,
-    smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart along the
-    ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no overlap between
-    columns or stacked layers. The plan area of the region is met exactly.
+    S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
+    normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
+    along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
+    overlap between columns or stacked layers. The plan area of the region is met exactly.
     """
+    n_rows, thickness, spacing = sub_layers(bottom, top, spacing, 3)
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)
-    n_rows = max(round((top - bottom) / spacing), 1)
-    thickness = (top - bottom) / n_rows
     unit = unit_points((*lattice.counts, n_rows), sampling, rng)
     plan = lattice.plan(unit[:, :2])
     if region.rings is not None:
@@ -33,25 +32,27 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
         unit, plan = unit[inside], plan[inside]
     if len(unit) == 0:
         raise InputError(f"{region.label}: too small for a particle at a spacing of {spacing:g} m")
-    height = _heights_on(surface, plan, region)
+    height = surface.height(plan)
+    on = ~np.isnan(height)
+    if not on.any() or not (on.all() or region.to_border):
+        raise InputError(_off_terrain(region, surface, 1.0 - on.mean()))
+    plan_share = region.area() * n_rows / len(unit)  # plan area that a point stands for
+    unit, plan, height = unit[on], plan[on], height[on]
     low = bottom + np.minimum(np.floor(unit[:, 2]), n_rows - 1) * thickness
     frames = _unfolded_frames(surface, lattice, unit[:, :2], plan, height, (bottom, top), SMOOTHING * dx, region)
     # (X_u x X_v) . n is a quadratic in h: Simpson's rule is exact.
-    density = (frames.jacobian(low) + 4.0 * frames.jacobian(low + 0.5 * thickness) + frames.jacobian(low + thickness)) / 6.0
-    plan_share = region.area() * n_rows / len(unit)  # plan area that a point stands for
+    bottom_middle_top = [frames.jacobian(low + share * thickness) for share in (0.0, 0.5, 1.0)]
+    density = np.array([1.0, 4.0, 1.0]) / 6.0 @ bottom_middle_top
     positions = frames.foot + (bottom + unit[:, 2] * thickness)[:, None] * frames.normal
     return positions, density * plan_share * thickness
 
 
-def _heights_on(surface, plan, region):
-    height = surface.height(plan)
-    off = np.isnan(height)
-    if off.any():
-        raise InputError(
-            f"{region.label}: {100 * off.mean():.3g} % of it lies off the terrain (outside, or where there is no data); "
-            f"the terrain goes from {surface.lower[:2].tolist()} to {surface.upper[:2].tolist()}"
-        )
-    return height
+def _off_terrain(region, surface, share):
+    lower, upper = ([round(float(v), 3) for v in corner[:2]] for corner in (surface.lower, surface.upper))
+    return (
+        f"{region.label}: {100 * share:.3g} % of it lies off the terrain (outside, or where there is no data); "
+        f"the terrain goes from {lower} to {upper}"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +66,15 @@ class Lattice:
 
     @classmethod
     def over(cls, region, surface, spacing, width):
-        """Lattice that covers the region, points `spacing` [m] apart along the mean slope; a rectangle is fitted exactly."""
+        """Lattice that covers the region, points `spacing` [m] apart on the mean slope; rectangles are fitted exactly."""
         slope = _mean_slope(region, surface, width)
         axes = np.eye(2)
         lower, upper = region.lower, region.upper
         if region.rings is not None:
             values, vectors = np.linalg.eigh(slope)
             if values[1] > 1e-6 + 1.01 * values[0]:  # otherwise there is no direction of slope to follow
-                axes = np.stack([vectors[:, 1], [-vectors[1, 1], vectors[0, 1]]])
+                u = vectors[:, 1] * np.sign(vectors[np.argmax(np.abs(vectors[:, 1])), 1])  # one of the two, always
+                axes = np.array([u, [-u[1], u[0]]])
             lower, upper = region.rings.moved(axes).bounds()
         metric = np.eye(2) + axes @ slope @ axes.T
         steps = spacing / np.sqrt(np.diag(metric))
@@ -144,15 +146,21 @@ def _frames(surface, lattice, unit, plan, height, width):
     used, corner = np.unique(corner, return_inverse=True)
     corner = corner.reshape(-1, 4)
     at = lattice.plan(np.stack([used // rows, used % rows], axis=1).astype(float))
-    normal = surface.smooth_normal(at, width)
+    normals = surface.smooth_normal(at, width)[corner]
     foot = np.column_stack([at, surface.height(at)])[corner]
-    own = surface.smooth_normal(plan, width)
-    # A corner beyond the border of the terrain continues the slope of the point itself.
-    missing = np.isnan(foot[:, :, 2])
-    beyond = height[:, None] - ((foot[:, :, :2] - plan[:, None]) * (own[:, None, :2] / own[:, None, 2:])).sum(axis=2)
-    foot[:, :, 2] = np.where(missing, beyond, foot[:, :, 2])
-    corner_normal = normal[corner]
-    corner_normal = np.where(np.isnan(corner_normal), own[:, None], corner_normal)
+
+    beyond = np.isnan(foot[:, :, 2])  # a corner past the border of the terrain continues the point's own slope
+    u, v = (unit - cell).T
+    weight = np.stack([(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v], axis=1) * ~beyond
+    normal = (weight[:, :, None] * np.where(beyond[:, :, None], 0.0, normals)).sum(axis=1)
+    lost = beyond.all(axis=1)
+    if lost.any():
+        normal[lost] = surface.facet_normals[surface.locate(plan[lost])[0]]
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    i, j = np.nonzero(beyond)
+    slope = -normal[i, :2] / normal[i, 2:]
+    foot[i, j, 2] = height[i] + ((foot[i, j, :2] - plan[i]) * slope).sum(axis=1)
+    normals[i, j] = normal[i]
 
     def derivative(f, axis):
         a, b = ((2, 0), (3, 1)) if axis == 0 else ((1, 0), (3, 2))
@@ -160,6 +168,6 @@ def _frames(surface, lattice, unit, plan, height, width):
 
     return Frames(
         np.column_stack([plan, height]),
-        own,
-        *(derivative(f, axis) for f in (foot, corner_normal) for axis in (0, 1)),
+        normal,
+        *(derivative(f, axis) for f in (foot, normals) for axis in (0, 1)),
     )

@@ -7,7 +7,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.plane import plane_facets
-from snowmpm.terrain.profile import extruded, profile_facets
+from snowmpm.terrain.profile import profile_facets
 from snowmpm.terrain.raster import raster_facets, read_raster
 from snowmpm.terrain.surface import TerrainSurface
 
@@ -19,11 +19,13 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
       plane    point (dim,) [m], angle [degrees, dips towards +x], azimuth [degrees from +x towards +y, 3-D; default 0]
       profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]
       mesh     file (.stl, .obj, .ply), metres
-      dem      file (.asc, .tif), metres, projected coordinates
+      dem      file (.asc, .tif), metres, projected coordinates; region with x = [x0, x1], y = [y0, y1] [m], each or
+               both optional: the part to use
     base_dir: folder that a relative `file` starts from.
-    dimension: 2 or 3; needed for a plane without `point`; a profile in 3 dimensions is drawn out along y.
-    extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane and a drawn-out profile reach
-      as far; of a mesh or a raster only what touches it is kept, so that a large raster costs what the scene uses of it.
+    dimension: 2 or 3; needed for a plane without `point`; a terrain of another dimension is refused.
+    extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane reaches as far; of a
+    mesh
+      or a raster only what touches it is kept, so that a large raster costs what the scene uses of it.
     InputError: anything wrong with the input.
     """
     box = None if extent is None else tuple(np.asarray(e, float) for e in extent)
@@ -45,9 +47,6 @@ def _plane(spec, base_dir, dimension, box):
         raise InputError("terrain.point: a plane needs a point [x, z] or [x, y, z]")
     if dimension is not None and d + 1 != dimension:
         raise InputError.at("terrain.point", list(point), f"must have {dimension} numbers")
-    own = getattr(spec, "extent", None)
-    if own is not None:
-        box = tuple(np.asarray(e, float) for e in own)
     if box is None:
         raise InputError("terrain: a plane needs the domain, to know how far it reaches")
     angle, azimuth = getattr(spec, "angle", None) or 0.0, getattr(spec, "azimuth", None) or 0.0
@@ -55,12 +54,7 @@ def _plane(spec, base_dir, dimension, box):
 
 
 def _profile(spec, base_dir, dimension, box):
-    points, segments = profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0)
-    if dimension != 3:
-        return TerrainSurface.of(points, segments)
-    if box is None:
-        raise InputError("terrain: a profile in 3-D needs the domain, to know how far it reaches along y")
-    return TerrainSurface.of(*extruded(points, segments, box[0][1], box[1][1]))
+    return TerrainSurface.of(*profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0))
 
 
 def _mesh(spec, base_dir, dimension, box):
@@ -75,10 +69,25 @@ def _mesh(spec, base_dir, dimension, box):
 
 def _dem(spec, base_dir, dimension, box):
     path = existing(spec.file, base_dir, "terrain.file")
+    box = _common(box, getattr(spec, "region", None))
     vertices, triangles = raster_facets(read_raster(path, box))
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
     return TerrainSurface.of(vertices, triangles)
+
+
+def _common(box, region):
+    """Plan box inside both the scene's and the raster region's; None where neither bounds anything."""
+    if region is None:
+        return box
+    lower, upper = (np.full(2, -np.inf), np.full(2, np.inf)) if box is None else (box[0][:2].copy(), box[1][:2].copy())
+    for axis, name in enumerate("xy"):
+        bounds = getattr(region, name, None)
+        if bounds is not None:
+            lower[axis], upper[axis] = max(lower[axis], bounds[0]), min(upper[axis], bounds[1])
+    if not (lower < upper).all():
+        raise InputError("terrain.region: lies outside the domain")
+    return lower, upper
 
 
 def existing(file, base_dir, key):

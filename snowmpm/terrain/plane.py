@@ -8,8 +8,8 @@ from snowmpm.errors import InputError
 def plane_facets(point, angle, azimuth, lower, upper):
     """Vertices and facets of a plane over a plan box.
 
-    point (dim,) [m] lies on it; it dips by `angle` [degrees] in the plan direction `azimuth` [degrees from +x towards +y;
-    0 = +x]; lower, upper (dim - 1,) [m]: the plan box.
+    point (dim,) [m] lies on it; it dips by `angle` [degrees] in the plan direction `azimuth` [degrees from +x towards
+    +y; 0 = +x]; lower, upper (dim - 1,) [m]: the plan box.
     """
     point = np.asarray(point, float)
     d = len(point) - 1

@@ -45,8 +45,8 @@ def rounded(points, radius):
     if (room < -1e-9 * length).any():
         i = int(np.argmin(room))
         fits = radius * length[i] / (tangent[i] + tangent[i + 1])
-        where = f"between {points[i].tolist()} and {points[i + 1].tolist()}"
-        raise InputError.at("terrain.fillet", radius, f"the side {where} is too short for it; at most {fits:.4g} m fits")
+        side = f"from {points[i].tolist()} to {points[i + 1].tolist()}"
+        raise InputError.at("terrain.fillet", radius, f"the side {side} is too short; at most {fits:.4g} m fits")
     parts = [points[:1]]
     for i, angle in enumerate(turn):
         n = max(int(np.ceil(abs(angle) / ARC_STEP - 1e-9)), 1)
@@ -56,12 +56,3 @@ def rounded(points, radius):
         arc = start + radius * (np.sin(np.abs(phi))[:, None] * u[i] + (1.0 - np.cos(phi))[:, None] * left)
         parts.append(arc if abs(angle) > 1e-12 else points[i + 1 : i + 2])
     return np.concatenate([*parts, points[-1:]])
-
-
-def extruded(points, segments, y_lower, y_upper):
-    """The profile drawn out along y from y_lower to y_upper [m]: vertices (2 n, 3), triangles (2 m, 3)."""
-    n = len(points)
-    sides = [np.column_stack([points[:, 0], np.full(n, y), points[:, 1]]) for y in (y_lower, y_upper)]
-    a, b = segments[:, 0], segments[:, 1]
-    triangles = np.concatenate([np.column_stack([a, b, b + n]), np.column_stack([a, b + n, a + n])])
-    return np.concatenate(sides), triangles

@@ -1,4 +1,4 @@
-"""Elevation rasters: ESRI ASCII grid by a parser of our own, GeoTIFF through rasterio; triangles between cell centres."""
+"""Elevation rasters: ESRI ASCII grids by a parser of our own, GeoTIFF through rasterio; triangles between cells."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,7 +64,8 @@ def read_ascii_grid(path, box=None, key="terrain.file"):
             for a, step in (("x", dx), ("y", dy))
         )
     except KeyError as error:
-        raise InputError.at(key, str(path), f"is not an ESRI ASCII grid: header line {error.args[0]!r} is missing") from None
+        missing = f"is not an ESRI ASCII grid: header line {error.args[0]!r} is missing"
+        raise InputError.at(key, str(path), missing) from None
     if nx < 1 or ny < 1 or not (dx > 0 and dy > 0):
         raise InputError.at(key, str(path), "header must have positive ncols, nrows and cellsize")
     x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)
@@ -128,7 +129,7 @@ def _without_no_data(z, no_data):
 
 
 def raster_facets(raster):
-    """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where only three have data.
+    """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where three have data.
 
     The square is split along the diagonal with the smaller difference in height, which follows ridges and gullies.
     """

@@ -17,7 +17,8 @@ class TerrainSurface:
     """Ground surface. Build it with `TerrainSurface.of`, which welds, cleans and orients.
 
     vertices: (n, dim) float64 [m], scene coordinates, last axis up; facets: (m, dim) int32, segments or triangles whose
-    normals point out of the ground; closed: the surface encloses a volume (a block, an obstacle) instead of being a sheet.
+    normals point out of the ground; closed: the surface encloses a volume (a block, an obstacle) instead of being a
+    sheet.
     """
 
     vertices: np.ndarray
@@ -98,13 +99,28 @@ class TerrainSurface:
         facets = facets.reshape(-1, self.dim).astype(np.int32)
         return TerrainSurface(self.vertices[used], facets, False)
 
+    @cached_property
+    def _plan_maps(self):
+        """Per facet: plan position of corner 0 (m, d), map from plan offsets to the other corners' weights (m, d, d).
+
+        NaN where the facet stands upright and covers no plan.
+        """
+        corner = self.vertices[self.facets][:, :, :-1]
+        edges = corner[:, 1:] - corner[:, :1]  # rows: offsets of the other corners
+        det = edges[:, 0, 0] if self.dim == 2 else np.linalg.det(edges)
+        upright = np.abs(det) <= 1e-12 * np.abs(edges).max(axis=(1, 2)) ** (self.dim - 1)
+        edges[upright] = np.eye(self.dim - 1)
+        inverse = np.linalg.inv(edges).transpose(0, 2, 1)
+        inverse[upright] = np.nan
+        return np.ascontiguousarray(corner[:, 0]), np.ascontiguousarray(inverse)
+
     def locate(self, plan):
         """Highest facet above or below plan positions (k, dim - 1).
 
         -> facet (k,), -1 where there is none (outside, or over a hole); weights (k, dim) of its corners, summing to 1.
         """
         plan = np.ascontiguousarray(plan, dtype=np.float64).reshape(-1, self.dim - 1)
-        bins = self._bins
+        bins, (start_corner, to_weights) = self._bins, self._plan_maps
         number = bins.numbers(plan)
         start = bins.starts[number]
         count = np.where(number >= 0, bins.starts[number + 1] - start, 0)
@@ -114,35 +130,25 @@ class TerrainSurface:
         for k in range(int(count.max(initial=0))):
             point = np.flatnonzero(count > k)
             facet = bins.items[start[point] + k]
-            weights = self._plan_weights(facet, plan[point])
-            height = (weights * self.vertices[self.facets[facet], -1]).sum(axis=1)
-            hit = (weights >= -ON_EDGE).all(axis=1) & (height > best_height[point])
-            point = point[hit]
-            best[point], best_height[point], best_weights[point] = facet[hit], height[hit], weights[hit]
+            offset = plan[point] - start_corner[facet]
+            others = [_dot(to_weights[facet, j], offset) for j in range(self.dim - 1)]
+            first = 1.0 - sum(others)
+            hit = first >= -ON_EDGE
+            for weight in others:
+                hit &= weight >= -ON_EDGE
+            hit = np.flatnonzero(hit)
+            point, facet = point[hit], facet[hit]
+            weights = np.stack([first[hit], *(weight[hit] for weight in others)], axis=1)
+            height = _dot(weights, self.vertices[self.facets[facet], -1])
+            higher = height > best_height[point]
+            point = point[higher]
+            best[point], best_height[point], best_weights[point] = facet[higher], height[higher], weights[higher]
         return best, best_weights
-
-    def _plan_weights(self, facet, plan):
-        """Barycentric weights (k, dim) of plan positions in the plan image of facets; -1 where that has no extent."""
-        corner = self.vertices[self.facets[facet]]
-        a = corner[:, 0, :-1]
-        u = corner[:, 1, :-1] - a
-        r = plan - a
-        if self.dim == 2:
-            width = u[:, 0]
-            s = np.divide(r[:, 0], width, out=np.full(len(r), -1.0), where=width != 0)
-            return np.stack([1.0 - s, s], axis=1)
-        v = corner[:, 2, :-1] - a
-        det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        flat = np.abs(det) <= 1e-12 * ((u * u).sum(axis=1) + (v * v).sum(axis=1))
-        det = np.where(flat, 1.0, det)
-        s = np.where(flat, -1.0, (r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / det)
-        t = np.where(flat, -1.0, (u[:, 0] * r[:, 1] - u[:, 1] * r[:, 0]) / det)
-        return np.stack([1.0 - s - t, s, t], axis=1)
 
     def height(self, plan):
         """Height (k,) [m] of the highest surface point at plan positions (k, dim - 1); NaN outside and over holes."""
         facet, weights = self.locate(plan)
-        height = (weights * self.vertices[self.facets[facet], -1]).sum(axis=1)
+        height = _dot(weights, self.vertices[self.facets[facet], -1])
         return np.where(facet >= 0, height, np.nan)
 
     def normal(self, plan):
@@ -152,7 +158,7 @@ class TerrainSurface:
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
     def gradient(self, plan, width):
-        """Slope dh/dplan (k, dim - 1) from the heights `width` [m] to both sides; to one side at a border, NaN off the terrain.
+        """Slope dh/dplan (k, dim - 1) from heights `width` [m] to both sides; to one side at a border, NaN off the terrain.
 
         On a plane it is exact; at a kink it changes over twice the width.
         """
@@ -177,3 +183,11 @@ class TerrainSurface:
         slope = self.gradient(plan, width)
         normal = np.column_stack([-slope, np.ones(len(slope))])
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def _dot(a, b):
+    """Row by row (k, n) . (k, n); for rows this short a sum over an axis takes several times as long."""
+    total = a[:, 0] * b[:, 0]
+    for j in range(1, a.shape[1]):
+        total += a[:, j] * b[:, j]
+    return total

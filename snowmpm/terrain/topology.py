@@ -1,7 +1,7 @@
 """Facets that belong together: welded vertices, one orientation, normals of edges and corners.
 
-A facet is a segment in 2-D and a triangle in 3-D. What two facets share is called a joint here: a vertex in 2-D, an edge in
-3-D, so that one text serves both. All arrays: vertices (n, dim) [m], facets (m, dim).
+A facet is a segment in 2-D and a triangle in 3-D. What two facets share is called a joint here: a vertex in 2-D, an
+edge in 3-D, so that one text serves both. All arrays: vertices (n, dim) [m], facets (m, dim).
 """
 
 import numpy as np
@@ -67,8 +67,8 @@ def facet_normals(vertices, facets):
 def joints(facets, n_vertices):
     """Number of each facet's joints and the direction in which the facet runs along them.
 
-    -> joint (m, dim) int64, sign (m, dim) +-1, n_joints. Two facets with one orientation have opposite signs at their joint.
-    In 3-D joint k of a triangle is the edge from corner k to corner k + 1; in 2-D joint k is corner k.
+    -> joint (m, dim) int64, sign (m, dim) +-1, n_joints. Two facets with one orientation have opposite signs at their
+    joint. In 3-D joint k of a triangle is the edge from corner k to corner k + 1; in 2-D joint k is corner k.
     """
     if facets.shape[1] == 2:
         return facets.astype(np.int64), np.tile([-1, 1], (len(facets), 1)), n_vertices
@@ -82,9 +82,9 @@ def joints(facets, n_vertices):
 def oriented(vertices, facets):
     """Facets turned so that their normals point out of the ground, and whether the surface is closed.
 
-    Open parts face up. Each facet alone is turned by the sign of its vertical component; where that contradicts a neighbour
-    (overhangs, cliffs), the orientation is carried from facet to facet and each connected part faces up on the whole.
-    Closed parts (a block, a boulder) face outwards.
+    Open parts face up. Each facet alone is turned by the sign of its vertical component; where that contradicts a
+    neighbour (overhangs, cliffs), the orientation is carried from facet to facet and each connected part faces up on
+    the whole. Closed parts (a block, a boulder) face outwards.
     """
     joint, sign, n_joints = joints(facets, len(vertices))
     count = np.bincount(joint.ravel(), minlength=n_joints)
@@ -147,23 +147,27 @@ def vertex_normals(vertices, facets):
     The sign of the distance to a corner follows from them without exception; J. A. Baerentzen and H. Aanaes (2005),
     doi:10.1109/TVCG.2005.49.
     """
-    normal = facet_normals(vertices, facets)
-    total = np.zeros_like(vertices)
-    for k in range(facets.shape[1]):
-        np.add.at(total, facets[:, k], normal * _angle(vertices[facets], k)[:, None])
-    return _unit(total)
+    normal, corner = facet_normals(vertices, facets), vertices[facets]
+    weights = [_angle(corner, k) for k in range(facets.shape[1])]
+    return _unit(_gathered(facets, normal, weights, len(vertices)))
 
 
 def joint_normals(vertices, facets):
-    """Number of each facet's joints (m, dim) int32 and the unit mean normal of the facets at each joint (n_joints, dim)."""
+    """Number of each facet's joints (m, dim) int32 and the mean unit normal at each joint (n_joints, dim)."""
     if vertices.shape[1] == 2:
         return facets, vertex_normals(vertices, facets)
     joint, _, n_joints = joints(facets, len(vertices))
-    normal = facet_normals(vertices, facets)
-    total = np.zeros((n_joints, 3))
-    for k in range(3):
-        np.add.at(total, joint[:, k], normal)
+    total = _gathered(joint, facet_normals(vertices, facets), (1.0, 1.0, 1.0), n_joints)
     return joint.astype(np.int32), _unit(total)
+
+
+def _gathered(target, vectors, weights, n):
+    """Sum (n, dim) of weights[k] vectors[f] over all facets f and their places k with target[f, k] = row."""
+    total = np.zeros((n, vectors.shape[1]))
+    for k, weight in enumerate(weights):
+        for axis in range(vectors.shape[1]):
+            total[:, axis] += np.bincount(target[:, k], weights=weight * vectors[:, axis], minlength=n)
+    return total
 
 
 def _angle(corner, k):
