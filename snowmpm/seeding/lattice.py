@@ -4,7 +4,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
-POISSON_START = 0.8  # first disc diameter in mean spacings; a random packing is full at 0.83 (2-D) and 0.90 (3-D)
+DIAMETERS = {
+    1: 0.6,
+    2: 0.75,
+    3: 0.8,
+}  # of discs, in mean spacings, by dimension; random discs fill up at 0.75, 0.83, 0.90
 SAMPLINGS = ("regular", "jittered", "poisson")
 
 
@@ -47,16 +51,18 @@ def _poisson(counts, rng):
 
 
 def _discs(size, total, rng):
-    """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks until they fit."""
-    diameter = POISSON_START if len(size) > 1 else 0.6
+    """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks as needed."""
+    diameter = DIAMETERS[len(size)]
     kept = np.empty((0, len(size)))
     while len(kept) < total:
-        trial = rng.random((max(2 * (total - len(kept)), 64), len(size))) * size
+        missing = total - len(kept)
+        trial = rng.random((max(total, 4 * missing, 64), len(size))) * size
         if len(kept):
             trial = trial[np.isinf(cKDTree(kept).query(trial, distance_upper_bound=diameter)[0])]
-        pairs = cKDTree(trial).query_pairs(diameter, output_type="ndarray") if len(trial) else np.empty((0, 2), int)
-        trial = np.delete(trial, np.unique(pairs[:, 1]), axis=0) if len(pairs) else trial
-        if len(trial) < 0.02 * total + 1:
+        if len(trial):
+            pairs = cKDTree(trial).query_pairs(diameter, output_type="ndarray")
+            trial = np.delete(trial, np.unique(pairs[:, 1]), axis=0)
+        if len(trial) < 0.02 * missing:
             diameter *= 0.97
-        kept = np.concatenate([kept, trial[: total - len(kept)]])
+        kept = np.concatenate([kept, trial[:missing]])
     return kept

@@ -49,7 +49,7 @@ def stretch(surface, region):
             f"lies off the terrain, which goes from {surface.lower[0]:g} to {surface.upper[0]:g}",
         )
     line = surface.vertices[np.r_[surface.facets[:, 0], surface.facets[-1:, 1]]]
-    inside = (line[:, 0] > start) & (line[:, 0] < end)
+    inside = (line[:, 0] > start + slack) & (line[:, 0] < end - slack)
     height = surface.height(np.clip([[start], [end]], surface.lower[0], surface.upper[0]))
     return np.concatenate([[[start, height[0]]], line[inside], [[end, height[1]]]])
 

@@ -66,7 +66,7 @@ class Lattice:
 
     @classmethod
     def over(cls, region, surface, spacing, width):
-        """Lattice that covers the region, points `spacing` [m] apart on the mean slope; rectangles are fitted exactly."""
+        """Lattice that covers the region, points `spacing` [m] apart on the mean slope; rectangles fit exactly."""
         slope = _mean_slope(region, surface, width)
         axes = np.eye(2)
         lower, upper = region.lower, region.upper

@@ -20,7 +20,7 @@ class Raster:
 
 
 def read_raster(path, box=None, key="terrain.file"):
-    """Raster of an .asc or .tif file, cut to the plan box ((x0, y0), (x1, y1)) [m] with one cell to spare.
+    """Raster of an .asc or .tif file, cut to the cells that span the plan box ((x0, y0), (x1, y1)) [m].
 
     InputError: unknown kind of file, unreadable, no data at all, or none inside the box.
     """
@@ -115,7 +115,7 @@ def read_geotiff(path, box=None, key="terrain.file"):
 
 
 def _window(centres, box, axis):
-    """Slice of the ascending cell centres inside the box along one axis, with one cell to spare on both sides."""
+    """Slice of the ascending cell centres along one axis, from the last before the box to the first after it."""
     if box is None:
         return slice(0, len(centres))
     first = np.searchsorted(centres, box[0][axis], side="right") - 1

@@ -158,7 +158,7 @@ class TerrainSurface:
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
     def gradient(self, plan, width):
-        """Slope dh/dplan (k, dim - 1) from heights `width` [m] to both sides; to one side at a border, NaN off the terrain.
+        """Slope dh/dplan (k, dim - 1) from heights `width` [m] to both sides; one-sided at a border, NaN off it.
 
         On a plane it is exact; at a kink it changes over twice the width.
         """

@@ -18,7 +18,7 @@ def tidied(vertices, facets):
     if size == 0.0 or len(facets) == 0:
         return vertices[:0], facets[:0].astype(np.int32)
     cells = np.round((vertices - vertices.min(axis=0)) / (WELD * size)).astype(np.int64)
-    order = np.lexsort(cells.T)
+    order = np.lexsort(cells.T[::-1])
     first = np.ones(len(order), bool)
     first[1:] = (np.diff(cells[order], axis=0) != 0).any(axis=1)
     name = np.empty(len(order), np.int64)
