@@ -1,0 +1,113 @@
+"""Where to stand: the camera that shows all the snow over the whole run, free of ridges in between."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.render.camera import fit_camera
+
+NAMES = ("auto", "top", "side", "front")
+SAMPLED_FRAMES = 16
+SAMPLED_POINTS = 4000
+SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
+
+
+@dataclass(frozen=True)
+class Action:
+    """What happens in a run, sampled: where the particles go and which way.
+
+    points (n, 3): a sample over all frames, without the few strays; direction (2,): the way in plan of their mean
+    """
+
+    points: np.ndarray
+    direction: np.ndarray
+
+    def box(self):
+        """(lower, upper) plan box of the action with its surroundings."""
+        plan = self.points[:, :2]
+        margin = SURROUNDINGS * float(np.ptp(plan, axis=0).max()) + 1e-6
+        return plan.min(axis=0) - margin, plan.max(axis=0) + margin
+
+
+def sample_action(run):
+    """Sample the motion of a run. Raises InputError when no frame has a particle."""
+    rng = np.random.default_rng(0)
+    sampled, means = [], []
+    for i in np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round().astype(int)) if len(run) else []:
+        points = run.frame(int(i), []).points
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points):
+            # Strays, a thousandth a side, must not make the rest small.
+            low, high = np.quantile(points, [0.001, 0.999], axis=0)
+            points = points[((points >= low) & (points <= high)).all(axis=1)] if len(points) > 2000 else points
+            means.append(points.mean(axis=0))
+            sampled.append(points[rng.permutation(len(points))[:SAMPLED_POINTS]])
+    if not sampled:
+        raise InputError(f"{run.path}: no frame with particles to draw")
+    points = np.concatenate(sampled).astype(float)
+    way = (means[-1] - means[0])[:2].astype(float)
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if np.linalg.norm(way) < 0.02 * extent:
+        way = _down(points)
+    length = np.linalg.norm(way)
+    return Action(points, way / length if length > 0.0 else np.array([1.0, 0.0]))
+
+
+def _down(points):
+    """Plan direction in which the particles lie lower: the way snow at rest would go."""
+    plan = np.column_stack([points[:, :2] - points[:, :2].mean(axis=0), np.ones(len(points))])
+    slope = np.linalg.lstsq(plan, points[:, 2], rcond=None)[0][:2]
+    return -slope
+
+
+def choose_camera(name, action, relief, size):
+    """Camera for a name of NAMES or "BEARING,ELEVATION" in degrees (where it stands, seen from the snow).
+
+    auto: obliquely from the front side, the way that hides least behind the terrain and shows most.
+    """
+    along = float(np.arctan2(action.direction[0], action.direction[1]))
+    if name == "top":
+        # North up, as on a map.
+        return fit_camera(action.points, np.pi, 0.5 * np.pi, size, perspective=False)
+    if name == "side":
+        return fit_camera(action.points, along + 0.5 * np.pi, np.radians(12.0), size)
+    if name == "front":
+        return fit_camera(action.points, along, np.radians(22.0), size)
+    if name != "auto":
+        bearing, elevation = _angles(name)
+        return fit_camera(action.points, bearing, elevation, size)
+    candidates = [
+        fit_camera(action.points, along + np.radians(side), np.radians(elevation), size)
+        for elevation in (24.0, 34.0, 46.0, 60.0)
+        for side in (52.0, -52.0, 75.0, -75.0, 28.0, -28.0)
+    ]
+    return max(candidates, key=lambda camera: _merit(camera, action, relief, along))
+
+
+def _merit(camera, action, relief, along):
+    """Share of the action in sight, less what departs from the usual stance, plus how much picture it fills."""
+    points = action.points[:: max(1, len(action.points) // 1500)]
+    seen = 1.0
+    if relief is not None:
+        seen = float(relief.visible(points, camera.eye, clearance=0.5 * relief.cell).mean())
+    x, y, _ = camera.project(action.points)
+    filled = np.zeros((24, 40), bool)
+    column = np.clip(40 * x / camera.size[0], 0, 39).astype(int)
+    row = np.clip(24 * y / camera.size[1], 0, 23).astype(int)
+    filled[row, column] = True
+    out = -camera.axes[2]
+    elevation = np.degrees(np.arcsin(out[2]))
+    turn = np.degrees(abs((np.arctan2(out[0], out[1]) - along + np.pi) % (2.0 * np.pi) - np.pi))
+    return 3.0 * min(seen, 0.97) + 0.8 * filled.mean() - 0.012 * abs(elevation - 28.0) - 0.004 * abs(turn - 52.0)
+
+
+def _angles(name):
+    try:
+        bearing, elevation = (float(part) for part in str(name).split(","))
+    except ValueError:
+        bearing, elevation = np.nan, np.nan
+    if not (np.isfinite(bearing) and -89.0 <= elevation <= 90.0):
+        allowed = f"must be one of {', '.join(NAMES)}, or BEARING,ELEVATION in degrees such as 200,30"
+        raise InputError.at("camera", name, allowed)
+    return np.radians(bearing), np.radians(elevation)

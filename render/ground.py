@@ -1,0 +1,104 @@
+"""The picture of the ground: drawn once for a film, because camera and terrain stand still."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from snowmpm.render import light
+from snowmpm.render.raster import rasterise
+
+OVERSAMPLING = 2
+MEADOW = light.decode([0.62, 0.63, 0.54])
+SCREE = light.decode([0.60, 0.57, 0.53])
+ROCK = light.decode([0.47, 0.45, 0.45])
+CONTOURS = 14  # about so many over the height of the picture
+
+
+@dataclass(frozen=True)
+class Ground:
+    """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen."""
+
+    light: np.ndarray
+    depth: np.ndarray
+    contour_interval: float = 0.0
+
+
+def draw_ground(relief, camera, sun):
+    """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger."""
+    backdrop = light.sky(camera.size)
+    if relief is None:
+        return Ground(backdrop, np.full(backdrop.shape[:2], np.inf, np.float32))
+    large = camera.enlarged(OVERSAMPLING)
+    raster, depth = _seen(relief, large)
+    interval = _nice(np.ptp(relief.vertices[:, 2]) / CONTOURS)
+    picture = light.sky(large.size)
+    picture[raster.hit] = _shade(relief, raster, sun, interval)
+    rows, columns = camera.size[1], camera.size[0]
+    blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)
+    small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
+    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), interval)
+
+
+def _seen(relief, camera):
+    x, y, depth = camera.project(relief.vertices)
+    nearest = 0.02 * float(np.median(depth))
+    if camera.perspective:
+        nearness = np.where(depth > nearest, 1.0 / np.maximum(depth, nearest), 0.0)
+    else:
+        nearness = depth.max() + 1.0 - depth
+    raster = rasterise(x, y, nearness, relief.facets, camera.size, camera.perspective)
+    seen = np.full(raster.facet.shape, np.inf, np.float32)
+    seen[raster.hit] = raster.interpolate(depth, relief.facets)
+    return raster, seen
+
+
+def _shade(relief, raster, sun, interval):
+    point = raster.interpolate(relief.vertices, relief.facets).astype(np.float32)
+    normal = raster.interpolate(relief.normals, relief.facets).astype(np.float32)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+    sunlight = relief.sample(relief.sunlight(sun), point[:, 0], point[:, 1], 1.0).astype(np.float32)
+    openness = relief.sample(relief.openness(), point[:, 0], point[:, 1], 1.0).astype(np.float32)
+    albedo = _albedo(point, normal, relief.cell) * (1.0 - 0.4 * _contours(point, raster, interval))[:, None]
+    return albedo * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+
+
+def _albedo(point, normal, cell):
+    """Meadow on gentle ground, scree above 30 degrees, rock above 45, with a grain that gives the eye a scale."""
+    slope = np.degrees(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
+    grain = _grain(point, cell)
+    steep = np.clip((slope + 10.0 * (grain - 0.5) - 18.0) / 16.0, 0.0, 1.0)[:, None]
+    rock = np.clip((slope + 14.0 * (grain - 0.5) - 38.0) / 10.0, 0.0, 1.0)[:, None]
+    colour = MEADOW + steep * (SCREE - MEADOW)
+    colour = colour + rock * (ROCK - colour)
+    return colour * (0.86 + 0.28 * grain[:, None])
+
+
+def _grain(point, cell):
+    """Fixed noise in [0, 1] over plan positions, from patches of the region down to single cells."""
+    table = np.random.default_rng(7).random((256, 256)).astype(np.float32)
+    total = np.zeros(len(point), np.float32)
+    for size, weight in ((40.0, 0.25), (12.0, 0.25), (4.0, 0.3), (1.2, 0.2)):
+        at = np.stack([point[:, 1], point[:, 0]]) / (size * cell)
+        total += weight * ndimage.map_coordinates(table, at % 255.0, order=1, mode="wrap")
+    return np.clip(0.5 + 1.6 * (total - 0.5), 0.0, 1.0)
+
+
+def _contours(point, raster, interval):
+    """Strength [0, 1] of a contour line at each pixel, one pixel and a half wide; every fifth is stronger."""
+    height = np.full(raster.facet.shape, np.nan, np.float32)
+    height[raster.hit] = point[:, 2]
+    change = np.zeros_like(height)
+    for axis in (0, 1):
+        change += np.abs(np.gradient(height, axis=axis))
+    change = np.nan_to_num(change[raster.hit], nan=interval)
+    number = point[:, 2] / interval
+    off = np.abs(number - np.round(number)) * interval / np.maximum(change, 1e-9)
+    line = np.clip(1.6 - off, 0.0, 1.0) * np.clip(2.0 - 12.0 * change / interval, 0.0, 1.0)
+    return line * np.where(np.round(number) % 5 == 0, 1.0, 0.55)
+
+
+def _nice(value):
+    """1, 2 or 5 times a power of ten, at most `value` or little above."""
+    power = 10.0 ** np.floor(np.log10(max(value, 1e-6)))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(np.log(step * power / max(value, 1e-6)))))

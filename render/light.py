@@ -1,0 +1,54 @@
+"""Sun, sky and the step from light to picture values. Colours are linear light until `encode`."""
+
+import numpy as np
+
+SUN = np.array([1.0, 0.96, 0.88], np.float32) * 0.86
+SKY = np.array([0.62, 0.76, 1.0], np.float32) * 0.40
+GROUND_BOUNCE = np.array([1.0, 0.95, 0.88], np.float32) * 0.10
+ZENITH = np.array([0.56, 0.66, 0.77], np.float32)
+HORIZON = np.array([0.86, 0.89, 0.92], np.float32)
+
+
+def decode(colour):
+    """sRGB in [0, 1] -> linear light."""
+    return np.asarray(colour, np.float32) ** 2.2
+
+
+def encode(light):
+    """Linear light -> sRGB bytes; what is brighter than white is rolled off rather than cut."""
+    knee = 0.8
+    excess = np.maximum(light - knee, 0.0)
+    rolled = np.where(light > knee, knee + (1.0 - knee) * excess / (excess + (1.0 - knee)), light)
+    return np.round(255.0 * np.clip(rolled, 0.0, 1.0) ** (1.0 / 2.2)).astype(np.uint8)
+
+
+def sun_direction(axes, facing):
+    """Unit vector towards the sun for a camera with `axes`: from behind one of its shoulders, 38 degrees up.
+
+    facing: mean normal (3,) of what is drawn; the sun stands on the side that lights it better, left if in doubt.
+    """
+    right, behind = axes[0] * [1.0, 1.0, 0.0], -axes[2] * [1.0, 1.0, 0.0]
+    if np.linalg.norm(behind) < 1e-6:  # from straight above: light from the top left of the picture, as on maps
+        behind = axes[1] * [1.0, 1.0, 0.0]
+    right, behind = right / np.linalg.norm(right), behind / np.linalg.norm(behind)
+    height = np.radians(38.0)
+    choices = []
+    for side in (-0.90, 0.90):
+        plan = (side * right + 0.44 * behind) / np.hypot(side, 0.44)
+        choices.append(np.array([plan[0] * np.cos(height), plan[1] * np.cos(height), np.sin(height)]))
+    left, right = choices
+    return right if right @ facing > left @ facing + 0.1 else left
+
+
+def illuminate(normals, sun, *, softness, sunlight=1.0, openness=1.0):
+    """Light (..., 3) on surfaces with unit `normals` (..., 3); softness 0.1 for rock, 0.5 for snow."""
+    facing = np.clip((normals @ sun.astype(np.float32) + softness) / (1.0 + softness), 0.0, None) * sunlight
+    up = 0.5 + 0.5 * normals[..., 2]
+    open_sky = up * openness
+    return facing[..., None] * SUN + open_sky[..., None] * SKY + (1.0 - up)[..., None] * GROUND_BOUNCE
+
+
+def sky(size):
+    """(height, width, 3) backdrop, brighter towards the bottom."""
+    share = np.linspace(0.0, 1.0, size[1], dtype=np.float32)[:, None, None] ** 0.8
+    return decode(ZENITH + share * (HORIZON - ZENITH)) * np.ones((1, size[0], 1), np.float32)

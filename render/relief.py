@@ -1,0 +1,134 @@
+"""The ground of a run, ready to draw: cut to the region of interest, with smooth normals and a raster of heights."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from snowmpm.render.raster import rasterise
+
+CELLS = 360  # of the height raster, along its longer side
+EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Ground in a box in plan.
+
+    vertices (n, 3), normals (n, 3) upward, facets (m, 3)
+    heights  (rows, columns) [m], NaN in holes; row i at y0 + i cell, column j at x0 + j cell
+    """
+
+    vertices: np.ndarray
+    normals: np.ndarray
+    facets: np.ndarray
+    heights: np.ndarray
+    x0: float
+    y0: float
+    cell: float
+
+    def height(self, x, y, outside=-np.inf):
+        """Ground height at plan positions, `outside` beyond the box and in holes."""
+        return self.sample(self.heights, x, y, outside)
+
+    def sample(self, raster, x, y, outside):
+        """A raster of the relief's shape at plan positions, bilinear."""
+        at = np.stack([(np.asarray(y) - self.y0) / self.cell, (np.asarray(x) - self.x0) / self.cell])
+        found = ndimage.map_coordinates(raster, at, order=1, mode="constant", cval=np.nan)
+        return np.where(np.isfinite(found), found, outside)
+
+    def visible(self, points, eye, steps=96, clearance=0.0):
+        """Whether each of `points` (n, 3) sees `eye` (3,) over the ground; `clearance` [m] lifts the points."""
+        points = points + np.array([0.0, 0.0, clearance])
+        free = np.ones(len(points), bool)
+        for share in np.linspace(0.0, 1.0, steps + 1)[1:] ** 1.5:
+            between = points + share * (eye - points)
+            free &= self.height(between[:, 0], between[:, 1]) <= between[:, 2]
+        return free
+
+    def sunlight(self, sun):
+        """Raster in [0, 1]: share of the sun's disc, blurred a little, above the ground in direction `sun` (3,)."""
+        rows, columns = np.indices(self.heights.shape)
+        ground = np.where(np.isfinite(self.heights), self.heights, np.nanmin(self.heights))
+        rise = sun[2] / np.hypot(sun[0], sun[1])
+        clear = np.ones(ground.shape)
+        reach = int(min(max(ground.shape), np.ptp(ground) / max(rise * self.cell, 1e-9) + 2))
+        for step in np.unique(np.round(np.linspace(1, reach, min(reach, 120)))):
+            shift = step * np.array([sun[1], sun[0]]) / np.hypot(sun[0], sun[1])
+            there = ndimage.map_coordinates(ground, [rows + shift[0], columns + shift[1]], order=1, mode="nearest")
+            above = (ground + rise * step * self.cell - there) / (0.04 * step * self.cell + 0.3 * self.cell)
+            clear = np.minimum(clear, np.clip(0.5 + 0.5 * above, 0.0, 1.0))
+        return ndimage.gaussian_filter(clear, 0.8)
+
+    def openness(self):
+        """Raster about 1 on planes, below it in gullies and above it on ridges: how much sky the ground sees."""
+        ground = np.where(np.isfinite(self.heights), self.heights, np.nanmean(self.heights))
+        total = np.ones(ground.shape)
+        for width in (2.0, 6.0, 18.0):
+            hollow = (ndimage.gaussian_filter(ground, width) - ground) / (width * self.cell)
+            total -= 0.9 * np.clip(hollow, -0.15, 0.3)
+        return total
+
+
+def build_relief(terrain, lower, upper):
+    """The part of `terrain` (snowmpm.io.Terrain, triangles) within the plan box `lower`, `upper` (2,), or None."""
+    vertices = np.asarray(terrain.vertices, np.float64)
+    facets, normals = _upward(vertices, terrain.facets)
+    facets = facets[_touching(vertices, facets, lower, upper)]
+    vertices, normals, facets = _split(vertices, normals, facets, lower, upper)
+    if not len(facets):
+        return None
+    used, renumbered = np.unique(facets, return_inverse=True)
+    vertices, normals, facets = vertices[used], normals[used], renumbered.reshape(facets.shape)
+    cell = float(max(np.subtract(upper, lower))) / CELLS
+    shape = np.ceil(np.subtract(upper, lower) / cell).astype(int) + 1
+    lowest = vertices[:, 2].min()
+    x, y = (vertices[:, 0] - lower[0]) / cell + 0.5, (vertices[:, 1] - lower[1]) / cell + 0.5
+    raster = rasterise(x, y, vertices[:, 2] - lowest + 1.0, facets, tuple(shape))
+    heights = np.full(raster.facet.shape, np.nan)
+    heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
+    return Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell)
+
+
+def _upward(vertices, facets):
+    """Facets turned to face up, and vertex normals weighted by facet area."""
+    a, b, c = (vertices[facets[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    down = cross[:, 2] < 0.0
+    facets = np.where(down[:, None], facets[:, ::-1], facets)
+    cross[down] *= -1.0
+    normals = np.empty_like(vertices)
+    for axis in range(3):
+        weights = np.repeat(cross[:, axis], 3)
+        normals[:, axis] = np.bincount(facets.ravel(), weights=weights, minlength=len(vertices))
+    return facets, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def _touching(vertices, facets, lower, upper):
+    plan = vertices[facets][:, :, :2]
+    return ((plan.max(axis=1) >= lower) & (plan.min(axis=1) <= upper)).all(axis=1)
+
+
+def _split(vertices, normals, facets, lower, upper):
+    """Quarter the facets that are long against the box, dropping what falls outside: a plane of two triangles that
+    reaches far behind the camera becomes one that can be cut there."""
+    longest = EDGE_SHARE * float(max(np.subtract(upper, lower)))
+    for _ in range(20):
+        corners = vertices[facets][:, :, :2]
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        long = edges > longest
+        if not long.any():
+            break
+        old = facets[long]
+        middle = [0.5 * (vertices[old[:, i]] + vertices[old[:, (i + 1) % 3]]) for i in range(3)]
+        tilt = [normals[old[:, i]] + normals[old[:, (i + 1) % 3]] for i in range(3)]
+        n, m = len(vertices), len(old)
+        p, q, r = (n + k * m + np.arange(m) for k in range(3))
+        a, b, c = old.T
+        new = np.concatenate([np.stack(t, axis=1) for t in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))])
+        vertices = np.concatenate([vertices, *middle])
+        tilt = np.concatenate(tilt)
+        normals = np.concatenate([normals, tilt / np.maximum(np.linalg.norm(tilt, axis=1, keepdims=True), 1e-12)])
+        new = new[_touching(vertices, new, lower, upper)]
+        facets = np.concatenate([facets[~long], new])
+    return vertices, normals, facets

@@ -1,0 +1,168 @@
+"""From a run to a film or a picture: `render_run`."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run
+from snowmpm.render import light
+from snowmpm.render.colour import choose_scale
+from snowmpm.render.film import open_film, output_kind
+from snowmpm.render.framing import choose_camera, sample_action
+from snowmpm.render.ground import draw_ground
+from snowmpm.render.overlay import Overlay
+from snowmpm.render.relief import build_relief
+from snowmpm.render.section import Profile, draw_section
+from snowmpm.render.snow import draw_snow
+from snowmpm.render.tracking import plan_track
+
+SIZES = (64, 8192)
+INSET = 0.30  # of the picture's sides
+
+
+def render_run(run_path, output, *, color=None, camera=None, time=None, size=(1280, 720), fps=25, progress=None):
+    """Draw a run; needs no display and no graphics library. Returns the path written.
+
+    run_path   folder or file of the run, or a `snowmpm.io.Run`
+    output     .mp4 or .gif: every frame of the run at `fps`; a folder: every frame as a PNG; .png: one of them
+    color      name of a field; "snow" for plain white; by default the speed, on a map whose low end is snow white
+    camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; in 2-D "auto" or "side" (whole)
+    time       [s], for .png only: the frame nearest to it, by default the last
+    size       (width, height) [px];  progress(done, total) is called after each picture
+    Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
+    """
+    run = run_path if isinstance(run_path, Run) else Run(run_path)
+    kind = output_kind(output)
+    width, height = _checked_size(size, even=kind == ".mp4")
+    if not fps > 0:
+        raise InputError.at("fps", fps, "must be > 0")
+    if time is not None and kind != ".png":
+        raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
+    if not any(run.n_points(i) for i in range(len(run))):
+        raise InputError(f"{run.path}: no frame with particles to draw")
+    view = (SectionView if run.dimension == 2 else SpaceView)(run, (width, height), color, camera or "auto")
+    chosen = range(len(run))
+    if kind == ".png":
+        chosen = [len(run) - 1 if time is None else int(np.abs(run.times - time).argmin())]
+    with open_film(output, fps) as show:
+        for done, i in enumerate(chosen, 1):
+            show(view.picture(i))
+            if progress:
+                progress(done, len(chosen))
+    return Path(output)
+
+
+def _checked_size(size, even):
+    try:
+        width, height = (int(side) for side in size)
+    except (TypeError, ValueError):
+        width = height = 0
+    low, high = SIZES
+    if not (low <= width <= high and low <= height <= high):
+        raise InputError.at("size", size, f"must be width, height, each {low} to {high}")
+    # H.264 wants even sides; one pixel is not worth an error.
+    return (width - width % 2, height - height % 2) if even else (width, height)
+
+
+class _View:
+    """What the pictures of one film share: colours, particle size, words."""
+
+    def __init__(self, run, size, color):
+        self.run, self.size = run, size
+        self.scale = choose_scale(run, color)
+        self.table = None if self.scale is None else light.decode(self.scale.table())
+        self.spacing = particle_spacing(run)
+        scene = run.provenance.get("scene")
+        self.title = str(scene.get("name", run.path.parent.name) if isinstance(scene, dict) else run.path.parent.name)
+
+    def _frame(self, i):
+        """(frame without non-finite points, colours (n, 3) in linear light or None)."""
+        frame = self.run.frame(i, [] if self.scale is None else [self.scale.field])
+        good = np.isfinite(frame.points).all(axis=1)
+        if self.scale is None:
+            return frame.time, frame.points[good], None
+        share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
+        return frame.time, frame.points[good], self.table[np.round(255 * share).astype(int)]
+
+    def _heading(self, overlay, time):
+        overlay.heading(self.title.replace("_", " "), time)
+        if self.scale is not None:
+            overlay.colour_scale(self.scale)
+
+
+class SpaceView(_View):
+    """Three-dimensional runs: the ground is drawn once, the snow of each frame over it."""
+
+    def __init__(self, run, size, color, camera):
+        super().__init__(run, size, color)
+        action = sample_action(run)
+        relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
+        self.camera = choose_camera(camera, action, relief, size)
+        facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
+        self.sun = light.sun_direction(self.camera.axes, facing)
+        self.ground = draw_ground(relief, self.camera, self.sun)
+
+    def picture(self, i):
+        """(height, width, 3) uint8 of frame `i`."""
+        time, points, colours = self._frame(i)
+        overlay = Overlay(light.encode(draw_snow(self.ground, self.camera, self.sun, points, self.spacing, colours)))
+        self._heading(overlay, time)
+        if not self.camera.perspective:
+            overlay.length_scale(self.camera.scale)
+        if self.ground.contour_interval:
+            overlay.note(f"contours every {self.ground.contour_interval:g} m")
+        return overlay.picture()
+
+
+class SectionView(_View):
+    """Plane-strain runs: the section, and an inset with the whole of it when the view is close."""
+
+    def __init__(self, run, size, color, camera):
+        super().__init__(run, size, color)
+        if camera not in ("auto", "side"):
+            raise InputError.at("camera", camera, "must be auto or side for a run in two dimensions")
+        self.profile = Profile.of(run.terrain)
+        self.track = plan_track(run, self.profile, self.spacing, size, close=camera == "auto")
+
+    def picture(self, i):
+        """(height, width, 3) uint8 of frame `i`."""
+        time, points, colours = self._frame(i)
+        camera = self.track.camera(i)
+        overlay = Overlay(light.encode(draw_section(self.profile, camera, points, self.spacing, colours)))
+        overlay.length_scale(camera.scale)
+        if self.track.close:
+            self._inset(overlay, camera, points, colours)
+        self._heading(overlay, time)
+        return overlay.picture()
+
+    def _inset(self, overlay, camera, points, colours):
+        """The whole section in the upper corner on the side where the ground is lower."""
+        width, height = (int(INSET * side) for side in self.size)
+        whole = self.track.overview((width, height))
+        overlay.inset(
+            light.encode(draw_section(self.profile, whole, points, self.spacing, colours)),
+            (self.size[0] - width - overlay.px(20), overlay.px(20)),
+        )
+        left, top = self.size[0] - width - overlay.px(20), overlay.px(20)
+        half = 0.5 * np.array(self.size) / camera.scale
+        corners = camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]])
+        x, y, _ = whole.project(corners)
+        x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
+        overlay.rectangle([x[0], y[0], x[1], y[1]])
+
+
+def particle_spacing(run):
+    """Distance [m] between particles: from the field `volume`, else between neighbours in the first frame with any."""
+    i = next(i for i in range(len(run)) if run.n_points(i))
+    if "volume" in run.field_names:
+        volume = float(np.median(run.frame(i, ["volume"]).fields["volume"]))
+        if volume > 0.0:
+            return volume ** (1.0 / run.dimension)
+    points = run.frame(i, []).points
+    points = points[np.isfinite(points).all(axis=1)]
+    sample = points[np.random.default_rng(0).permutation(len(points))[:2000]]
+    nearest = cKDTree(points).query(sample, k=2)[0][:, 1] if len(points) > 1 else np.array([1.0])
+    nearest = nearest[np.isfinite(nearest) & (nearest > 0.0)]
+    return float(np.median(nearest)) if len(nearest) else 1.0

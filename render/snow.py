@@ -1,0 +1,112 @@
+"""Snow over the ground: a surface through the particles, lit softly, bluish where the sky alone lights it."""
+
+import numpy as np
+from scipy import ndimage
+
+from snowmpm.render import light
+from snowmpm.render.splat import splat_balls
+
+SNOW = light.decode([0.955, 0.97, 0.99])
+BALL = 0.80  # radius of a ball in particle spacings: neighbours overlap into a closed surface
+SMOOTHING = 1.7  # of the surface, in ball radii on the picture
+SOFTNESS = 0.45
+EXPOSURE = 0.84  # below the ground's, or fresh snow in the sun would lose its relief
+
+
+def draw_snow(ground, camera, sun, points, spacing, colours=None):
+    """Picture (height, width, 3) in linear light: `ground` with the particles at `points` (n, 3) over it.
+
+    spacing  [m] between particles;  colours (n, 3) in linear light, or None for plain snow
+    """
+    x, y, depth = camera.project(points)
+    radius = BALL * spacing
+    radius_px = radius * camera.pixels_per_metre(depth)
+    number, front = splat_balls(x, y, depth, radius, radius_px, camera.size)
+    # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows.
+    hidden = front > ground.depth + 2.0 * radius
+    number[hidden], front[hidden] = -1, np.inf
+    hit = number >= 0
+    if not hit.any():
+        return ground.light.copy()
+    width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
+    picture = ground.light.copy()
+    window = _window(hit, int(8.0 * width) + 4)
+    number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]
+    surface = _smooth_depth(front, hit, width, 4.0 * radius)
+    shade = EXPOSURE * light.illuminate(_normals(surface, hit, camera, window), sun, softness=SOFTNESS)
+    shade *= (1.0 - _hollows(surface, hit, behind, radius, width))[..., None]
+    seen = number[hit]
+    albedo = np.broadcast_to(SNOW, (len(seen), 3)) if colours is None else colours[seen]
+    lit = np.zeros((*hit.shape, 3), np.float32)
+    lit[hit] = albedo * _grain(seen)[:, None] * shade[hit]
+    picture[window] = _compose(picture[window], lit, hit, width)
+    return picture
+
+
+def _window(hit, margin):
+    """Slices of the part of the picture that holds all snow, and `margin` pixels more."""
+    return tuple(
+        slice(max(int(there[0]) - margin, 0), int(there[-1]) + margin + 1)
+        for there in (np.flatnonzero(hit.any(axis=axis)) for axis in (1, 0))
+    )
+
+
+def _smooth_depth(front, hit, width, step):
+    """Depth blurred within the snow, but not across edges: where it would move by more than `step` it stays."""
+    filled = np.where(hit, front, 0.0)
+    weight = ndimage.gaussian_filter(hit.astype(np.float32), width)
+    blurred = ndimage.gaussian_filter(filled, width) / np.maximum(weight, 1e-6)
+    share = np.clip(2.0 - np.abs(blurred - filled) / step, 0.0, 1.0)
+    return np.where(hit, filled + share * (blurred - filled), np.inf).astype(np.float32)
+
+
+def _normals(surface, hit, camera, window):
+    """Unit normals (height, width, 3) in space, towards the camera; along each axis from the flatter side."""
+    rows, columns = np.indices(surface.shape, dtype=np.float32)
+    rows, columns = rows + window[0].start + 0.5, columns + window[1].start + 0.5
+    point = camera.local(columns, rows, np.where(hit, surface, 0.0)).astype(np.float32)
+    across, down = (_flatter_difference(point, hit, axis) for axis in (1, 0))
+    normal = np.cross(across, down)
+    length = np.linalg.norm(normal, axis=2, keepdims=True)
+    normal = np.where(length > 1e-12, normal / np.maximum(length, 1e-12), np.array([0.0, 0.0, -1.0], np.float32))
+    normal *= np.where(normal[..., 2:] > 0.0, -1.0, 1.0)
+    return normal @ camera.axes.astype(np.float32)
+
+
+def _flatter_difference(point, hit, axis):
+    step = np.diff(point, axis=axis)
+    valid = np.logical_and(*(np.take(hit, range(k, hit.shape[axis] - 1 + k), axis=axis) for k in (0, 1)))
+    step[~valid] = 1e9
+    pad = [(0, 0), (0, 0), (0, 0)]
+    pad[axis] = (0, 1)
+    forward = np.pad(step, pad, constant_values=1e9)
+    pad[axis] = (1, 0)
+    backward = np.pad(step, pad, constant_values=1e9)
+    chosen = np.where(np.abs(forward[..., 2:]) < np.abs(backward[..., 2:]), forward, backward)
+    lone = np.abs(chosen[..., 2]) > 1e8
+    chosen[lone] = 0.0
+    return chosen
+
+
+def _hollows(surface, hit, ground_depth, radius, width):
+    """Darkening [0, 0.3] where the snow lies behind what surrounds it: between clods, at the foot of steps."""
+    scene = np.where(hit, np.minimum(surface, 1e30), ground_depth)
+    scene = np.where(np.isfinite(scene), scene, np.max(scene[np.isfinite(scene)], initial=0.0)).astype(np.float32)
+    behind = scene - ndimage.gaussian_filter(scene, 2.5 * width)
+    return np.where(hit, np.clip(0.06 * behind / radius, 0.0, 0.3), 0.0).astype(np.float32)
+
+
+def _grain(number):
+    """A brightness of its own for each particle, so that the eye can follow the motion within the white."""
+    mixed = (number.astype(np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
+    return (0.95 + 0.08 * (mixed & np.uint32(1023)).astype(np.float32) / 1023.0).astype(np.float32)
+
+
+def _compose(behind, lit, hit, width):
+    """Snow over what is behind it, with soft edges and a soft shadow around."""
+    cover = ndimage.gaussian_filter(hit.astype(np.float32), 0.6)
+    snow = np.stack([ndimage.gaussian_filter(lit[..., k], 0.6) for k in range(3)], axis=-1)
+    opacity = np.clip(1.25 * cover, 0.0, 1.0)[..., None]
+    shadow = ndimage.gaussian_filter(hit.astype(np.float32), 2.0 + 1.5 * width)
+    shadow = 1.0 - 0.45 * np.clip(shadow, 0.0, 1.0)[..., None] * ~hit[..., None]
+    return behind * shadow * (1.0 - opacity) + snow / np.maximum(cover, 1e-6)[..., None] * opacity

@@ -1,0 +1,87 @@
+"""The moving view of a plane-strain run: whole if that shows the snow, else near the motion with an overview inset."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from snowmpm.render.colour import scalar
+from snowmpm.render.section import section_camera
+
+THINNEST = 8.0  # px: a layer drawn thinner than this asks for a closer view
+CLOSE_UP = 16.0  # px: thickness of the layer in the closer view
+SMOOTHING = 0.06  # of the number of frames: the view moves steadily
+MARGINS = (0.06, 0.06, 0.16, 0.14)
+
+
+@dataclass(frozen=True)
+class Track:
+    """A camera for each frame, and one for the overview; `close` when the frames show only a part."""
+
+    centres: np.ndarray
+    scale: float
+    size: tuple
+    close: bool
+    low: np.ndarray
+    high: np.ndarray
+
+    def camera(self, i):
+        """The view of frame `i`."""
+        return section_camera(self.centres[i], self.scale, self.size)
+
+    def overview(self, size):
+        """The whole run within `size` (width, height) pixels."""
+        scale, centre = _whole(self.low, self.high, size, (0.04, 0.04, 0.08, 0.12))
+        return section_camera(centre, scale, size)
+
+
+def plan_track(run, profile, spacing, size, close=True):
+    """Views for all frames of `run`. `close` False keeps the whole run in sight however thin the snow."""
+    low, high, focus, thickness = _survey(run, spacing)
+    if profile is not None:
+        ground = profile.height(np.linspace(low[0], high[0], 200))
+        ground = ground[np.isfinite(ground)]
+        if len(ground):
+            low[1], high[1] = min(low[1], ground.min()), max(high[1], ground.max())
+    scale, centre = _whole(low, high, size, MARGINS)
+    if not close or thickness * scale >= THINNEST:
+        return Track(np.tile(centre, (len(run), 1)), scale, tuple(size), False, low, high)
+    scale = max(scale, min(CLOSE_UP / thickness, 6.0 * scale))
+    steady = ndimage.gaussian_filter1d(focus, max(SMOOTHING * len(run), 0.5), axis=0, mode="nearest")
+    return Track(steady, scale, tuple(size), True, low, high)
+
+
+def _survey(run, spacing):
+    """Box (lower, upper) of the motion in (x, z), where it is in each frame, and the thickness of the snow at rest."""
+    names = ["velocity"] if "velocity" in run.field_names else []
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    focus, thickness = np.full((len(run), 2), np.nan), spacing
+    for i in range(len(run)):
+        frame = run.frame(i, names)
+        plane = frame.points[:, [0, 2]].astype(float)
+        if not len(plane):
+            continue
+        inner = np.quantile(plane, [0.002, 0.998], axis=0)
+        low, high = np.minimum(low, inner[0]), np.maximum(high, inner[1])
+        speed = scalar(frame.fields["velocity"]) if names else np.ones(len(plane))
+        weight = speed + 0.02 * speed.max(initial=0.0) + 1e-6
+        focus[i] = (weight[:, None] * plane).sum(axis=0) / weight.sum()
+        if not np.isfinite(focus[:i]).any():
+            length = float(np.linalg.norm(inner[1] - inner[0])) + spacing
+            thickness = max(len(plane) * spacing**2 / length, spacing)
+    return low, high, _filled(focus), thickness
+
+
+def _filled(rows):
+    """Rows of NaN take the value of the nearest row that has one."""
+    known = np.flatnonzero(np.isfinite(rows[:, 0]))
+    nearest = known[np.abs(np.arange(len(rows))[:, None] - known).argmin(axis=1)]
+    return rows[nearest]
+
+
+def _whole(low, high, size, margins):
+    left, right, top, bottom = margins
+    room = np.array([size[0] * (1.0 - left - right), size[1] * (1.0 - top - bottom)])
+    scale = float(np.min(room / np.maximum(high - low, 1e-3)))
+    shift = np.array([0.5 * (right - left) * size[0], 0.5 * (top - bottom) * size[1]]) / scale
+    return scale, 0.5 * (low + high) + shift

@@ -1,0 +1,109 @@
+"""Made-up runs that look like avalanches: a slab lets go, slides, spreads and comes to rest. No physics in them."""
+
+import numpy as np
+
+from snowmpm.io import RunWriter
+
+RELEASE = (20.0, 55.0)  # m, along x
+RUNOUT = 95.0  # m, how far the front travels along x
+
+
+def height(x, y=0.0):
+    """38 degrees for 90 m, an arc, then flat; in 3-D a shallow gully with gentle relief."""
+    slope, bend, flat = np.tan(np.radians(38.0)), 90.0, 40.0
+    s = np.clip((np.asarray(x, float) - bend) / flat, 0.0, None)
+    drop = np.where(s <= 0.0, x * slope, bend * slope + slope * flat * np.where(s < 1.0, s - 0.5 * s**2, 0.5))
+    relief = 0.004 * np.asarray(y, float) ** 2 / (1.0 + np.exp((np.asarray(x) - 110.0) / 15.0))
+    return (
+        90.0 - drop + relief + (1.2 * np.sin(np.asarray(x) / 11.0) * np.cos(np.asarray(y) / 9.0)) * (np.asarray(y) != 0)
+    )
+
+
+def _travel(start, t, rng, width):
+    """Position along x and share of the way done, for particles that start at `start` and let go one after another."""
+    back = (start - RELEASE[0]) / (RELEASE[1] - RELEASE[0])
+    reach = RUNOUT * (0.45 + 0.55 * back) + rng.normal(0.0, 2.5, len(start))
+    share = np.clip((t - 0.4 - 0.5 * (1.0 - back)) / (5.5 + 0.7 * width), 0.0, 1.0)
+    return start + reach * share**2 * (3.0 - 2.0 * share), share
+
+
+def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra=0):
+    """A 2-D run; `extra` more particles that fly off, as a real run has them."""
+    rng = np.random.default_rng(2)
+    along, up = np.meshgrid(np.arange(*RELEASE, spacing), np.arange(0.5 * spacing, thickness, spacing))
+    along, up = along.ravel() + rng.normal(0, 0.05 * spacing, along.size), up.ravel()
+    ground = np.linspace(-5.0, 190.0, 300)
+    vertices = np.column_stack([ground, height(ground)])
+    facets = np.column_stack([np.arange(299), np.arange(1, 300)])
+
+    def positions(t):
+        keep = np.random.default_rng(3)
+        x, share = _travel(along, t, keep, up / thickness)
+        lift = up * (1.0 + 1.6 * np.sin(np.pi * share) * keep.random(len(up)))
+        return np.column_stack([x, height(x) + lift / np.cos(np.radians(30.0))])
+
+    damage = (up < 1.5 * spacing).astype(float)
+    _write(path, 2, positions, frames, duration, (vertices, facets), spacing**2, {"damage": damage}, extra)
+
+
+def slab_3d(
+    path, *, particles=20000, frames=8, duration=8.0, thickness=1.2, cell=2.5, origin=(0.0, 0.0, 0.0), hole=False
+):
+    """A 3-D run on a gully of triangles of side `cell`; with `hole`, a patch of the terrain is missing."""
+    rng = np.random.default_rng(2)
+    width = 44.0
+    along = rng.uniform(*RELEASE, particles)
+    across = rng.uniform(-0.5 * width, 0.5 * width, particles)
+    inside = (across / (0.5 * width)) ** 2 < 0.55 + 0.45 * (along - RELEASE[0]) / 35.0
+    along, across = along[inside], across[inside]
+    up = rng.uniform(0.0, thickness, len(along))
+    volume = 35.0 * width * thickness / particles
+
+    def positions(t):
+        keep = np.random.default_rng(3)
+        x, share = _travel(along + 2.0 * np.sin(across / 6.0), t, keep, up / thickness)
+        y = across * (1.0 - 0.9 * share + 1.0 * share**2) + keep.normal(0.0, 1.2, len(x)) * share
+        lift = up * (1.0 + 2.0 * np.sin(np.pi * share) * keep.random(len(up)))
+        return np.column_stack([x, y, height(x, y) + lift / np.cos(np.radians(30.0))])
+
+    _write(path, 3, positions, frames, duration, gully(cell, hole), volume, {}, 0, origin)
+
+
+def gully(cell, hole=False):
+    """(vertices, triangles) of the slope."""
+    x, y = np.meshgrid(np.arange(-15.0, 200.0, cell), np.arange(-70.0, 70.01, cell), indexing="ij")
+    vertices = np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()])
+    number = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (n.ravel() for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    facets = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    if hole:
+        centre = vertices[facets].mean(axis=1)
+        facets = facets[np.hypot(centre[:, 0] - 150.0, centre[:, 1] - 35.0) > 15.0]
+    return vertices, facets
+
+
+def _write(path, dimension, positions, frames, duration, terrain, volume, constant, extra, origin=None):
+    units = {"velocity": "m/s", "density": "kg/m3", "volume": "m3" if dimension == 3 else "m2"}
+    record = {"scene": {"name": "made_up_slab", "terrain": {"attribution": "synthetic slope"}}}
+    with RunWriter(path, provenance=record, terrain=terrain, origin=origin, dimension=dimension, units=units) as writer:
+        for t in np.linspace(0.0, duration, frames):
+            x, later = positions(t), positions(t + 0.01)
+            velocity = (later - x) / 0.01
+            if extra:
+                x[:extra] += np.outer(
+                    np.linspace(0.5, 1.0, extra), [40.0 * t, 60.0 * t] if dimension == 2 else [40.0 * t] * 3
+                )
+            fields = {
+                "velocity": velocity,
+                "density": 250.0 - 3.0 * np.linalg.norm(velocity, axis=1),
+                "volume": np.full(len(x), volume),
+                **constant,
+            }
+            speed = np.linalg.norm(velocity, axis=1)
+            writer.history(t, {"max_speed": speed.max(), "front": x[:, 0].max()}, {"max_speed": "m/s", "front": "m"})
+            writer.frame(t, x, fields)
+        if dimension == 3:
+            ny, nx = 60, 90
+            yy, xx = np.mgrid[0:ny, 0:nx]
+            depth = np.exp(-(((xx - 50) / 20) ** 2) - ((yy - 30) / 8) ** 2) * 2.0
+            writer.map("peak_depth", np.where(depth > 0.05, depth, np.nan), 0.0, -60.0, 2.0, "m")
