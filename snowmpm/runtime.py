@@ -1,6 +1,7 @@
 """The only `ti.init` of the program: backend, threads, and which float a kernel is compiled for."""
 
 import contextlib
+import ctypes
 import os
 
 import numpy as np
@@ -18,12 +19,22 @@ def start(backend="auto", threads=None):
     """
     if _started:
         return _started["backend"]
-    arch = {"cpu": ti.cpu, "cuda": ti.cuda, "auto": ti.gpu}[backend]
+    # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
+    cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     threads = threads or _cores()
-    ti.init(arch=arch, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN)
+    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
     _started.update(backend=running, threads=threads)
     return running
+
+
+def _has_cuda():
+    try:
+        driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:
+        return False
+    count = ctypes.c_int(0)
+    return driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0 and count.value > 0
 
 
 def _cores():

@@ -1,7 +1,7 @@
 """How a run shows where it is: a live display on a terminal, a line now and then elsewhere.
 
 Both take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
-wall [s], frames.
+wall [s], frames, particle_steps.
 """
 
 import sys
@@ -20,16 +20,12 @@ class Pace:
 
     def __init__(self):
         self._samples = deque()  # (wall, simulated time, particle-steps)
-        self._work = 0
-        self._last_steps = 0
 
     def add(self, progress):
-        self._work += (progress.steps - self._last_steps) * progress.n_particles
-        self._last_steps = progress.steps
         samples = self._samples
         if samples and progress.wall - samples[-1][0] < SAMPLE_INTERVAL:
             return
-        samples.append((progress.wall, progress.time, self._work))
+        samples.append((progress.wall, progress.time, progress.particle_steps))
         while len(samples) > 2 and progress.wall - samples[1][0] > WINDOW:
             samples.popleft()
 

@@ -53,9 +53,11 @@ def start_taichi(backend, threads):
 
     with contextlib.redirect_stdout(io.StringIO()):
         try:
-            return runtime.start(backend.value, threads)
+            running = runtime.start(backend.value, threads)
         except RuntimeError as error:
             raise InputError(f"--backend {backend.value}: cannot be started here ({error})") from None
+    if backend.value not in ("auto", running):
+        raise InputError(f"--backend {backend.value}: there is none here; auto takes {running}")
 
 
 def _check_folder(folder, overwrite, resume):

@@ -13,13 +13,14 @@ def print_facts(title, values):
         print(line)
 
 
-def _lines(values, indent):
+def _lines(values, indent, inner=False):
     width = max((len(str(name)) for name in values), default=0)
     for name, value in values.items():
-        label = f"{indent}{str(name).replace('_', ' '):<{width}}"
+        # Names of facts are words; names inside a fact are a scene's own.
+        label = f"{indent}{name if inner else name.replace('_', ' '):<{width}}"
         if isinstance(value, dict):
             yield label.rstrip()
-            yield from _lines(value, indent + "  ")
+            yield from _lines(value, indent + "  ", inner=True)
         else:
             unit = f" {UNITS[name]}" if name in UNITS else ""
             yield f"{label}  {_text(name, value)}{unit}"
@@ -35,5 +36,6 @@ def _text(name, value):
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, list | tuple):
-        return ", ".join(_text(None, item) for item in value) or "none"
+        items = ", ".join(_text(None, item) for item in value) or "none"
+        return f"[{items}]" if name is None else items
     return str(value)
