@@ -12,21 +12,20 @@ from .ellipse import YIELD_TOLERANCE, return_to_ellipse, sinh_cosh
 from .hencky import deviation_of_strain
 from .law import Positive, StateVariable
 from .precision import by_precision
-from .symmetric import contract, plus_isotropic
+from .symmetric import plus_isotropic
 
 
 @ti.func
 def anticrack_cam_clay_update(prm, h, state, A, dt):
     """See `Law`. prm: `CriticalStateLaw.ellipse_parameters`, α; state: ζ, collapsed."""
     K, G, xi, alpha = prm[0], prm[1], prm[2], prm[7]
-    h_new, deviator, volume, valid = elastic_trial(h, A)
+    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
     zeta = state[0]
     intact = state[1] == 0.0
     beta = prm[3] if intact else 0.0
     p = -K * volume
-    deviator2 = contract(deviator, deviator)
     e2 = (1.0 + 2.0 * beta) * prm[6] * deviator2
-    s, _ = sinh_cosh(xi * zeta)
+    s, c = sinh_cosh(xi * zeta)
     p0 = K * s
     w = p - 0.5 * (1.0 - beta) * p0
     radius = 0.5 * (1.0 + beta) * p0
@@ -48,6 +47,7 @@ def anticrack_cam_clay_update(prm, h, state, A, dt):
                 if p >= K * collapse:
                     # Softens completely within the step and hardens from there, without cohesion
                     zeta0, rate, start = -collapse, 1.0, collapse
+                    s, c = 0.0, 1.0
                     e2 /= 1.0 + 2.0 * beta
                     beta = 0.0
                     state_new[1] = 1.0
@@ -56,7 +56,7 @@ def anticrack_cam_clay_update(prm, h, state, A, dt):
         if p <= K * gap:
             # Dilates until p₀ = 0 and beyond: separated and stress-free
             p = 0.0
-            h_new *= 0.0
+            h_new.fill(0.0)
             if intact:
                 zeta0, rate = -gap, 1.0
                 state_new[1] = 1.0
@@ -64,9 +64,9 @@ def anticrack_cam_clay_update(prm, h, state, A, dt):
             if w <= 0.0:
                 end = ti.max(end, gap)
             p, ratio, iterations = return_to_ellipse(
-                p_trial, e2, K, (1.0 + 2.0 * beta) * prm[5], xi, beta, 0.0, zeta0, rate, side, start, end
+                p_trial, e2, K, (1.0 + 2.0 * beta) * prm[5], xi, beta, 0.0, zeta0, rate, s, c, side, start, end
             )
-            h_new = deviation_of_strain(ratio * deviator, -p / K)
+            h_new = deviation_of_strain(ratio * deviator, -p / K, ratio * ratio * deviator2)
         compaction = (p_trial - p) / K
         state_new[0] = zeta0 + rate * compaction
         dissipation = 0.5 * (p_trial + p) * compaction + G * deviator2 * (1.0 - ratio * ratio)

@@ -11,19 +11,18 @@ from .ellipse import YIELD_TOLERANCE, return_to_ellipse, sinh_cosh
 from .hencky import deviation_of_strain
 from .law import StateVariable
 from .precision import by_precision
-from .symmetric import contract, plus_isotropic
+from .symmetric import plus_isotropic
 
 
 @ti.func
 def cohesive_cam_clay_update(prm, h, state, A, dt):
     """See `Law`. prm: `CriticalStateLaw.ellipse_parameters`; state: z."""
     K, G, xi, beta, p_fixed = prm[0], prm[1], prm[2], prm[3], prm[4]
-    h_new, deviator, volume, valid = elastic_trial(h, A)
+    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
     z = state[0]
     p = -K * volume
-    deviator2 = contract(deviator, deviator)
     e2 = (1.0 + 2.0 * beta) * prm[6] * deviator2
-    s, _ = sinh_cosh(xi * z)
+    s, c = sinh_cosh(xi * z)
     p0 = p_fixed + K * s
     w = p - 0.5 * (1.0 - beta) * p0
     radius = 0.5 * (1.0 + beta) * p0
@@ -35,7 +34,7 @@ def cohesive_cam_clay_update(prm, h, state, A, dt):
         if p_fixed == 0.0 and p + K * z <= 0.0:
             # Dilates until p₀ = 0 and beyond: the ellipse is a point, the snow is separated and stress-free
             p = 0.0
-            h_new *= 0.0
+            h_new.fill(0.0)
         else:
             start, end = 0.0, w / K
             if p_fixed == 0.0:
@@ -45,9 +44,9 @@ def cohesive_cam_clay_update(prm, h, state, A, dt):
                     end = ti.max(end, -z)
             side = 1.0 if w > 0.0 else -1.0
             p, ratio, iterations = return_to_ellipse(
-                p_trial, e2, K, (1.0 + 2.0 * beta) * prm[5], xi, beta, p_fixed, z, 1.0, side, start, end
+                p_trial, e2, K, (1.0 + 2.0 * beta) * prm[5], xi, beta, p_fixed, z, 1.0, s, c, side, start, end
             )
-            h_new = deviation_of_strain(ratio * deviator, -p / K)
+            h_new = deviation_of_strain(ratio * deviator, -p / K, ratio * ratio * deviator2)
         compaction = (p_trial - p) / K
         state_new[0] = z + compaction
         dissipation = 0.5 * (p_trial + p) * compaction + G * deviator2 * (1.0 - ratio * ratio)
@@ -65,7 +64,8 @@ class CohesiveCamClay(CriticalStateLaw):
     [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity";
     the surface is that of Gaume et al. (2018), doi:10.1038/s41467-018-05181-w. An initial p₀ fixes
     z₀ = asinh(p₀/K)/ξ. Compaction hardens; dilation softens until p₀ = 0 at z = 0, where the snow is separated:
-    stress-free while z <= 0, so a gap that opened must close before stress comes back. Critical state: p = (1 − β) p₀/2.
+    stress-free while z <= 0, so a gap that opened must close before stress comes back. Critical state:
+    p = (1 − β) p₀/2.
     Backward Euler, hardening included (see `ellipse.py`): admissible at the updated p₀ for a step of any size.
 
     Deviation: [G 54] divides the trace by the dimension of the problem; here p is −tr(τ)/3 in plane strain as well.

@@ -13,7 +13,7 @@ class CriticalStateLaw(Law):
         y(p, q) = q² (1 + 2β) + M² (p + β p₀)(p − p₀) <= 0
         p₀ = K sinh(ξ max(ζ, 0)),   initially ζ₀ = asinh(p₀/K) / ξ
 
-    ξ = 0 is perfect plasticity: p₀ keeps its value. β <= 1, or the strength in tension would exceed that in compression.
+    ξ = 0 is perfect plasticity: p₀ keeps its value. β <= 1: no stronger in tension than in compression.
     """
 
     OUTPUTS: ClassVar[dict[str, str]] = {"p0": "Pa", "damage": "-"}

@@ -7,34 +7,32 @@ import taichi as ti
 from .hencky import hencky_strain, trial_deviation
 from .law import Law
 from .precision import by_precision
-from .symmetric import contract, plus_isotropic
+from .symmetric import plus_isotropic
 
 
 @ti.func
 def elastic_trial(h, A):
-    """Stored tensor, Hencky deviator and trace after the elastic step f = I + A; and whether it could be made.
+    """Elastic step f = I + A: stored tensor, Hencky deviator, its trace, deviator : deviator, and 1 if it could be made.
 
     A step that is not finite or has det f <= 0 is left out (A = 0) and reported as 0; f b fᵀ alone would not show it.
     """
     step = A
     valid = 1
-    stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
-    if not (0.0 < stretch and stretch < ti.static(by_precision(1e30, 1e100))):
-        step *= 0.0
-        step.fill(0.0)
-        valid = 0
+    # |A| < 1 cannot turn f inside out, so the determinant is only needed for steps beyond any time step limit
+    if not (A.norm_sqr() < 0.25):
+        stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
+        if not (stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))):
+            step.fill(0.0)
+            valid = 0
     h_trial = trial_deviation(h, step)
-    deviator, volume = hencky_strain(h_trial)
-    # Ordered comparison, so that a NaN fails it
-    if not (contract(deviator, deviator) + volume * volume < ti.static(by_precision(1e30, 1e100))):
-        valid = 0
-    return h_trial, deviator, volume, valid
+    deviator, volume, deviator2, finite = hencky_strain(h_trial)
+    return h_trial, deviator, volume, deviator2, valid * finite
 
 
 @ti.func
 def elastic_update(prm, h, state, A, dt):
     """See `Law`. prm: K, G."""
-    h_new, deviator, volume, valid = elastic_trial(h, A)
+    h_new, deviator, volume, _, valid = elastic_trial(h, A)
     tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
     return h_new, tau, state, 0.0, valid - 1
 

@@ -25,7 +25,7 @@ import taichi as ti
 from .precision import by_precision
 
 MAX_ITERATIONS = 50
-STEP_TOLERANCE = (3e-4, 1e-8)  # of p₀; Newton is quadratic, so what is left is of the order of its square
+STEP_TOLERANCE = (2e-2, 3e-4)  # of p₀; the step is of third order: about 0.05 of its cube is left
 YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
 
 
@@ -48,50 +48,70 @@ def sinh_cosh(t):
 
 
 @ti.func
-def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, side, start, end):
+def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, sinh, cosh, side, start, end):
     """Solve Q(Δz) = 0 between `start` (flow not yet finished) and `end` (p = c reached or passed).
 
-    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; side: +1 compacting (p > c), −1 dilating.
+    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; sinh, cosh: of ξ ζ at the start;
+    side: +1 compacting (p > c), −1 dilating.
     Returns p, the factor q/q_tr = r/√(d² + e²), and the number of iterations, −1 if not converged.
     """
     half_sum, half_gap = 0.5 * (1.0 + beta), 0.5 * (1.0 - beta)
     near, far = start, end
     x = start
     p, ratio = 0.0, 0.0
+    reach = 0.0 + ti.static(by_precision(1e30, 1e200))
     iterations = 0
     converged = 0
     while converged == 0 and iterations < MAX_ITERATIONS:
         iterations += 1
-        s, cosh = sinh_cosh(xi * (zeta + rate * x))
-        p0 = p_fixed + bulk * s
-        dp0 = bulk * xi * rate * cosh
-        w = p_trial - bulk * x - half_gap * p0
-        dw = -bulk - half_gap * dp0
-        d = w + kappa * x
-        dd = dw + kappa
-        inverse = 1.0 / ti.sqrt(d * d + e2 + ti.static(by_precision(1e-30, 1e-200)))
-        inverse2 = inverse * inverse
-        radius = half_sum * p0
-        dradius = half_sum * dp0
-        residual = radius * d * inverse - w
-        slope = dradius * d * inverse + radius * dd * e2 * inverse2 * inverse - dw
-        target = x - residual / slope
-        if side * w >= 0.0 and side * residual < 0.0:
-            near = x
-        else:
-            far = x
-        # Beyond p = c the sign of Q says nothing: bisect. `not` catches a NaN as well.
-        if side * w < 0.0 or not (ti.min(near, far) <= target and target <= ti.max(near, far)):
-            target = 0.5 * (near + far)
-        step = target - x
-        x = target
-        # p₀, d and 1/√ followed to first order: after a small last step as good as another evaluation
-        radius += dradius * step
-        d += dd * step
-        inverse *= 1.0 - d * dd * step * inverse2
-        p = half_gap * (p0 + dp0 * step) + radius * d * inverse
-        ratio = radius * inverse
-        rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
-        if bulk * ti.abs(step) <= ti.static(by_precision(*STEP_TOLERANCE)) * p0 + rounding:
+        growth = xi * rate
+        p0, dp0 = p_fixed + bulk * sinh, bulk * growth * cosh
+        ddp0 = bulk * growth * growth * sinh
+        w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
+        d, dd = w + kappa * x, dw + kappa
+        square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
+        root = ti.sqrt(square)
+        inverse = 1.0 / root
+        cosine = d * inverse
+        turn = e2 / (square * root)  # d cos θ / dd
+        residual = half_sum * p0 * cosine - w
+        slope = half_sum * (dp0 * cosine + p0 * turn * dd) - dw
+        curvature = (
+            half_sum * (ddp0 * cosine + turn * (2.0 * dp0 * dd + p0 * (ddw - 3.0 * dd * dd * cosine * inverse))) - ddw
+        )
+        # Chebyshev's step: Newton's, corrected for curvature (third order), as far as the correction is small
+        per_slope = 1.0 / slope
+        newton = -residual * per_slope
+        step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, 0.5 * newton * (curvature * per_slope))))
+        change = ti.abs(step) * (bulk + ti.abs(dd) + ti.abs(dp0))
+        small = change <= ti.static(by_precision(*STEP_TOLERANCE)) * ti.min(p0, reach)
+        if small and side * w >= 0.0:
             converged = 1
+        else:
+            if iterations == 1:
+                reach = root
+            rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
+            beyond = side * w < -rounding
+            if not beyond and side * residual < 0.0:
+                near = x
+            else:
+                far = x
+            # Beyond p = c the sign of Q says nothing: bisect. `not` catches a NaN as well.
+            if beyond or not (ti.min(near, far) <= x + step and x + step <= ti.max(near, far)):
+                step = 0.5 * (near + far) - x
+            elif small:
+                converged = 1
+            if bulk * ti.abs(step) <= rounding:
+                converged = 1
+        x += step
+        if converged == 1 or iterations == MAX_ITERATIONS:
+            # p₀, d and 1/√ followed along the last, small step are as good as another evaluation
+            p0 += step * (dp0 + 0.5 * step * ddp0)
+            turned = step * (dd + 0.5 * step * ddw)
+            u = turned * (2.0 * d + turned) * inverse * inverse
+            inverse *= 1.0 - u * (0.5 - u * (0.375 - 0.3125 * u))
+            ratio = half_sum * p0 * inverse
+            p = half_gap * p0 + ratio * (d + turned)
+        else:
+            sinh, cosh = sinh_cosh(xi * (zeta + rate * x))
     return p, ratio, iterations if converged == 1 else -1

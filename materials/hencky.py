@@ -29,8 +29,8 @@ from .symmetric import (
 # the first term left out, norm^order / (order + 1) relative to X for ln, norm^order / (order + 1)! for exp.
 LOG_ORDER = (6, 12)  # float32, float64
 LOG_RADIUS = (0.1, 0.06)
-EXP_ORDER = (6, 10)
-EXP_RADIUS = (0.3, 0.15)
+EXP_ORDER = (4, 8)
+EXP_RADIUS = (0.06, 0.05)
 MAX_HALVINGS = 12
 
 
@@ -97,17 +97,21 @@ def _log_spectral(h):
 
 @ti.func
 def hencky_strain(h):
-    """Deviator and trace of ε = ½ ln(I + h)."""
+    """Deviator e and trace of ε = ½ ln(I + h), e : e, and 1 if they are finite, else 0."""
     mean = trace(h) / 3.0
     scale = 1.0 + mean
-    X = plus_isotropic(h, -mean) / scale
-    j2 = 0.5 * contract(X, X)
-    j3 = determinant(X)
+    # X = (h − mean I) / scale is traceless; its two invariants and the two coefficients carry the scale
+    D = plus_isotropic(h, -mean)
+    D2 = squared(D)
+    inverse = 1.0 / scale
+    inverse2 = inverse * inverse
+    j2 = 0.5 * trace(D2) * inverse2
+    j3 = determinant(D) * inverse2 * inverse
     # det(I + h) − 1, every term small when h is
     det_less_one = mean * (3.0 + mean * (3.0 + mean)) + scale * scale * scale * (j3 - j2)
-    deviator = X
-    volume = 0.0
-    if 2.0 * j2 < ti.static(by_precision(*LOG_RADIUS) ** 2) and ti.abs(det_less_one) < 0.25 and scale > 0.5:
+    deviator = D
+    volume, deviator2, finite = 0.0, 0.0, 1
+    if j2 < ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2) and ti.abs(det_less_one) < 0.25 and scale > 0.5:
         volume = 0.5 * log1p(det_less_one)
         # ln(I + X) = Σ (−1)^(k+1) X^k / k;  X^k = c0 I + c1 X + c2 X²
         a1, a2 = 0.5, -0.25
@@ -116,17 +120,30 @@ def hencky_strain(h):
             c0, c1, c2 = c2 * j3, c0 + c2 * j2, c1
             a1 += ti.static((-1) ** (k + 1) * 0.5 / k) * c1
             a2 += ti.static((-1) ** (k + 1) * 0.5 / k) * c2
-        deviator = plus_isotropic(a1 * X + a2 * squared(X), -a2 * j2 * ti.static(2.0 / 3.0))
+        deviator = plus_isotropic((a1 * inverse) * D + (a2 * inverse2) * D2, -a2 * j2 * ti.static(2.0 / 3.0))
+        deviator2 = 2.0 * a1 * a1 * j2 + a2 * (6.0 * a1 * j3 + ti.static(2.0 / 3.0) * a2 * j2 * j2)
     else:
         deviator, volume = _log_spectral(h)
-    return deviator, volume
+        deviator2 = contract(deviator, deviator)
+        # An ordered comparison, because a NaN fails it
+        finite = 1 if deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100)) else 0
+    return deviator, volume, deviator2, finite
 
 
 @ti.func
-def _exp_series(X):
-    """exp(X) − I of a traceless X within EXP_RADIUS."""
-    j2 = 0.5 * contract(X, X)
+def deviation_of_strain(deviator, volume, deviator2):
+    """h = exp(2 ε) − I of the Hencky strain with the given deviator e, trace, and e : e."""
+    scale = 2.0
+    norm2 = 4.0 * deviator2
+    halvings = 0
+    while norm2 > ti.static(by_precision(*EXP_RADIUS) ** 2) and halvings < MAX_HALVINGS:
+        norm2 *= 0.25
+        scale *= 0.5
+        halvings += 1
+    X = scale * deviator
+    j2 = 0.5 * norm2
     j3 = determinant(X)
+    # exp(X) − I = Σ X^k / k!
     a0, a1, a2 = 0.0, 1.0, 0.5
     c0, c1, c2 = 0.0, 0.0, 1.0
     for k in ti.static(range(3, by_precision(*EXP_ORDER) + 1)):
@@ -134,21 +151,7 @@ def _exp_series(X):
         a0 += ti.static(1.0 / factorial(k)) * c0
         a1 += ti.static(1.0 / factorial(k)) * c1
         a2 += ti.static(1.0 / factorial(k)) * c2
-    return plus_isotropic(a1 * X + a2 * squared(X), a0)
-
-
-@ti.func
-def deviation_of_strain(deviator, volume):
-    """h = exp(2 ε) − I of the Hencky strain with the given deviator and trace."""
-    X = 2.0 * deviator
-    norm2 = contract(X, X)
-    halvings = 0
-    scale = 1.0
-    while norm2 > ti.static(by_precision(*EXP_RADIUS) ** 2) and halvings < MAX_HALVINGS:
-        norm2 *= 0.25
-        scale *= 0.5
-        halvings += 1
-    Y = _exp_series(X * scale)
+    Y = plus_isotropic(a1 * X + a2 * squared(X), a0)
     for _ in range(halvings):
         Y = 2.0 * Y + squared(Y)
     growth = expm1(ti.static(2.0 / 3.0) * volume)

@@ -31,8 +31,8 @@ class Law(BaseModel):
     prm          vector that starts with the numbers of `parameters()` (longer is allowed: a table of several laws)
     h            symmetric tensor b − I at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py)
     state        vector that starts with the STATE variables (longer is allowed; the rest is returned untouched)
-    A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. The caller makes it
-                 from dt grad v to second order or better: f = I + dt grad v swells a turning body.
+    A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. The caller makes
+                 it from dt grad v to second order or better: f = I + dt grad v swells a turning body.
     dt           step [s]; only rate-dependent laws read it
     dissipation  energy taken out by plastic flow in this step, per unit reference volume [J/m³], >= 0:
                  ½ (τ_trial + τ) : Δε_plastic = ψ(ε_trial) − ψ(ε)

@@ -74,22 +74,31 @@ class StressUpdate:
         state[:, : len(self.law.STATE)] = self.law.initial_state()
         return state
 
+    def prepare(self, h, state, increments, dt=1.0):
+        """The update of `follow` as a function without arguments, to be called (and timed) as often as wanted."""
+        with working_precision(self.precision) as (_, dtype):
+            inputs = [np.ascontiguousarray(a, dtype) for a in (self._parameters, h, state, increments)]
+        n, m = inputs[3].shape[:2]
+        entries = size(self.dimension)
+        result = Updated(
+            *(np.zeros((n, m, k), dtype) for k in (entries, entries, self.n_state)),
+            np.zeros((n, m), dtype),
+            np.zeros((n, m), np.int32),
+        )
+        kernel = _update_kernel(
+            type(self.law).update, self.dimension, self.precision, len(self._parameters), self.n_state
+        )
+
+        def run():
+            with working_precision(self.precision):
+                kernel(*inputs, dt, result.h, result.stress, result.state, result.dissipation, result.iterations)
+            return result
+
+        return run
+
     def follow(self, h, state, increments, dt=1.0):
         """Apply m successive increments A = f − I, (n, m, d, d), to n points with h (n, 6 or 4), state (n, n_state)."""
-        with working_precision(self.precision) as (_, dtype):
-            kernel = _update_kernel(
-                type(self.law).update, self.dimension, self.precision, len(self._parameters), self.n_state
-            )
-            inputs = [np.ascontiguousarray(a, dtype) for a in (self._parameters, h, state, increments)]
-            n, m = inputs[3].shape[:2]
-            entries = size(self.dimension)
-            result = Updated(
-                *(np.zeros((n, m, k), dtype) for k in (entries, entries, self.n_state)),
-                np.zeros((n, m), dtype),
-                np.zeros((n, m), np.int32),
-            )
-            kernel(*inputs, dt, result.h, result.stress, result.state, result.dissipation, result.iterations)
-        return result
+        return self.prepare(h, state, increments, dt)()
 
     def __call__(self, h, state, increments, dt=1.0):
         """Apply one increment, (n, d, d), to each of n points."""
