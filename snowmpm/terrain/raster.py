@@ -128,10 +128,23 @@ def _without_no_data(z, no_data):
     return np.where((z == no_data) | ~np.isfinite(z), np.nan, z)
 
 
+def _centre_heights(z):
+    """Heights (ny - 1, nx - 1) between four cells by cubic interpolation from sixteen; NaN where one is missing."""
+    weights = np.array([-1.0, 9.0, 9.0, -1.0]) / 16.0
+    ny, nx = z.shape
+    centre = np.full((ny - 1, nx - 1), np.nan)
+    if min(ny, nx) > 3:
+        centre[1:-1, 1:-1] = sum(
+            weights[i] * weights[j] * z[i : ny - 3 + i, j : nx - 3 + j] for i in range(4) for j in range(4)
+        )
+    return centre
+
+
 def raster_facets(raster):
     """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where three have data.
 
-    The square is split along the diagonal with the smaller difference in height, which follows ridges and gullies.
+    A square is split along the diagonal that comes nearer to the smooth surface through the cells around it, so that
+    ridges and gullies are not cut; where that is not known, along alternating diagonals.
     """
     ny, nx = raster.z.shape
     known = np.isfinite(raster.z)
@@ -144,8 +157,10 @@ def raster_facets(raster):
 
     k, z, v = corners(known), corners(raster.z), corners(number)
     full = k[0] & k[1] & k[2] & k[3]
-    with np.errstate(invalid="ignore"):
-        rising = full & (np.abs(z[0] - z[2]) <= np.abs(z[1] - z[3]))
+    smooth = _centre_heights(raster.z).ravel()
+    chess = ((np.arange(ny - 1)[:, None] + np.arange(nx - 1)) % 2 == 0).ravel()
+    nearer = np.abs(z[0] + z[2] - 2 * smooth) < np.abs(z[1] + z[3] - 2 * smooth)
+    rising = full & np.where(np.isnan(smooth), chess, nearer)
     falling = full & ~rising
     three = (k[0].astype(np.int8) + k[1] + k[2] + k[3]) == 3
     groups = [(rising, (0, 1, 2)), (rising, (0, 2, 3)), (falling, (0, 1, 3)), (falling, (1, 2, 3))]

@@ -104,6 +104,20 @@ def test_volume_on_the_library_slope_follows_the_ground(slope):
     assert shares.max() < 1.4
 
 
+def test_volume_in_a_trough_in_closed_form():
+    """In a trough of radius R a layer narrows upwards: angle ((R - a)^2 - (R - b)^2) / 2 a metre of length."""
+    phi = np.radians(np.arange(-50.0, 50.5))
+    ring = np.column_stack([20 * np.sin(phi), 0 * phi, -20 * np.cos(phi)])
+    n, k = len(phi), np.arange(len(phi) - 1)
+    triangles = np.concatenate([np.column_stack([k, k + 1, k + 1 + n]), np.column_stack([k, k + 1 + n, k + n])])
+    surface = TerrainSurface.of(np.concatenate([ring, ring + np.array([0, 12, 0])]), triangles)
+    x = 20 * np.sin(np.radians(30.0))
+    for bottom, top in ((0.0, 0.7), (0.7, 3.0)):  # one sheet; five sheets
+        seeds = layer(surface, bottom, top, Spec(x=(-x, x), y=(2.0, 10.0)), dx=1.0)
+        exact = 8.0 * np.radians(60.0) * ((20 - bottom) ** 2 - (20 - top) ** 2) / 2
+        assert seeds.volumes.sum() == pytest.approx(exact, rel=2e-3)  # slope by differences over 2 m: (2/20)^2 / 6
+
+
 def test_a_sharp_kink_between_large_facets_is_followed():
     """Hockey stick of four triangles: normals turn near the kink only, and a thick layer does not fold."""
     vertices = [[0, 0, 20], [30, 0, 0], [60, 0, 0], [0, 10, 20], [30, 10, 0], [60, 10, 0]]

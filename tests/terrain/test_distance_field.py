@@ -163,14 +163,43 @@ def test_profile_with_kinks_against_closed_form():
         assert normal is None or np.abs(got - normal).max() < 1e-12  # round-off
 
 
+def test_sharp_edge_and_tip():
+    """On a roof of 30 degrees and on a spire one face alone would give the wrong sign off the edge and off the tip."""
+    h = 1.0 / np.tan(np.radians(15.0))
+    roof = [[-1, -9, -h], [0, -9, 0], [1, -9, -h], [-1, 9, -h], [0, 9, 0], [1, 9, -h]]
+    field = DistanceField(TerrainSurface.of(roof, [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]), reach=3.0)
+    rng = np.random.default_rng(2)
+    phi = rng.uniform(-np.radians(74), np.radians(74), 200)  # within 75 degrees of upright the edge is nearest
+    r = rng.uniform(0.1, 0.9, 200)
+    away = np.column_stack([np.sin(phi), np.zeros(200), np.cos(phi)])
+    d, n = field.query(r[:, None] * away + np.column_stack([np.zeros(200), rng.uniform(-5, 5, 200), np.zeros(200)]))
+    assert np.abs(d - r).max() < 1e-12  # round-off
+    assert np.abs(n - away).max() < 1e-12
+    on_the_edge = field.query([[0.0, 1.0, 0.0]])
+    np.testing.assert_allclose(on_the_edge[1], [[0, 0, 1]], atol=1e-12)
+    assert on_the_edge[0][0] == 0.0
+
+    spire = [[0, 0, 0], [1, 0, -h], [0, 1, -h], [-1, 0, -h], [0, -1, -h]]
+    field = DistanceField(TerrainSurface.of(spire, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]), reach=3.0)
+    points = rng.normal(size=(200, 3)) * [0.3, 0.3, 0.1] + [0, 0, 0.25]
+    r = np.linalg.norm(points[:, :2], axis=1)
+    points = points[(points[:, 2] > r * np.tan(np.radians(16))) & (r < 0.7)]  # nearest to the tip, over the spire
+    d, n = field.query(points)
+    assert len(points) > 50
+    assert np.abs(d - np.linalg.norm(points, axis=1)).max() < 1e-12
+
+
 def test_nothing_to_stand_on_beyond_the_border_and_over_holes(hills):
     vertices, triangles = hills
     centre = vertices[triangles].mean(axis=1)
     hole = (np.abs(centre[:, :2] - 3.0) < 1.0).all(axis=1)
-    field = DistanceField(TerrainSurface.of(vertices, triangles[~hole]), reach=1.0)
-    z = hilly(*np.array([3.0, 3.0]))
-    d, n = field.query([[3.0, 3.0, z - 0.2], [3.0, 3.0, z + 0.2], [-0.1, 3.0, -9.0], [6.1, 3.0, 0.0], [1e9, 0.0, 0.0]])
-    assert (d == 1.0).all()
+    field = DistanceField(TerrainSurface.of(vertices, triangles[~hole]), reach=3.0)
+    plan = np.array([[3.0, 3.0], [2.1, 3.0], [3.0, 3.9], [-0.1, 3.0], [6.1, 3.0], [3.0, -1e-6], [1e9, 0.0]])
+    rim = [DistanceField(TerrainSurface.of(vertices, triangles), reach=3.0).query([[2.1, 3.0, hilly(2.1, 3.0)]])[0]]
+    assert np.abs(rim) < 0.2  # there was ground where the hole is now
+    for below in (-0.2, 0.2):
+        d, n = field.query(np.column_stack([plan, hilly(*plan.clip(0, 6).T) + below]))
+        assert (d == 3.0).all()
     assert (n == [0.0, 0.0, 1.0]).all()
 
 

@@ -113,10 +113,15 @@ def test_no_data_cells_are_holes(tmp_path):
     np.testing.assert_array_equal(height, [np.nan, np.nan, 100.0, np.nan, 100.0])  # three cells make half a square
 
 
-def test_diagonals_follow_the_valley(tmp_path):
-    z = [[5, 0], [0, 5]]  # a valley from south-west to north-east
+@pytest.mark.parametrize("sign", [1, -1])
+def test_diagonals_follow_ridges_and_gullies(tmp_path, sign):
+    """z = (x - y)^2 and (x + y)^2 are constant along one diagonal: split along it, cell middles are exact."""
+    i = np.arange(8.0)
+    z = (i - sign * i[::-1, None] + 0.5 * sign) ** 2 * sign  # rows from north to south
     surface = load(tmp_path, kind="dem", file=write_asc(tmp_path / "dem.asc", z))
-    assert surface.height([[1002.5, 2002.5]])[0] == 0.0
+    middle = np.stack(np.meshgrid(i[1:-2], i[1:-2]), axis=-1).reshape(-1, 2) + 0.5
+    exact = (middle[:, 0] - sign * middle[:, 1] + 0.5 * sign) ** 2 * sign
+    np.testing.assert_allclose(surface.height(middle * 5.0 + [1000.0, 2000.0]), exact, rtol=1e-12)  # round-off
 
 
 def test_only_the_part_that_is_used_is_read(tmp_path):
