@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
-DIAMETERS = {
+DIAMETERS = {1: 0.6, 2: 0.7, 3: 0.7}  # of discs, in mean spacings; random discs fill up at 0.75, 0.83, 0.90: closer is slow
     1: 0.6,
     2: 0.75,
     3: 0.8,
@@ -56,7 +56,7 @@ def _discs(size, total, rng):
     kept = np.empty((0, len(size)))
     while len(kept) < total:
         missing = total - len(kept)
-        trial = rng.random((max(total, 4 * missing, 64), len(size))) * size
+        trial = rng.random((max(missing, total // 2, 64), len(size))) * size
         if len(kept):
             trial = trial[np.isinf(cKDTree(kept).query(trial, distance_upper_bound=diameter)[0])]
         if len(trial):

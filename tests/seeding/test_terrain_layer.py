@@ -1,6 +1,7 @@
 """Layers on a terrain in 3-D: volumes, spacing along the slope, no holes, regions and what is refused."""
 
 import json
+import sys
 from pathlib import Path
 from types import SimpleNamespace as Spec
 
@@ -179,6 +180,18 @@ def test_shapefile_with_thickness(tmp_path):
         target.record("a", 1.5)
     seeds = layer(plane(20.0, 90.0), 0.0, "file", Spec(file="release.shp"), base_dir=tmp_path)
     assert seeds.volumes.sum() == pytest.approx(84 * 1.5 / np.cos(np.radians(20.0)), rel=1e-9)
+
+
+def test_missing_gis_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "shapefile", None)
+    monkeypatch.setitem(sys.modules, "shapely", None)
+    (tmp_path / "release.shp").write_bytes(b"")
+    overlap = write_geojson(tmp_path / "release.geojson", [[SQUARE], [NEXT]])
+    for region in (Spec(file="release.shp"), overlap):
+        with pytest.raises(InputError, match=r"pip install 'snowmpm\[gis\]'"):
+            layer(plane(0.0, 0.0), 0.0, 1.0, region, base_dir=tmp_path)
+    single = write_geojson(tmp_path / "single.geojson", [[SQUARE, HOLE]])
+    assert len(layer(plane(0.0, 0.0), 0.0, 1.0, single, base_dir=tmp_path).volumes)  # needs no extra
 
 
 def test_without_region_the_layer_ends_where_the_terrain_does():

@@ -1,5 +1,6 @@
 """Terrain tables to surfaces: plane, profile, mesh, raster; and what is refused."""
 
+import sys
 from types import SimpleNamespace as Spec
 
 import numpy as np
@@ -163,6 +164,13 @@ def test_geotiff_gives_the_same_as_the_ascii_grid(tmp_path):
         target.write(z, 1)
     with pytest.raises(InputError, match="degrees"):
         load(tmp_path, kind="dem", file="degrees.tif")
+
+
+def test_missing_gis_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    (tmp_path / "dem.tif").write_bytes(b"")
+    with pytest.raises(InputError, match=r"pip install 'snowmpm\[gis\]'"):
+        load(tmp_path, kind="dem", file="dem.tif")
 
 
 def test_bad_files_are_named(tmp_path):
