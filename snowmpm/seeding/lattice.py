@@ -4,11 +4,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
-DIAMETERS = {1: 0.6, 2: 0.7, 3: 0.7}  # of discs, in mean spacings; random discs fill up at 0.75, 0.83, 0.90: closer is slow
-    1: 0.6,
-    2: 0.75,
-    3: 0.8,
-}  # of discs, in mean spacings, by dimension; random discs fill up at 0.75, 0.83, 0.90
+# First diameter of random discs by dimension, in mean spacings; they fill up at 0.75, 0.83 and 0.90, but ever slower.
+DIAMETERS = {1: 0.6, 2: 0.7, 3: 0.7}
 SAMPLINGS = ("regular", "jittered", "poisson")
 
 
