@@ -22,7 +22,7 @@ def output_kind(output):
 
 @contextmanager
 def open_film(output, fps):
-    """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the block's end."""
+    """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end."""
     path, kind = Path(output), output_kind(output)
     if kind == "":
         path.mkdir(parents=True, exist_ok=True)

@@ -17,10 +17,14 @@ CONTOURS = 14  # about so many over the height of the picture
 
 @dataclass(frozen=True)
 class Ground:
-    """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen."""
+    """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen.
+
+    underside  (height, width) where the ground is seen from below, as past the edge of an open surface
+    """
 
     light: np.ndarray
     depth: np.ndarray
+    underside: np.ndarray
     contour_interval: float = 0.0
 
 
@@ -28,16 +32,17 @@ def draw_ground(relief, camera, sun):
     """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger."""
     backdrop = light.sky(camera.size)
     if relief is None:
-        return Ground(backdrop, np.full(backdrop.shape[:2], np.inf, np.float32))
+        nothing = np.full(backdrop.shape[:2], np.inf, np.float32)
+        return Ground(backdrop, nothing, np.isfinite(nothing))
     large = camera.enlarged(OVERSAMPLING)
-    raster, depth = _seen(relief, large)
+    raster, depth, underside = _seen(relief, large)
     interval = _nice(np.ptp(relief.vertices[:, 2]) / CONTOURS)
     picture = light.sky(large.size)
     picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
     blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)
     small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
-    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), interval)
+    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), underside.reshape(blocks).any(axis=(1, 3)), interval)
 
 
 def _seen(relief, camera):
@@ -50,7 +55,11 @@ def _seen(relief, camera):
     raster = rasterise(x, y, nearness, relief.facets, camera.size, camera.perspective)
     seen = np.full(raster.facet.shape, np.inf, np.float32)
     seen[raster.hit] = raster.interpolate(depth, relief.facets)
-    return raster, seen
+    # Facets face up: seen from above they turn one way on the picture, from below the other.
+    corners = np.stack([x, y], axis=1)[relief.facets]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    turned = np.append(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > 0.0, False)
+    return raster, seen, turned[raster.facet]
 
 
 def _shade(relief, raster, sun, interval):

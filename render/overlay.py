@@ -36,18 +36,25 @@ class Overlay:
         self.text((left, self.px(22)), title, 24, bold=True)
         self.text((left, self.px(56)), f"t = {time:.2f} s", 22)
 
-    def note(self, words, corner="lb"):
-        """A small line at the bottom left (lb) or bottom right (rb)."""
-        x = self.px(28) if corner[0] == "l" else self.image.width - self.px(28)
-        self.text((x, self.image.height - self.px(20)), words, 14, anchor=f"{corner[0]}s")
+    def note(self, words, side="left"):
+        """A small line in a lower corner."""
+        font, bottom = _font(max(8, self.px(14)), False), self.image.height - self.px(24)
+        width = self.draw.textlength(words, font)
+        left = self.px(28) if side == "left" else self.image.width - width - self.px(28)
+        box = self.draw.textbbox((left, bottom), words, font, "ls")
+        self._panel([box[0], box[1], box[2], box[3]], 8)
+        self.draw.text((left, bottom), words, INK, font, "ls")
 
-    def colour_scale(self, scale):
-        """The colours of `scale` with numbers and units, in the lower right corner."""
+    def _panel(self, box, margin):
+        m = self.px(margin)
+        self.draw.rounded_rectangle([box[0] - m, box[1] - m, box[2] + m, box[3] + m], self.px(7), fill=PANEL)
+
+    def colour_scale(self, scale, side="right"):
+        """The colours of `scale` with numbers and units, in a lower corner."""
         width, height = self.px(300), self.px(14)
-        left = self.image.width - width - self.px(44)
-        top = self.image.height - self.px(64)
-        box = [left - self.px(26), top - self.px(38), left + width + self.px(26), top + height + self.px(34)]
-        self.draw.rounded_rectangle(box, self.px(8), fill=PANEL)
+        left = self.image.width - width - self.px(46) if side == "right" else self.px(46)
+        top = self.image.height - self.px(60)
+        self._panel([left, top - self.px(26), left + width, top + height + self.px(24)], 16)
         font, small = _font(max(8, self.px(16)), True), _font(max(8, self.px(14)), False)
         self.draw.text((left, top - self.px(10)), scale.title, INK, font, "ls")
         if scale.names:
@@ -69,18 +76,19 @@ class Overlay:
             self.draw.rectangle([x, top, x + height, top + height], fill=colour, outline=INK)
             self.draw.text((x + 1.4 * height, top + 0.5 * height), name, INK, font, "lm")
 
-    def length_scale(self, pixels_per_metre):
-        """A bar of a round length in the lower left corner, for views without perspective."""
+    def length_scale(self, pixels_per_metre, side="left", raised=False):
+        """A bar of a round length in a lower corner, for views without perspective; `raised` above a colour scale."""
         longest = 0.2 * self.image.width / pixels_per_metre
         length = max(value for value in _rounds(longest) if value <= longest)
-        left, bottom = self.px(28), self.image.height - self.px(44)
-        right = left + length * pixels_per_metre
-        for colour, extra in ((HALO, 2), (INK, 0)):
-            w = self.px(3) + 2 * extra
-            self.draw.line([left - extra, bottom, right + extra, bottom], colour, w)
-            for x in (left, right):
-                self.draw.line([x, bottom - self.px(6) - extra, x, bottom + self.px(6) + extra], colour, w)
-        self.text((0.5 * (left + right), bottom - self.px(10)), f"{length:g} m", 15, anchor="ms")
+        width = length * pixels_per_metre
+        left = self.image.width - width - self.px(46) if side == "right" else self.px(46)
+        bottom = self.image.height - self.px(140 if raised else 36)
+        self._panel([left, bottom - self.px(24), left + width, bottom + self.px(6)], 12)
+        self.draw.line([left, bottom, left + width, bottom], INK, self.px(3))
+        for x in (left, left + width):
+            self.draw.line([x, bottom - self.px(6), x, bottom + self.px(6)], INK, self.px(2))
+        font = _font(max(8, self.px(14)), False)
+        self.draw.text((left + 0.5 * width, bottom - self.px(9)), f"{length:g} m", INK, font, "ms")
 
     def inset(self, picture, position):
         """`picture` with a frame, its upper left corner at `position`."""

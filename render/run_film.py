@@ -10,7 +10,7 @@ from snowmpm.io import Run
 from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.film import open_film, output_kind
-from snowmpm.render.framing import choose_camera, sample_action
+from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.relief import build_relief
@@ -86,10 +86,10 @@ class _View:
         share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
         return frame.time, frame.points[good], self.table[np.round(255 * share).astype(int)]
 
-    def _heading(self, overlay, time):
+    def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time)
         if self.scale is not None:
-            overlay.colour_scale(self.scale)
+            overlay.colour_scale(self.scale, side)
 
 
 class SpaceView(_View):
@@ -102,17 +102,19 @@ class SpaceView(_View):
         self.camera = choose_camera(camera, action, relief, size)
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
         self.sun = light.sun_direction(self.camera.axes, facing)
+        self.side = emptier_side(self.camera, action)
         self.ground = draw_ground(relief, self.camera, self.sun)
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
         time, points, colours = self._frame(i)
         overlay = Overlay(light.encode(draw_snow(self.ground, self.camera, self.sun, points, self.spacing, colours)))
-        self._heading(overlay, time)
+        self._legend(overlay, time, self.side)
+        other = "left" if self.side == "right" else "right"
         if not self.camera.perspective:
-            overlay.length_scale(self.camera.scale)
-        if self.ground.contour_interval:
-            overlay.note(f"contours every {self.ground.contour_interval:g} m")
+            overlay.length_scale(self.camera.scale, other)
+        elif self.ground.contour_interval:
+            overlay.note(f"contours every {self.ground.contour_interval:g} m", other)
         return overlay.picture()
 
 
@@ -131,24 +133,22 @@ class SectionView(_View):
         time, points, colours = self._frame(i)
         camera = self.track.camera(i)
         overlay = Overlay(light.encode(draw_section(self.profile, camera, points, self.spacing, colours)))
-        overlay.length_scale(camera.scale)
+        side = "right" if self.track.falls_left else "left"
         if self.track.close:
             self._inset(overlay, camera, points, colours)
-        self._heading(overlay, time)
+        self._legend(overlay, time, side)
+        overlay.length_scale(camera.scale, side, raised=self.scale is not None)
         return overlay.picture()
 
     def _inset(self, overlay, camera, points, colours):
-        """The whole section in the upper corner on the side where the ground is lower."""
+        """The whole section, with a frame around what the picture shows, in the upper corner over lower ground."""
         width, height = (int(INSET * side) for side in self.size)
         whole = self.track.overview((width, height))
-        overlay.inset(
-            light.encode(draw_section(self.profile, whole, points, self.spacing, colours)),
-            (self.size[0] - width - overlay.px(20), overlay.px(20)),
-        )
-        left, top = self.size[0] - width - overlay.px(20), overlay.px(20)
+        top = overlay.px(20)
+        left = self.size[0] // 2 - width // 2 if self.track.falls_left else self.size[0] - width - top
+        overlay.inset(light.encode(draw_section(self.profile, whole, points, self.spacing, colours)), (left, top))
         half = 0.5 * np.array(self.size) / camera.scale
-        corners = camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]])
-        x, y, _ = whole.project(corners)
+        x, y, _ = whole.project(camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]]))
         x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
         overlay.rectangle([x[0], y[0], x[1], y[1]])
 

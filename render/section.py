@@ -12,7 +12,7 @@ from snowmpm.render.splat import splat_discs
 SNOW = light.decode([0.955, 0.97, 0.99])
 TOP_SOIL = light.decode([0.46, 0.42, 0.38])
 BEDROCK = light.decode([0.26, 0.25, 0.26])
-DISC = 0.72  # radius in particle spacings: discs on a square lattice just close
+DISC = 0.8  # radius in particle spacings: discs on a square lattice close, with a little to spare for shear
 
 
 @dataclass(frozen=True)

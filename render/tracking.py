@@ -16,7 +16,11 @@ MARGINS = (0.06, 0.06, 0.16, 0.14)
 
 @dataclass(frozen=True)
 class Track:
-    """A camera for each frame, and one for the overview; `close` when the frames show only a part."""
+    """A camera for each frame, and one for the overview.
+
+    close       the frames show only a part
+    falls_left  the ground falls towards the left: room for an inset is there
+    """
 
     centres: np.ndarray
     scale: float
@@ -24,6 +28,7 @@ class Track:
     close: bool
     low: np.ndarray
     high: np.ndarray
+    falls_left: bool = False
 
     def camera(self, i):
         """The view of frame `i`."""
@@ -44,11 +49,12 @@ def plan_track(run, profile, spacing, size, close=True):
         if len(ground):
             low[1], high[1] = min(low[1], ground.min()), max(high[1], ground.max())
     scale, centre = _whole(low, high, size, MARGINS)
+    falls_left = bool(focus[-1, 0] < focus[0, 0])
     if not close or thickness * scale >= THINNEST:
-        return Track(np.tile(centre, (len(run), 1)), scale, tuple(size), False, low, high)
+        return Track(np.tile(centre, (len(run), 1)), scale, tuple(size), False, low, high, falls_left)
     scale = max(scale, min(CLOSE_UP / thickness, 6.0 * scale))
     steady = ndimage.gaussian_filter1d(focus, max(SMOOTHING * len(run), 0.5), axis=0, mode="nearest")
-    return Track(steady, scale, tuple(size), True, low, high)
+    return Track(steady, scale, tuple(size), True, low, high, falls_left)
 
 
 def _survey(run, spacing):
@@ -58,12 +64,13 @@ def _survey(run, spacing):
     focus, thickness = np.full((len(run), 2), np.nan), spacing
     for i in range(len(run)):
         frame = run.frame(i, names)
-        plane = frame.points[:, [0, 2]].astype(float)
+        good = np.isfinite(frame.points).all(axis=1)
+        plane = frame.points[good][:, [0, 2]].astype(float)
         if not len(plane):
             continue
         inner = np.quantile(plane, [0.002, 0.998], axis=0)
         low, high = np.minimum(low, inner[0]), np.maximum(high, inner[1])
-        speed = scalar(frame.fields["velocity"]) if names else np.ones(len(plane))
+        speed = np.nan_to_num(scalar(frame.fields["velocity"])[good]) if names else np.ones(len(plane))
         weight = speed + 0.02 * speed.max(initial=0.0) + 1e-6
         focus[i] = (weight[:, None] * plane).sum(axis=0) / weight.sum()
         if not np.isfinite(focus[:i]).any():

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import h5py
 import pytest
+from run_states import assert_whole, new_writer, write_frame
 
 from snowmpm.io import Run, RunWriter, journal, transaction
-from tests.io.states import assert_whole, new_writer, write_frame
 
 N = 400
 
 # Many small frames as fast as they go: the file is nearly always in the middle of a write.
 WRITER = """
 import itertools, sys
-from tests.io.states import new_writer, write_frame
+from run_states import new_writer, write_frame
 writer = new_writer(sys.argv[1])
 for i in itertools.count():
     write_frame(writer, i, int(sys.argv[2]))
@@ -28,9 +28,9 @@ for i in itertools.count():
 
 
 def start_writer(folder, n):
-    root = Path(__file__).parents[2]
+    here = str(Path(__file__).parent)
     command = [sys.executable, "-c", WRITER, str(folder), str(n)]
-    return subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": "."})
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": here})
 
 
 def wait_for_frames(process, count):
@@ -73,6 +73,55 @@ def test_reader_follows_a_living_writer(tmp_path):
         process.kill()
         process.wait()
     assert counts == sorted(counts) and len(set(counts)) > 3
+
+
+def test_reading_across_a_commit_is_repeated(tmp_path):
+    """A reader must not mix two states: what it did while a frame came in is done again."""
+    writer, attempts = new_writer(tmp_path), []
+    write_frame(writer, 0, N)
+    run = Run(tmp_path)
+
+    def action(h5):
+        attempts.append(int(h5["VTKHDF/Steps"].attrs["NSteps"]))
+        if len(attempts) == 1:
+            write_frame(writer, 1, N)
+        return attempts[-1]
+
+    assert run._read(action) == 2
+    assert attempts == [1, 2]
+    writer.close()
+
+
+def test_a_journal_with_a_damaged_byte_is_not_used(tmp_path):
+    """As after a power cut, when the header may reach the disk before what it announces."""
+    path = tmp_path / "run.vtkhdf"
+    path.write_bytes(bytes(100))
+    book = journal.Journal(path, durable=False)
+    with open(path, "r+b", buffering=0) as file:
+        book.finish = lambda file: None  # dies before it applies them
+        book.commit(file, [(10, b"new"), (50, b"bytes")])
+    assert journal.read_journal(path) == (1, [(10, b"new"), (50, b"bytes")])
+    blob = bytearray(book.path.read_bytes())
+    for damaged in (len(blob) - 1, 9):
+        torn = blob.copy()
+        torn[damaged] ^= 1
+        book.path.write_bytes(torn)
+        assert journal.read_journal(path)[1] == []
+    book.path.write_bytes(blob[:-2])
+    assert journal.read_journal(path)[1] == []
+
+
+def test_space_of_an_unfinished_frame_is_used_again(tmp_path):
+    with new_writer(tmp_path) as writer:
+        write_frame(writer, 0, N)
+    size = (tmp_path / "run.vtkhdf").stat().st_size
+    with open(tmp_path / "run.vtkhdf", "ab") as file:
+        file.write(bytes(10**6))
+    with RunWriter.reopen(tmp_path, durable=False) as writer:
+        for i in range(1, 4):
+            write_frame(writer, i, N)
+    assert_whole(Run(tmp_path), N)
+    assert (tmp_path / "run.vtkhdf").stat().st_size == size + 10**6  # the new frames lie in the old tail
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ import json
 import h5py
 import numpy as np
 import pytest
+from run_states import UNITS, assert_whole, n_points, new_writer, state, write_frame
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter, layout
-from tests.io.states import UNITS, assert_whole, n_points, new_writer, state, write_frame
 
 N = 1000
 

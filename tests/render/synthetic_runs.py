@@ -14,15 +14,14 @@ def height(x, y=0.0):
     s = np.clip((np.asarray(x, float) - bend) / flat, 0.0, None)
     drop = np.where(s <= 0.0, x * slope, bend * slope + slope * flat * np.where(s < 1.0, s - 0.5 * s**2, 0.5))
     relief = 0.004 * np.asarray(y, float) ** 2 / (1.0 + np.exp((np.asarray(x) - 110.0) / 15.0))
-    return (
-        90.0 - drop + relief + (1.2 * np.sin(np.asarray(x) / 11.0) * np.cos(np.asarray(y) / 9.0)) * (np.asarray(y) != 0)
-    )
+    waves = 1.2 * np.sin(np.asarray(x) / 11.0) * np.sin(np.asarray(y) / 9.0)
+    return 90.0 - drop + relief + waves
 
 
 def _travel(start, t, rng, width):
     """Position along x and share of the way done, for particles that start at `start` and let go one after another."""
     back = (start - RELEASE[0]) / (RELEASE[1] - RELEASE[0])
-    reach = RUNOUT * (0.45 + 0.55 * back) + rng.normal(0.0, 2.5, len(start))
+    reach = RUNOUT * (0.7 + 0.3 * back) + rng.normal(0.0, 2.5, len(start))
     share = np.clip((t - 0.4 - 0.5 * (1.0 - back)) / (5.5 + 0.7 * width), 0.0, 1.0)
     return start + reach * share**2 * (3.0 - 2.0 * share), share
 
@@ -39,7 +38,7 @@ def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra
     def positions(t):
         keep = np.random.default_rng(3)
         x, share = _travel(along, t, keep, up / thickness)
-        lift = up * (1.0 + 1.6 * np.sin(np.pi * share) * keep.random(len(up)))
+        lift = up * (1.0 + 0.5 * np.sin(np.pi * share) * keep.random(len(up)))
         return np.column_stack([x, height(x) + lift / np.cos(np.radians(30.0))])
 
     damage = (up < 1.5 * spacing).astype(float)

@@ -1,0 +1,153 @@
+"""Rasters of a run over the shaded terrain, in map coordinates: peak depth, peak speed ..."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run
+from snowmpm.render import light
+from snowmpm.render.colour import SNOW_WHITE_LOW
+from snowmpm.render.overlay import ticks
+from snowmpm.render.relief import build_relief
+
+SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
+NORTH_WEST = np.array([-0.58, 0.58, 0.58])
+DEPTH = LinearSegmentedColormap.from_list("depth", ["#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"])
+
+
+def render_map(run_path, name, output, *, dpi=150):
+    """Draw the raster `name` of a run over its terrain as a PNG, PDF or SVG. Returns the path written.
+
+    Axes are map coordinates [m]. Credits in the provenance (a key `attribution` anywhere in it) are printed below.
+    Raises InputError for an unknown raster, one without values, or another ending of `output`.
+    """
+    run = run_path if isinstance(run_path, Run) else Run(run_path)
+    if name not in run.maps:
+        raise InputError.at("map", name, f"must be one of {', '.join(run.maps) or '(the run has none)'}", file=run.path)
+    if Path(output).suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise InputError.at("output", str(output), "must end in .png, .pdf or .svg")
+    raster = run.maps[name]
+    filled = np.argwhere(np.isfinite(raster.values) & (raster.values > 0.0))
+    if not len(filled):
+        raise InputError(f"{run.path}: map {name} has no values to draw")
+    lower, upper = _box(raster, filled)
+    figure = Figure(figsize=_figure_size(lower, upper), dpi=dpi, layout="constrained")
+    axes = figure.add_subplot(aspect="equal")
+    if run.terrain is not None and run.terrain.facets.shape[1] == 3:
+        _draw_terrain(axes, run, lower, upper)
+    _draw_raster(figure, axes, run, raster, name)
+    _draw_frame(figure, axes, run, name, lower, upper)
+    return _save(figure, Path(output), dpi)
+
+
+def _box(raster, filled):
+    corner = np.array([raster.x0, raster.y0])
+    low = corner + raster.cell * (filled.min(axis=0)[::-1] - 0.5)
+    high = corner + raster.cell * (filled.max(axis=0)[::-1] + 0.5)
+    margin = SURROUNDINGS * float(np.max(high - low))
+    return low - margin, high + margin
+
+
+def _figure_size(lower, upper):
+    """Inches: 8 along the longer side of the map, and room for labels."""
+    width, height = (upper - lower) / np.max(upper - lower) * 8.0
+    return max(width, 3.0) + 2.2, max(height, 3.0) + 1.3
+
+
+def _draw_terrain(axes, run, lower, upper):
+    relief = build_relief(run.terrain, lower, upper)
+    if relief is None:
+        return
+    rows, columns = relief.heights.shape
+    east, north = run.origin[0] + relief.x0, run.origin[1] + relief.y0
+    extent = [east - 0.5 * relief.cell, east + (columns - 0.5) * relief.cell]
+    extent += [north - 0.5 * relief.cell, north + (rows - 0.5) * relief.cell]
+    slope_north, slope_east = np.gradient(relief.heights, relief.cell)
+    normal = np.stack([-slope_east, -slope_north, np.ones_like(slope_east)], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    # Grey, so that every hue on the map belongs to the raster.
+    shade = 0.85 * light.illuminate(normal.astype(np.float32), NORTH_WEST, softness=0.2).mean(axis=-1, keepdims=True)
+    picture = light.encode(np.repeat(np.nan_to_num(shade), 3, axis=-1)).astype(float) / 255.0
+    opaque = np.isfinite(normal).all(axis=-1)
+    axes.imshow(np.dstack([picture, opaque]), extent=extent, origin="lower", interpolation="bilinear")
+    x, y = east + relief.cell * np.arange(columns), north + relief.cell * np.arange(rows)
+    heights = relief.heights + run.origin[2]
+    levels = ticks(float(np.nanmin(heights)), float(np.nanmax(heights)))
+    fine = np.linspace(levels[0], levels[-1], 5 * (len(levels) - 1) + 1) if len(levels) > 1 else levels
+    axes.contour(x, y, heights, levels=fine, colors="0.15", linewidths=0.3, alpha=0.45)
+    labelled = axes.contour(x, y, heights, levels=levels, colors="0.1", linewidths=0.7, alpha=0.6)
+    axes.clabel(labelled, fmt="%g m", fontsize=7)
+
+
+def _draw_raster(figure, axes, run, raster, name):
+    values = np.where(raster.values > 0.0, raster.values, np.nan)
+    rows, columns = values.shape
+    east, north = run.origin[0] + raster.x0, run.origin[1] + raster.y0
+    extent = [east - 0.5 * raster.cell, east + (columns - 0.5) * raster.cell]
+    extent += [north - 0.5 * raster.cell, north + (rows - 0.5) * raster.cell]
+    highest = float(np.nanmax(values))
+    colours = SNOW_WHITE_LOW if "speed" in name or "velocity" in name else DEPTH
+    options = {"cmap": colours, "vmin": 0.0, "vmax": highest, "alpha": 0.9, "interpolation": "nearest", "zorder": 3}
+    drawn = axes.imshow(values, extent=extent, origin="lower", **options)
+    bar = figure.colorbar(drawn, ax=axes, shrink=0.75, pad=0.02)
+    bar.set_label(f"{name.replace('_', ' ')} [{raster.units}]")
+    bar.ax.set_title(f"max {highest:.3g}", fontsize=9)
+
+
+def _draw_frame(figure, axes, run, name, lower, upper):
+    axes.set_xlim(run.origin[0] + lower[0], run.origin[0] + upper[0])
+    axes.set_ylim(run.origin[1] + lower[1], run.origin[1] + upper[1])
+    plain = FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " "))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(plain)
+        axis.set_major_locator(MaxNLocator(5, integer=True))
+    axes.tick_params(labelsize=8)
+    axes.tick_params(axis="y", labelrotation=90)
+    axes.set_xlabel("east [m]")
+    axes.set_ylabel("north [m]")
+    scene = run.provenance.get("scene")
+    title = scene.get("name", "") if isinstance(scene, dict) else ""
+    axes.set_title(f"{title or run.path.parent.name}: {name}".replace("_", " "))
+    _draw_length(axes, upper - lower)
+    credits = attribution(run.provenance)
+    if credits:
+        figure.supxlabel(credits, fontsize=7, color="0.3")
+
+
+def _draw_length(axes, size):
+    """A bar of a round length in the lower left corner."""
+    length = ticks(0.0, 0.3 * float(size[0]))[1]
+    left, bottom = axes.get_xlim()[0] + 0.05 * size[0], axes.get_ylim()[0] + 0.05 * size[1]
+    for colour, width in (("white", 5), ("black", 2.5)):
+        axes.plot([left, left + length], [bottom, bottom], color=colour, lw=width, solid_capstyle="butt", zorder=5)
+    box = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.5}
+    label = f"{length:g} m" if length < 1000 else f"{length / 1000:g} km"
+    axes.text(left + 0.5 * length, bottom + 0.015 * size[1], label, ha="center", va="bottom", bbox=box, zorder=5)
+
+
+def attribution(record):
+    """Credits found in a provenance record: every value of a key `attribution`, at any depth."""
+    found = []
+    if isinstance(record, dict):
+        for key, value in record.items():
+            found += [str(value)] if key == "attribution" else [attribution(value)]
+    elif isinstance(record, list):
+        found = [attribution(value) for value in record]
+    return "; ".join(dict.fromkeys(text for text in found if text))
+
+
+def _save(figure, path, dpi):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    try:
+        FigureCanvasAgg(figure).print_figure(draft, dpi=dpi, bbox_inches="tight", pad_inches=0.15)
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,155 @@
+"""The parts of the renderer against what geometry says: triangles, balls, discs, cameras, relief."""
+
+import numpy as np
+import pytest
+
+from snowmpm.io import Terrain
+from snowmpm.render.camera import fit_camera, view_axes
+from snowmpm.render.ground import draw_ground
+from snowmpm.render.light import sun_direction
+from snowmpm.render.overlay import ticks
+from snowmpm.render.raster import rasterise
+from snowmpm.render.relief import build_relief
+from snowmpm.render.splat import splat_balls, splat_discs
+
+SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def plane(slope, size=100.0):
+    """A tilted plane of two large triangles, falling towards +x."""
+    x = np.array([-size, size, size, -size])
+    y = np.array([-size, -size, size, size])
+    return Terrain(np.column_stack([x, y, -slope * x]), SQUARE)
+
+
+def test_two_triangles_cover_a_rectangle_without_gap():
+    x, y = np.array([2.0, 12.0, 12.0, 2.0]), np.array([3.0, 3.0, 9.0, 9.0])
+    raster = rasterise(x, y, np.ones(4), SQUARE, (20, 16))
+    expected = np.zeros((16, 20), bool)
+    expected[3:9, 2:12] = True
+    assert np.array_equal(raster.hit, expected)
+    assert set(raster.facet[expected]) == {0, 1}
+    rows, columns = np.nonzero(expected)
+    # The weights reproduce the pixel centres; float32 weights of coordinates of order ten.
+    assert np.allclose(
+        raster.interpolate(np.column_stack([x, y]), SQUARE), np.column_stack([columns, rows]) + 0.5, atol=1e-5
+    )
+
+
+def test_the_nearer_triangle_is_seen_whatever_the_order():
+    x, y = np.array([0.0, 10.0, 0.0] * 2), np.array([0.0, 0.0, 10.0] * 2)
+    near = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    for facets, nearest in (([[0, 1, 2], [3, 4, 5]], 1), ([[3, 4, 5], [0, 1, 2]], 0)):
+        raster = rasterise(x, y, near, np.array(facets), (10, 10))
+        assert raster.hit.sum() > 40 and (raster.facet[raster.hit] == nearest).all()
+
+
+def test_perspective_depth_is_that_of_the_plane():
+    """A floor seen obliquely: depth from the raster against depth of the ray's cut with the floor."""
+    corners = np.array([[-40.0, -40.0, 0.0], [40.0, -40.0, 0.0], [40.0, 40.0, 0.0], [-40.0, 40.0, 0.0]])
+    camera = fit_camera(corners, np.pi, np.radians(25.0), (120, 80))
+    x, y, depth = camera.project(corners)
+    raster = rasterise(x, y, 1.0 / depth, SQUARE, camera.size, perspective=True)
+    seen = raster.interpolate(depth, SQUARE)
+    rows, columns = np.nonzero(raster.hit)
+    ray = camera.local(columns + 0.5, rows + 0.5, np.ones(len(rows))) @ camera.axes
+    exact = -camera.eye[2] / ray[:, 2]
+    assert len(seen) > 2000
+    assert np.allclose(seen, exact, rtol=2e-5)  # float32 weights and depths
+
+
+@pytest.mark.parametrize("perspective", [True, False])
+def test_projection_and_its_inverse_agree(perspective):
+    points = np.random.default_rng(0).normal([400.0, 200.0, 1500.0], 30.0, (50, 3))
+    camera = fit_camera(points, 1.0, 0.5, (640, 360), perspective=perspective)
+    x, y, depth = camera.project(points)
+    back = camera.eye + camera.local(x, y, depth) @ camera.axes
+    assert np.allclose(back, points, atol=5e-3)  # float32 over a few hundred metres
+
+
+def test_fitted_camera_fills_the_free_part_of_the_picture():
+    points = np.random.default_rng(1).normal(0.0, 1.0, (500, 3)) * [80.0, 20.0, 5.0]
+    size, margins = (800, 450), (0.1, 0.1, 0.2, 0.1)
+    camera = fit_camera(points, 0.4, 0.6, size, margins=margins)
+    x, y, _ = camera.project(points)
+    low, high = np.array([80.0, 90.0]), np.array([720.0, 405.0])
+    tight = np.array([[x.min(), y.min()] - low, high - [x.max(), y.max()]])
+    assert (tight > -1.0).all()  # px: the fit iterates
+    assert (tight < 3.0).all(axis=0).any()
+
+
+def test_camera_stands_at_its_bearing_with_north_up_from_above():
+    right, up, forward = view_axes(np.radians(90.0), np.radians(30.0))
+    assert np.allclose(-forward, [np.cos(np.pi / 6), 0.0, 0.5])  # out towards the east, 30 degrees up
+    assert np.allclose(right, [0.0, 1.0, 0.0]) and up[2] > 0.0
+    right, up, _ = view_axes(np.pi, 0.5 * np.pi)
+    assert np.allclose(right, [1.0, 0.0, 0.0]) and np.allclose(up, [0.0, 1.0, 0.0])
+
+
+def test_the_nearest_ball_is_seen_and_bulges_towards_the_camera():
+    x, y = np.array([20.5, 24.5]), np.array([15.5, 15.5])
+    number, front = splat_balls(x, y, np.array([10.0, 12.0]), 1.0, np.array([6.0, 6.0]), (50, 30))
+    assert number[15, 20] == 0 and number[15, 24] == 0 and number[15, 29] == 1
+    assert front[15, 20] == pytest.approx(9.0) and front[15, 24] > 9.2
+    assert np.isinf(front[0, 0]) and number[0, 0] == -1
+
+
+def test_balls_at_the_border_do_not_wrap_around():
+    number, _ = splat_balls(np.array([0.5, 49.5]), np.array([10.5, 20.5]), np.ones(2), 1.0, np.full(2, 5.0), (50, 30))
+    assert (number[:, 10:40] == -1).all()
+    assert (number[:, :10] == 0).any() and not (number[:, :10] == 1).any()
+
+
+@pytest.mark.parametrize("radius", [1.3, 3.0, 7.7])
+def test_a_disc_covers_its_area_wherever_it_lies(radius):
+    for shift in (0.0, 0.21, 0.5):
+        _, cover = splat_discs(np.array([30.0 + shift]), np.array([25.0 - shift]), radius, (60, 50))
+        assert cover.sum() == pytest.approx(np.pi * radius**2, rel=0.11 / radius)  # a ramp at the rim, sampled
+
+
+def test_relief_knows_heights_and_holes_and_faces_up():
+    terrain = plane(0.5)
+    flipped = Terrain(terrain.vertices, terrain.facets[:, ::-1])
+    relief = build_relief(flipped, np.array([-20.0, -10.0]), np.array([30.0, 10.0]))
+    assert np.allclose(relief.normals, np.array([0.5, 0.0, 1.0]) / np.hypot(0.5, 1.0))
+    x, y = np.random.default_rng(0).uniform([[-19.0], [-9.0]], [[29.0], [9.0]], (2, 100))
+    assert np.allclose(relief.height(x, y), -0.5 * x, atol=1e-4)  # a plane is linear; float32 weights
+    assert np.isneginf(relief.height([60.0], [0.0])[0])
+    half = build_relief(Terrain(terrain.vertices, terrain.facets[:1]), np.array([-20.0, -20.0]), np.array([20.0, 20.0]))
+    assert np.isneginf(half.height([-10.0], [10.0])[0]) and np.isfinite(half.height([10.0], [-10.0])[0])
+
+
+def test_a_ridge_hides_what_is_behind_it():
+    x, y = np.meshgrid(np.linspace(-50, 50, 81), np.linspace(-50, 50, 81), indexing="ij")
+    z = 20.0 * np.exp(-(((x - 10.0) / 5.0) ** 2))
+    n = np.arange(81 * 81).reshape(81, 81)
+    a, b, c, d = (k.ravel() for k in (n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]))
+    facets = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    vertices = np.stack([k.ravel() for k in (x, y, z)], 1)
+    relief = build_relief(Terrain(vertices, facets), np.full(2, -50.0), np.full(2, 50.0))
+    point = np.array([[-10.0, 0.0, 0.0]])
+    assert not relief.visible(point, np.array([100.0, 0.0, 30.0]), clearance=0.5)[0]
+    assert relief.visible(point, np.array([-100.0, 0.0, 30.0]), clearance=0.5)[0]
+    assert relief.visible(point, np.array([60.0, 0.0, 150.0]), clearance=0.5)[0]
+    shade = relief.sample(relief.sunlight(np.array([0.9, 0.0, 0.3])), np.array([-10.0, 30.0]), np.zeros(2), 1.0)
+    assert shade[0] < 0.3 and shade[1] > 0.7
+
+
+def test_ground_of_two_huge_triangles_is_drawn_up_to_the_camera():
+    terrain = plane(0.3, size=5000.0)
+    lower, upper = np.array([-60.0, -60.0]), np.array([60.0, 60.0])
+    relief = build_relief(terrain, lower, upper)
+    action = np.array([[-10.0, -5.0, 3.0], [10.0, 5.0, -3.0]])
+    camera = fit_camera(action, np.radians(140.0), np.radians(30.0), (160, 90))
+    ground = draw_ground(relief, camera, sun_direction(camera.axes, np.array([0.0, 0.0, 1.0])))
+    assert np.isfinite(ground.depth).mean() > 0.8
+    assert np.isfinite(ground.light).all() and ground.contour_interval > 0.0
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 32.0), (0.0, 0.05), (-4.0e4, 4.0e4), (180.0, 300.0)])
+def test_ticks_are_few_and_round(low, high):
+    found = ticks(low, high)
+    assert 3 <= len(found) <= 8
+    assert min(found) >= low and max(found) <= high * (1 + 1e-9)
+    steps = np.diff(found)
+    assert np.allclose(steps, steps[0]) and f"{steps[0]:.6e}"[0] in "125"
