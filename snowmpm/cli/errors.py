@@ -15,6 +15,22 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
+def explained(error):
+    """Exit code and message of what ended a command."""
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED, str(error) or "interrupted"
+    if isinstance(error, InputError):
+        return BAD_INPUT, f"error: {error}"
+    if isinstance(error, SimulationError):
+        return FAILED, f"error: {error}"
+    if isinstance(error, MemoryError):
+        return FAILED, "error: out of memory: a coarser dx or fewer particles_per_cell needs less"
+    if isinstance(error, OSError):
+        return FAILED, f"error: {error.filename or 'system'}: {error.strerror or error}"
+    text = " ".join(str(error).split())[:200]
+    return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
+
+
 def guarded(command):
     """The command with an option `--debug` and with errors turned into messages and exit codes.
 
@@ -27,23 +43,11 @@ def guarded(command):
             return command(*args, **options)
         except typer.Exit:
             raise
-        except InputError as error:
-            code, message = BAD_INPUT, str(error)
-        except SimulationError as error:
-            code, message = FAILED, str(error)
-        except KeyboardInterrupt as error:
-            code, message = INTERRUPTED, str(error) or "interrupted"
-        except MemoryError:
-            code, message = FAILED, "out of memory: a coarser dx or fewer particles_per_cell needs less"
-        except OSError as error:
-            code, message = FAILED, f"{error.filename or 'system'}: {error.strerror or error}"
-        except Exception as error:
-            text = " ".join(str(error).split())[:200]
-            code, message = FAILED, f"unexpected {type(error).__name__}: {text}\nThis is a fault of the program; "
-            message += "with --debug it shows where."
-        if debug:
-            traceback.print_exc()
-        print(f"error: {message}" if code != INTERRUPTED else message, file=sys.stderr)
+        except (Exception, KeyboardInterrupt) as error:
+            if debug:
+                traceback.print_exception(error)
+            code, message = explained(error)
+        print(message, file=sys.stderr)
         raise typer.Exit(code)
 
     signature = inspect.signature(command)

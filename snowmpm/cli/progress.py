@@ -50,7 +50,7 @@ def facts(progress, pace):
     """What both displays tell, in their order."""
     yield f"dt {progress.dt:.2e} s ({progress.dt_cause})"
     yield f"{count(progress.n_particles)} particles"
-    yield f"max {short(progress.max_speed)} m/s"
+    yield f"max {progress.max_speed:.3g} m/s"
     yield f"front {_metres(progress.front)}"
     yield f"{short(pace.speed)} particle-steps/s"
     yield f"{duration(pace.time_left(progress))} left"

@@ -1,6 +1,8 @@
 """`snowmpm render`: pictures and films of a run."""
 
 import re
+import sys
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -9,40 +11,77 @@ import typer
 from snowmpm.cli.options import RunPath
 from snowmpm.errors import InputError
 
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="A .mp4 or .gif film, a .png picture, or a folder for one PNG a frame; RUN/film.mp4 by default.",
+    ),
+]
+Color = Annotated[
+    str | None, typer.Option(metavar="FIELD", help='Field that colours the snow, or "snow"; its speed by default.')
+]
+Camera = Annotated[
+    str | None,
+    typer.Option(
+        metavar="VIEW", help='"auto" (frames the action), "top", "side", "front" or "BEARING,ELEVATION" in degrees.'
+    ),
+]
+Time = Annotated[
+    float | None, typer.Option(metavar="T", help="Draw the frame nearest to this time, in seconds, as a .png picture.")
+]
+
 
 def render(
     run: RunPath,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help=".mp4, .gif or .png file, or a folder of PNGs; RUN/film.mp4 by default.",
-        ),
-    ] = None,
-    color: Annotated[str, typer.Option(metavar="FIELD", help="Field that colours the snow.")] = "velocity",
-    camera: Annotated[str, typer.Option(help="View: auto frames the action by itself.")] = "auto",
-    time: Annotated[float | None, typer.Option(metavar="T", help="Only this moment [s], as a picture.")] = None,
+    output: Output = None,
+    color: Color = None,
+    camera: Camera = None,
+    time: Time = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
-    fps: Annotated[float, typer.Option(min=1.0, max=120.0, help="Pictures per second of film.")] = 25.0,
+    fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
 ):
     """Draw a run to a film or a picture.
 
-    Off-screen: no display is needed.
+    Needs no display and no graphics card. Also draws a run that goes on, up to its last frame.
     """
     shape = _pixels(size)
     from snowmpm.io import Run
+
+    opened = Run(run)
+    target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
+    draw(opened, target, color=color, camera=camera, time=time, size=shape, fps=fps)
+
+
+def draw(run, target, **choices):
+    """Draw a run to `target`, say how far it is, and print where the picture went."""
     from snowmpm.render import render_run
 
-    folder = Run(run).path.parent
-    target = output or folder / ("film.mp4" if time is None else "picture.png")
-    render_run(run, target, color=color, camera=camera, time=time, size=shape, fps=fps)
-    print(target)
+    with _counter() as progress:
+        written = render_run(run, target, progress=progress, **choices)
+    print(written)
+
+
+@contextmanager
+def _counter():
+    """Callback (done, total) that counts pictures on a terminal, and says nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    with Progress(
+        "drawing", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
+    ) as bar:
+        task = bar.add_task("drawing", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _pixels(size):
-    match = re.fullmatch(r"(\d{2,5})[xX](\d{2,5})", size)
+    match = re.fullmatch(r"(\d{1,5})[xX](\d{1,5})", size)
     if not match:
         raise InputError(f"--size {size}: must be WIDTHxHEIGHT in pixels, such as 1280x720")
     return int(match[1]), int(match[2])

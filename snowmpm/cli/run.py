@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 import signal
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.cli.options import Backend, BackendOption, PrecisionOption, SceneName, Settings, Threads, scene_overrides
+from snowmpm.cli.render import draw
 from snowmpm.cli.wording import count, duration
 from snowmpm.errors import InputError
 
@@ -40,11 +42,7 @@ def run(
     result = _simulate(loaded, folder)
     print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
     if render:
-        from snowmpm.render import render_run
-
-        film = folder / "film.mp4"
-        render_run(folder, film)
-        print(film)
+        draw(result, folder / "film.mp4")
 
 
 def start_taichi(backend, threads):
@@ -63,8 +61,9 @@ def start_taichi(backend, threads):
 def _check_folder(folder, overwrite, resume):
     if resume:
         raise InputError("--resume: runs write no checkpoints in this version; start the run anew with --overwrite")
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"-o {folder}: must be a folder")
+    there = next(parent for parent in (folder, *folder.resolve().parents) if parent.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise InputError(f"-o {folder}: {there} must be a folder that can be written to")
     if (folder / "run.vtkhdf").exists() and not overwrite:
         raise InputError(f"{folder} already holds a run: choose another folder with -o, or --overwrite it")
 

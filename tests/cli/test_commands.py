@@ -1,0 +1,176 @@
+"""The commands on a scene of a few particles, and what they leave and say."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import snowmpm
+from snowmpm import loop
+from snowmpm.errors import SimulationError
+from snowmpm.scenes import load_scene
+
+
+def test_run_writes_what_the_contract_says(call, block, tmp_path):
+    result = call("run", block, "--backend", "cpu")
+    assert result.code == 0, result.err
+    folder = tmp_path / "runs" / "block"
+    assert {path.name for path in folder.iterdir()} == {"run.vtkhdf", "scene.toml", "summary.json"}
+    assert "runs/block/run.vtkhdf" in result.out.replace(os.sep, "/")
+    run = snowmpm.Run(folder)
+    assert run.complete
+    assert len(run) == 3  # at 0, 0.01 and 0.02 s
+    assert json.loads((folder / "summary.json").read_text())["complete"] is True
+    assert load_scene(folder / "scene.toml").model_dump() == load_scene(block).model_dump()
+
+
+def test_options_reach_the_scene(call, block):
+    settings = ("--set", "solver.dx=0.2", "--set", "end_time=0.01", "--precision", "f64", "-o", "out")
+    result = call("run", block, *settings)
+    assert result.code == 0, result.err
+    resolved = load_scene("out/scene.toml")
+    assert (resolved.solver.dx, resolved.end_time, resolved.solver.precision) == (0.2, 0.01, "f64")
+
+
+def test_a_run_is_replaced_only_when_told(call, block, tmp_path):
+    assert call("run", block).code == 0
+    file = tmp_path / "runs" / "block" / "run.vtkhdf"
+    before = file.read_bytes()
+    refused = call("run", block)
+    assert refused.code == 2
+    assert "--overwrite" in refused.err
+    assert file.read_bytes() == before
+    assert call("run", block, "--overwrite", "--set", "end_time=0.01").code == 0
+    assert len(snowmpm.Run(file)) == 2
+
+
+def test_progress_in_plain_lines(call, block):
+    result = call("run", block)
+    last = result.err.strip().split("\n")[-1]
+    for word in ("block: 0.020 of 0.02 s (100%)", "dt ", "particles", "m/s", "front", "particle-steps/s", "left"):
+        assert word in last
+
+
+def test_info_of_a_run(call, block):
+    assert call("run", block).code == 0
+    result = call("info", "runs/block")
+    assert result.code == 0
+    for word in ("frames", "velocity [m/s]", "density [kg/m3]", "kinetic_energy [J]", "taichi", "precision"):
+        assert word in result.out
+
+
+def test_picture_of_a_run(call, block, tmp_path):
+    assert call("run", block).code == 0
+    result = call("render", "runs/block", "--time", "0.01", "-o", "picture.png", "--size", "320x240")
+    assert result.code == 0, result.err
+    assert (tmp_path / "picture.png").stat().st_size > 1000
+
+
+def test_run_and_render(call, block, tmp_path, monkeypatch):
+    # The film itself is tested where it is made; here: that it is asked for, of this run, beside it.
+    asked = []
+
+    def render_run(run, output, **choices):
+        asked.append((run.path, output))
+        return output
+
+    monkeypatch.setattr("snowmpm.render.render_run", render_run)
+    result = call("run", block, "--render")
+    assert result.code == 0, result.err
+    folder = snowmpm.Run("runs/block").path.parent
+    assert [(path.parent, output) for path, output in asked] == [(folder, folder / "film.mp4")]
+
+
+def test_check_says_what_will_be_modelled(call, block, tmp_path):
+    result = call("check", block, "--precision", "f64")
+    assert result.code == 0, result.err
+    for word in ("dimension", "particles", "blocks", "memory", "dt", "run time"):
+        assert word in result.out
+    assert list(tmp_path.iterdir()) == [block]
+
+
+def test_list(call):
+    result = call("list")
+    assert result.code == 0
+    for word in ("Scenes", "Materials", "cohesive_cam_clay", "elastic"):
+        assert word in result.out
+
+
+def test_version(call):
+    assert call("--version").out.strip() == f"snowmpm {snowmpm.__version__}"
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (SimulationError("particle 3 turned inside out at t = 0.1 s"), 1, "particle 3 turned inside out"),
+        (ZeroDivisionError("division by zero"), 1, "unexpected ZeroDivisionError: division by zero"),
+        (MemoryError(), 1, "out of memory"),
+        (OSError(28, "No space left on device", "run.vtkhdf"), 1, "run.vtkhdf: No space left on device"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_errors_become_messages_and_codes(call, block, monkeypatch, error, code, said):
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr(loop, "run", fail)
+    result = call("run", block)
+    assert result.code == code
+    assert said in result.err
+    assert "Traceback" not in result.err
+    assert "Traceback" in call("run", block, "--debug").err
+
+
+def test_termination_closes_the_run_file(call, block):
+    done = threading.Event()
+
+    def stop():
+        while not os.path.exists("runs/block/run.vtkhdf"):
+            time.sleep(0.01)
+        time.sleep(0.3)
+        if not done.is_set():
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    watcher = threading.Thread(target=stop)
+    watcher.start()
+    try:
+        result = call("run", block, "--set", "end_time=100")
+    finally:
+        done.set()
+        watcher.join()
+    assert result.code == 130
+    assert "frames written so far are in" in result.err
+    assert len(snowmpm.Run("runs/block")) >= 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [(["--help"], 0), (["run", "none.toml"], 2), (["run", "block.toml", "--set", "solver.dxx=1"], 2)],
+)
+def test_answers_at_once(block, arguments, code):
+    # 0.3 s and 0.6 s here on an idle core; 3 s leaves room for a busy machine and still catches a heavy import.
+    start = time.perf_counter()
+    command = [sys.executable, "-m", "snowmpm", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=block.parent, timeout=60)
+    assert done.returncode == code
+    assert time.perf_counter() - start < 3.0
+    assert "[Taichi]" not in done.stdout + done.stderr
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from snowmpm.cli.app import app\n"
+        "try: app(['run', '--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'taichi', 'pyvista', 'vtk', 'matplotlib', 'numpy', 'h5py', 'trimesh'} & set(sys.modules)\n"
+        "sys.exit(f'imported: {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
