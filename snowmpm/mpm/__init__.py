@@ -1,1 +1,1 @@
-
+"""The material point method: particles to grid, grid, grid to particles."""

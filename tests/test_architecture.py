@@ -1,0 +1,191 @@
+"""Who may import whom, and the house rules that a machine can check."""
+
+import ast
+import functools
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+FOLDERS = {
+    "snowmpm": "snowmpm",
+    "snowmpm.materials": "materials",
+    "snowmpm.scenes": "scenes",
+    "snowmpm.render": "render",
+}
+
+# Layer -> layers it may import from, beside itself. A layer is a package; the single files of snowmpm/ are `common`,
+# except those that put a simulation together.
+MAY_IMPORT = {
+    "errors": set(),
+    "materials": set(),
+    "scenes": {"materials", "errors"},
+    "io": {"errors"},
+    "render": {"io", "errors"},
+    "common": {"errors"},
+    "terrain": {"common", "errors"},
+    "seeding": {"terrain", "common", "errors"},
+    "mpm": {"materials", "common", "errors"},
+    "sph": {"materials", "common", "errors"},
+    "composition": {
+        "errors",
+        "common",
+        "materials",
+        "scenes",
+        "io",
+        "render",
+        "terrain",
+        "seeding",
+        "mpm",
+        "sph",
+        "cli",
+    },
+    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition"},
+}
+COMPOSITION = {
+    "snowmpm",
+    "snowmpm.__main__",
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder")),
+}
+PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
+COMPUTE = {"taichi"}
+FORBIDDEN = {
+    "materials": PICTURES | {"h5py", "trimesh", "typer", "rich"},
+    "scenes": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
+    "io": PICTURES | COMPUTE | {"trimesh", "typer", "rich"},
+    "render": COMPUTE | {"h5py", "typer"},
+    "mpm": PICTURES | {"h5py", "typer", "rich"},
+    "sph": PICTURES | {"h5py", "typer", "rich"},
+    "common": PICTURES | {"h5py", "typer", "rich"},
+    "terrain": PICTURES | {"h5py", "typer", "rich"},
+    "seeding": PICTURES | {"h5py", "typer", "rich"},
+}
+# What a distribution is imported as, where the two names differ.
+IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}
+
+
+@functools.cache
+def modules():
+    """Every module of the sources: dotted name -> path."""
+    found = {}
+    for package, folder in FOLDERS.items():
+        for path in (ROOT / folder).rglob("*.py"):
+            parts = path.relative_to(ROOT / folder).with_suffix("").parts
+            found[".".join([package, *(part for part in parts if part != "__init__")])] = path
+    return found
+
+
+def layer(module):
+    if module in COMPOSITION:
+        return "composition"
+    second = module.split(".")[1]
+    return second if second in MAY_IMPORT else "common"
+
+
+@functools.cache
+def tree(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imported(module):
+    """Dotted names that a module imports, anywhere in it; of `from package import name`, the module it names."""
+    path = modules()[module]
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*parents, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                yield inner if inner in modules() else base
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_layers(module):
+    own = layer(module)
+    for name in imported(module):
+        top = name.split(".")[0]
+        if top == "snowmpm":
+            other = layer(name)
+            # `from snowmpm import __version__` is a fact about the program, not a dependency on a layer.
+            assert name == "snowmpm" or other == own or other in MAY_IMPORT[own], f"{module} ({own}) imports {name}"
+        assert top not in FORBIDDEN.get(own, ()), f"{module} ({own}) imports {name}"
+        assert top not in ("materials", "scenes", "render"), f"{module} imports {name}: the name is snowmpm.{name}"
+
+
+def test_what_is_imported_is_declared():
+    wanted = {name.split(".")[0] for module in modules() for name in imported(module)}
+    declared = [*PROJECT["project"]["dependencies"], *PROJECT["project"]["optional-dependencies"]["gis"]]
+    declared += PROJECT["project"]["optional-dependencies"]["cluster"]
+    names = {re.match(r"[A-Za-z0-9_.-]+", requirement)[0].lower() for requirement in declared}
+    known = {IMPORT_NAMES.get(name, name).replace("-", "_") for name in names}
+    assert wanted - set(sys.stdlib_module_names) - known - {"snowmpm", "pydantic_core"} == set()
+
+
+def test_every_package_is_shipped():
+    on_disk = {module for module, path in modules().items() if path.name == "__init__.py"}
+    assert on_disk == set(PROJECT["tool"]["setuptools"]["packages"])
+    without_init = {path.parent for path in modules().values() if not (path.parent / "__init__.py").exists()}
+    assert not without_init
+
+
+@pytest.mark.parametrize("folder", ["materials", "scenes", "render"])
+def test_import_guard(folder):
+    code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import {folder}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert f"ImportError: import this package as snowmpm.{folder}" in done.stderr
+
+
+def test_taichi_is_imported_only_where_it_computes():
+    # In this order, one process shows which import would have brought it in.
+    names = ["snowmpm", "snowmpm.errors", "snowmpm.cli.app", "snowmpm.io", "snowmpm.render"]
+    code = "\n".join(f"import {name}, sys; assert 'taichi' not in sys.modules, {name!r}" for name in names)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_importing_starts_nothing():
+    names = [name for name in sorted(modules()) if name != "snowmpm.__main__"]
+    imports = "\n".join(f"import {name}" for name in names)
+    code = f"{imports}\nfrom taichi.lang import impl\nassert impl.get_runtime().prog is None"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_house_rules(module):
+    path = modules()[module]
+    nodes = list(ast.walk(tree(path)))
+    calls = {ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)}
+    if module != "snowmpm.runtime":
+        assert not calls & {"ti.init", "taichi.init"}, "Taichi is started in snowmpm/runtime.py only"
+    if any(name.split(".")[0] == "taichi" for name in imported(module)):
+        # Taichi reads annotations of kernels as objects, and fails on text.
+        assert "__future__.annotations" not in {
+            f"{n.module}.{a.name}" for n in nodes if isinstance(n, ast.ImportFrom) for a in n.names
+        }
+    assert ast.get_docstring(tree(path)), "every module says what it is"
+    assert not {"utils", "helpers", "manager", "misc"} & set(path.relative_to(ROOT).with_suffix("").parts)
+
+
+def test_no_absolute_path_and_no_machine():
+    tracked = [p for p in ROOT.rglob("*") if p.suffix in {".py", ".toml", ".md", ".cfg", ".yml"} or p.name == "run"]
+    skipped = {".git", ".venv", "build", "dist", "runs", "__pycache__", ".pytest_cache", ".ruff_cache", ".hypothesis"}
+    pattern = re.compile(r"""(?<![\w./~-])/(work|home|tmp|root|Users|opt|mnt)/""")
+    for path in tracked:
+        if path.is_file() and not skipped & set(path.relative_to(ROOT).parts) and path != Path(__file__).resolve():
+            found = pattern.search(path.read_text(encoding="utf-8", errors="replace"))
+            assert not found, f"{path.relative_to(ROOT)} names {found[0]}"
