@@ -31,7 +31,9 @@ class TransactionFile(io.RawIOBase):
         super().__init__()
         self._file = open(path, "r+b", buffering=0)  # noqa: SIM115 - closed by close()
         self._journal = journal
-        self._committed = _stored_length(self._file)
+        # The rest of a frame that a kill cut short counts as committed until HDF5 sets the length, in the first
+        # transaction: it is then written over like any free space.
+        self._committed = self._file.seek(0, io.SEEK_END)
         self._reset()
 
     def _reset(self):
@@ -157,18 +159,6 @@ class TransactionFile(io.RawIOBase):
         if not self.closed:
             self._file.close()
         super().close()
-
-
-def _stored_length(file):
-    """Length of the HDF5 file inside `file`, from its superblock: what lies behind it is a write that never ended.
-
-    Superblock versions 2 and 3 (HDF5 file format specification, section II.A): end-of-file address at byte 28.
-    """
-    file.seek(0)
-    head = file.read(36)
-    if len(head) == 36 and head[8] in (2, 3):
-        return int.from_bytes(head[28:36], "little")
-    return file.seek(0, io.SEEK_END)
 
 
 class SnapshotFile(io.RawIOBase):

@@ -5,6 +5,7 @@ import pytest
 
 from snowmpm.io import Terrain
 from snowmpm.render.camera import fit_camera, view_axes
+from snowmpm.render.framing import Action, choose_camera
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.light import sun_direction
 from snowmpm.render.overlay import ticks
@@ -87,7 +88,13 @@ def test_camera_stands_at_its_bearing_with_north_up_from_above():
 
 
 def test_the_nearest_ball_is_seen_and_bulges_towards_the_camera():
-    x, y = np.array([20.5, 24.5]), np.array([15.5, 15.5])
+    for order in (1, -1):
+        x, y = np.array([20.5, 24.5])[::order], np.array([15.5, 15.5])
+        number, _ = splat_balls(x, y, np.array([10.0, 12.0])[::order], 1.0, np.array([6.0, 6.0]), (50, 30))
+        assert (number[15, 20:25] == (0 if order == 1 else 1)).all()
+        number, _ = splat_balls(x[::-1], y, np.array([10.0, 12.0])[::order], 1.0, np.array([6.0, 6.0]), (50, 30))
+        assert (number[15, 20:25] == (0 if order == 1 else 1)).all()
+    x = np.array([20.5, 24.5])
     number, front = splat_balls(x, y, np.array([10.0, 12.0]), 1.0, np.array([6.0, 6.0]), (50, 30))
     assert number[15, 20] == 0 and number[15, 24] == 0 and number[15, 29] == 1
     assert front[15, 20] == pytest.approx(9.0) and front[15, 24] > 9.2
@@ -119,14 +126,28 @@ def test_relief_knows_heights_and_holes_and_faces_up():
     assert np.isneginf(half.height([-10.0], [10.0])[0]) and np.isfinite(half.height([10.0], [-10.0])[0])
 
 
-def test_a_ridge_hides_what_is_behind_it():
+def ridge(side):
+    """Flat ground with a ridge of 20 m along y, at x = 10 m on the given side (1 or -1)."""
     x, y = np.meshgrid(np.linspace(-50, 50, 81), np.linspace(-50, 50, 81), indexing="ij")
-    z = 20.0 * np.exp(-(((x - 10.0) / 5.0) ** 2))
+    z = 20.0 * np.exp(-(((side * x - 10.0) / 5.0) ** 2))
     n = np.arange(81 * 81).reshape(81, 81)
     a, b, c, d = (k.ravel() for k in (n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]))
     facets = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    vertices = np.stack([k.ravel() for k in (x, y, z)], 1)
-    relief = build_relief(Terrain(vertices, facets), np.full(2, -50.0), np.full(2, 50.0))
+    return Terrain(np.stack([k.ravel() for k in (x, y, z)], 1), facets)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_automatic_camera_avoids_the_ridge(side):
+    relief = build_relief(ridge(side), np.full(2, -50.0), np.full(2, 50.0))
+    points = np.random.default_rng(0).uniform([-3.0, -30.0, 0.0], [3.0, 30.0, 1.0], (2000, 3)) - [6.0 * side, 0.0, 0.0]
+    camera = choose_camera("auto", Action(points, np.array([0.0, 1.0])), relief, (320, 180))
+    assert relief.visible(points, camera.eye, clearance=0.5).mean() > 0.9
+    assert np.sign(camera.eye[0]) == -side
+
+
+def test_a_ridge_hides_what_is_behind_it():
+    terrain = ridge(1)
+    relief = build_relief(terrain, np.full(2, -50.0), np.full(2, 50.0))
     point = np.array([[-10.0, 0.0, 0.0]])
     assert not relief.visible(point, np.array([100.0, 0.0, 30.0]), clearance=0.5)[0]
     assert relief.visible(point, np.array([-100.0, 0.0, 30.0]), clearance=0.5)[0]
@@ -137,12 +158,14 @@ def test_a_ridge_hides_what_is_behind_it():
 
 def test_ground_of_two_huge_triangles_is_drawn_up_to_the_camera():
     terrain = plane(0.3, size=5000.0)
+    terrain = Terrain(terrain.vertices, terrain.facets[:, [0, 2, 1]])  # turned down: drawn all the same
     lower, upper = np.array([-60.0, -60.0]), np.array([60.0, 60.0])
     relief = build_relief(terrain, lower, upper)
     action = np.array([[-10.0, -5.0, 3.0], [10.0, 5.0, -3.0]])
     camera = fit_camera(action, np.radians(140.0), np.radians(30.0), (160, 90))
     ground = draw_ground(relief, camera, sun_direction(camera.axes, np.array([0.0, 0.0, 1.0])))
     assert np.isfinite(ground.depth).mean() > 0.8
+    assert not ground.underside.any()
     assert np.isfinite(ground.light).all() and ground.contour_interval > 0.0
 
 
