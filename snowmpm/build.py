@@ -70,7 +70,8 @@ class Model:
         contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
         return MpmSolver(self.population, self.laws, dx=scene.solver.dx, precision=scene.solver.precision,
                          origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
-                         cfl=scene.solver.cfl, terrain=self.distance, sides=sides, **contact)
+                         cfl=scene.solver.cfl, transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
+                         terrain=self.distance, sides=sides, **contact)
 
     def events(self):
         """The scene's events, ready to be applied."""
@@ -99,8 +100,7 @@ def build(scene):
 def _refuse_unbuilt(scene):
     """Choices of the schema that this version does not compute."""
     solver = scene.solver
-    for key, value, built in (("solver.method", solver.method, "mpm"), ("solver.kernel", solver.kernel, "quadratic"),
-                              ("solver.transfer", solver.transfer, "apic")):
+    for key, value, built in (("solver.method", solver.method, "mpm"), ("solver.kernel", solver.kernel, "quadratic")):
         if value != built:
             raise InputError.at(key, value, f'this version computes "{built}" only', scene.source)
     if scene.obstacles:

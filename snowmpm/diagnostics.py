@@ -16,23 +16,27 @@ UNITS = {
 }
 
 FRONT_SHARE = 0.995
-"""Share of the mass behind the front: single grains that fly ahead are not the avalanche."""
+"""Share of the moving mass behind the front: single grains that fly ahead are not the avalanche."""
+
+MOVED_CELLS = 2.0
+"""Displacement [cells] beyond which snow counts as moving."""
 
 
 class Audit:
     """History values of a solver against its state at the start.
 
-    front: how far [m] the front has moved along `direction` (unit vector in plan) from the centroid of the release;
-    runout: the same from the release's upper edge, in plan.
+    Moving snow is what has left its place by `MOVED_CELLS` grid spacings. front: where its front is, along `direction`
+    (unit vector in plan), from the centroid of all snow at the start; runout: the same from the highest place it left.
+    Both [m] in plan; 0 while nothing moves.
     """
 
-    def __init__(self, solver, fields, direction):
+    def __init__(self, solver, fields, direction, start_positions):
+        """start_positions: (n, dim) by particle number."""
         self._solver = solver
         self._direction = np.asarray(direction, float)
         x, mass = fields["position"], fields["mass"]
         self._reference = (mass[:, None] * x).sum(axis=0) / max(mass.sum(), 1e-300)
-        along = self._along(x)
-        self._upper_edge = along.min(initial=0.0)
+        self._start = start_positions
         self._start_momentum = mass @ fields["velocity"]
         self._start_energy = sum(self._energies(fields).values())
 
@@ -70,8 +74,7 @@ class Audit:
                                    - row["potential_energy"] - solver.plastic_work - solver.contact_work)
         row["momentum_residual"] = self._momentum_residual(momentum)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
-        row["front"] = self._front(x, mass)
-        row["runout"] = row["front"] - self._upper_edge
+        row["front"], row["runout"] = self._front(x, mass, fields["id"])
         row["removed_particles"], row["removed_mass"] = solver.removed["count"], solver.removed["mass"]
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = solver.n_plastic / max(1, len(mass))
@@ -86,10 +89,13 @@ class Audit:
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 
-    def _front(self, x, mass):
-        if len(mass) == 0:
-            return 0.0
-        along = self._along(x)
+    def _front(self, x, mass, identity):
+        start = self._start[identity]
+        moved = np.linalg.norm(x - start, axis=1) > MOVED_CELLS * self._solver.dx
+        if not moved.any():
+            return 0.0, 0.0
+        along, mass = self._along(x[moved]), mass[moved]
         order = np.argsort(along)
         behind = np.cumsum(mass[order])
-        return float(along[order[np.searchsorted(behind, FRONT_SHARE * behind[-1])]])
+        front = along[order[np.searchsorted(behind, FRONT_SHARE * behind[-1])]]
+        return float(front), float(front - self._along(start[moved]).min())

@@ -21,13 +21,13 @@ class Cut:
         self._cut_to = -np.inf
 
     def _reached(self, time):
-        if time < self._spec.start:
-            return -np.inf
         if self._spec.speed is None:
             return self._length
         return min(self._length, (time - self._spec.start) * self._spec.speed)
 
     def apply(self, simulation):
+        if simulation.time < self._spec.start:
+            return
         reached = self._reached(simulation.time)
         # A quarter of a cell at a time: finer than the grid sees, and a copy of the particles each time.
         if reached < self._length and reached < self._cut_to + 0.25 * simulation.scene.solver.dx:

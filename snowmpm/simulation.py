@@ -39,7 +39,7 @@ class Simulation:
         self._check_fixed_step()
         if scene.initial.stress == "settle":
             self.settle()
-        self._audit = Audit(self.solver, self.particles, self.model.direction)
+        self._audit = Audit(self.solver, self.particles, self.model.direction, self.model.population.positions)
 
     @property
     def time(self):

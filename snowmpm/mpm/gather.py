@@ -1,6 +1,7 @@
 """Grid to particles, then the constitutive update: everything a particle learns from a step.
 
-    v  <- sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T  (= grad v),   x <- x + dt v
+    v_grid = sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T  (= grad v),   x <- x + dt v_grid
+    v  <- v_grid + flip_ratio (v + sum_i w dv_i - v_grid)        flip_ratio = 0 in PIC and APIC
     f = exp(dt grad v) to second order: A = f - I = dt C + (dt C)^2 / 2
     law.update(h, A) -> h, tau, state;   J <- J det f
 
@@ -23,11 +24,15 @@ work [J] and of particles whose return map failed; index + 1 of a particle that 
 particles that yielded."""
 
 N_REPORT = 8
+
+FARTHEST_EXCURSION = 2.5
+"""Cells from home that a sort can still bring back; farther means more than a cell in one step: an unstable one."""
+
 _SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
 
 
 @functools.cache
-def gather_kernel(layout, real, laws, n_parameters, atomic):
+def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
     """Kernel of the second half of a step for these law classes. atomic as in `scatter_kernel`."""
     dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
     load, store = accessors(layout)
@@ -76,13 +81,16 @@ def gather_kernel(layout, real, laws, n_parameters, atomic):
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
-                        law_of: ti.template(), tiles: ti.template(), dt, dx):
+                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, dx, flip_ratio):
         """Advance one particle; -> its report."""
         x = load(reals, p, at["position"], dim)
         base, f, w = quadratic_stencil(x)
         velocity, gradient = interpolate(tiles, b, base, f, w)
         grad_v = gradient / dx
         x += (dt / dx) * velocity
+        if ti.static(flip):
+            change, _ = interpolate(changes, b, base, f, w)
+            velocity += flip_ratio * (load(reals, p, at["velocity"], dim) + change - velocity)
         A = dt * grad_v
         A = A + 0.5 * A @ A
         material = integers[p, MATERIAL]
@@ -117,7 +125,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic):
         report[DISSIPATION] = work * volume
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
         report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)
-        if growth <= 0.0 or not is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum()):
+        sound = is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum())
+        if growth <= 0.0 or excursion > FARTHEST_EXCURSION or not sound:
             report[BAD] = 1.0
         return report
 
@@ -135,8 +144,9 @@ def gather_kernel(layout, real, laws, n_parameters, atomic):
     @ti.kernel
     def gather_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
                       law_of: ti.types.ndarray(), start: ti.types.ndarray(),
-                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, reports: ti.types.ndarray(),
-                      report: ti.types.ndarray(), n_tiles: int, workers: int):
+                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), changes: ti.types.ndarray(dtype=vec4, ndim=1),
+                      dt: real, dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(),
+                      n_tiles: int, workers: int):
         for i in range(chunks(workers)):
             if is_worker(i):
                 first, last = chunk(i, workers, n_tiles)
@@ -144,7 +154,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic):
                     block = ti.Vector.zero(real, N_REPORT)
                     worst = 0
                     for p in range(start[b], start[b + 1]):
-                        one = gather_particle(p, b, reals, integers, materials, law_of, tiles, dt, dx)
+                        one = gather_particle(p, b, reals, integers, materials, law_of, tiles, changes, dt, dx,
+                                              flip_ratio)
                         for c in ti.static(range(N_REPORT)):
                             if ti.static(c in _SUMMED):
                                 block[c] += one[c]
@@ -162,12 +173,14 @@ def gather_kernel(layout, real, laws, n_parameters, atomic):
     @ti.kernel
     def gather_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
                       law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
-                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, reports: ti.types.ndarray(),
-                      report: ti.types.ndarray(), n_tiles: int, count: int):
+                      tiles: ti.types.ndarray(dtype=vec4, ndim=1), changes: ti.types.ndarray(dtype=vec4, ndim=1),
+                      dt: real, dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(),
+                      n_tiles: int, count: int):
         for b, c in ti.ndrange(n_tiles, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
-            one = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, dt, dx)
+            one = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, changes, dt, dx,
+                                              flip_ratio)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):

@@ -39,14 +39,16 @@ class TileGrid:
     block is empty. walls[node]: outward normal and signed distance to the terrain [cells] at each node of each node block.
     """
 
-    def __init__(self, dim, precision, wall_distance=None):
-        """wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
+    def __init__(self, dim, precision, wall_distance=None, flip=False):
+        """flip: keep tiles for the internal impulse, then the change of velocity, too.
+        wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
         self.dim = dim
         self.precision = precision
         self.wall_distance = wall_distance
+        self.flip = flip
         self.node_keys = np.zeros(0, np.int64)
         self._walls = np.zeros((0, EDGE[dim] ** dim, 4))
-        self.tiles = self.walls = None
+        self.tiles = self.impulses = self.walls = None
 
     def fit(self, blocks):
         """Follow a new block map. What is known of the terrain at node blocks seen in the last map is kept."""
@@ -62,6 +64,7 @@ class TileGrid:
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
+        self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
         self.walls = self._room(self.walls, len(keys) * edge**dim if self.wall_distance else 1)
         if self.wall_distance:
             padded = np.zeros((self.walls.shape[0], 4), DTYPES[self.precision][1])
@@ -78,7 +81,7 @@ class TileGrid:
     def bytes(self):
         """Memory of tiles, walls and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
-        return 4 * real * (self.tiles.shape[0] + self.walls.shape[0]) + 4 * self.tile_of.shape[0] * self.tile_of.shape[1]
+        return 4 * real * (self.tiles.shape[0] + self.impulses.shape[0] + self.walls.shape[0]) + 4 * self.tile_of.shape[0] * self.tile_of.shape[1]
 
     def _fit_walls(self, keys, coordinates):
         if not self.wall_distance:
@@ -101,8 +104,11 @@ class TileGrid:
 
 
 @functools.cache
-def grid_kernel(dim, real, with_terrain):
-    """Kernel that advances the nodes: v = p / m + dt g, loads, contact; the result replaces the momentum."""
+def grid_kernel(dim, real, with_terrain, flip):
+    """Kernel that advances the nodes: v = p / m + dt g, loads, contact; the result replaces the momentum.
+
+    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it.
+    """
     edge, tile_edge = EDGE[dim], TILE[dim]
     vec4 = ti.types.vector(4, real)
     corners = 2**dim
@@ -130,7 +136,8 @@ def grid_kernel(dim, real, with_terrain):
         return ti.select(tile >= 0, tile * tile_edge**dim + address, -1)
 
     @ti.kernel
-    def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), tile_of: ti.types.ndarray(),
+    def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
+                    tile_of: ti.types.ndarray(),
                     node_coordinates: ti.types.ndarray(), walls: ti.types.ndarray(dtype=vec4, ndim=1),
                     sides: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.vector(dim, real),
                     dt: real, keep: real, terrain_code: int, terrain_friction: real,
@@ -147,15 +154,17 @@ def grid_kernel(dim, real, with_terrain):
                         for a in ti.static(range(dim - 1, -1, -1)):
                             r[a] = rest % edge
                             rest = rest // edge
-                        node = vec4(0.0)
+                        node, internal = vec4(0.0), vec4(0.0)
                         for c in ti.static(range(corners)):
                             s = slot(tile_of, n, r, c)
                             if s >= 0:
                                 node += tiles[s]
+                                if ti.static(flip):
+                                    internal += impulses[s]
                         if node[3] > 0.0:
                             v = ti.Vector.zero(real, dim)
                             for a in ti.static(range(dim)):
-                                v[a] = node[a] / node[3]
+                                v[a] = (node[a] + internal[a]) / node[3]
                             v = (v + dt * gravity) * keep
                             free = v
                             x = ti.Vector.zero(real, dim)
@@ -184,7 +193,8 @@ def grid_kernel(dim, real, with_terrain):
                             change = v - free
                             for a in ti.static(range(dim)):
                                 impulse[a] += ti.cast(node[3] * change[a], ti.f64)
-                            friction_work += ti.cast(0.5 * node[3] * (before.norm_sqr() - v.norm_sqr()), ti.f64)
+                            # Force times the velocity at the end of the step, as the scheme itself does work.
+                            friction_work += ti.cast(node[3] * (before - v).dot(v), ti.f64)
                             result = vec4(0.0)
                             for a in ti.static(range(dim)):
                                 result[a] = v[a]
@@ -193,6 +203,8 @@ def grid_kernel(dim, real, with_terrain):
                                 s = slot(tile_of, n, r, c)
                                 if s >= 0:
                                     tiles[s] = result
+                                    if ti.static(flip):
+                                        impulses[s] = result - node / node[3]
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
                     impulse_of[n, dim] = friction_work

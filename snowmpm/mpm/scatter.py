@@ -1,10 +1,12 @@
-"""Particles to grid: mass, momentum and internal force in the affine (MLS) form.
+"""Particles to grid: mass, momentum and internal force in the moving-least-squares form.
 
 For particle p and node i, with m = rho_0 V, D^-1 = 4 / dx^2 and x_i, x_p in metres (Hu et al. 2018,
 doi:10.1145/3197517.3201293, eq. 16-18; Kirchhoff stress tau, reference volume V):
 
     m_i     += w_ip m
     (mv)_i  += w_ip [ m v + (m C - dt D^-1 V tau) (x_i - x_p) ]
+
+PIC and FLIP leave out m C.
 """
 
 import functools
@@ -22,8 +24,11 @@ DENSITY = 0
 
 
 @functools.cache
-def scatter_kernel(layout, real, atomic):
-    """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU)."""
+def scatter_kernel(layout, real, atomic, flip):
+    """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
+
+    flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
+    """
     dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
     load, _ = accessors(layout)
     at = layout.offsets
@@ -51,19 +56,28 @@ def scatter_kernel(layout, real, atomic):
 
     @ti.func
     def scatter_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
-                         tiles: ti.template(), dt, dx):
+                         tiles: ti.template(), impulses: ti.template(), dt, dx, affine_share):
         base, f, w = quadratic_stencil(load(reals, p, at["position"], dim))
         velocity = load(reals, p, at["velocity"], dim)
         grad_v = load(reals, p, at["affine"], dim * dim)
         tau = symmetric_matrix(load(reals, p, at["stress"], layout.sym_size))
         volume = load(reals, p, at["volume"], 1)[0]
         mass = volume * materials[integers[p, MATERIAL], DENSITY]
-        affine = (-dt * INVERSE_SECOND_MOMENT * volume / dx) * tau
+        internal = (-dt * INVERSE_SECOND_MOMENT * volume / dx) * tau
+        affine = ti.Matrix.zero(real, dim, dim)
         for i in ti.static(range(dim)):
             for j in ti.static(range(dim)):
-                affine[i, j] += mass * dx * grad_v[i * dim + j]
-        corner = node_vector(mass * velocity - affine @ f, mass)
-        step = [node_vector(affine[:, a], 0.0) for a in ti.static(range(dim))]
+                affine[i, j] = affine_share * mass * dx * grad_v[i * dim + j]
+        if ti.static(flip):
+            scatter_linear(impulses, b, base, w, node_vector(-internal @ f, 0.0), internal)
+        else:
+            affine += internal
+        scatter_linear(tiles, b, base, w, node_vector(mass * velocity - affine @ f, mass), affine)
+
+    @ti.func
+    def scatter_linear(tiles: ti.template(), b, base, w, corner, slope):
+        """Add to the nodes of a stencil a weighted vector that is linear in the node: corner + slope (node - base)."""
+        step = [node_vector(slope[:, a], 0.0) for a in ti.static(range(dim))]
         address = b * tile_edge**dim
         for a in ti.static(range(dim)):
             address += (base[a] + 1) * stride[a]
@@ -82,24 +96,30 @@ def scatter_kernel(layout, real, atomic):
 
     @ti.kernel
     def scatter_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                       start: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
-                       n_tiles: int, workers: int):
+                       start: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                       impulses: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
+                       affine_share: real, n_tiles: int, workers: int):
         for i in range(chunks(workers)):
             if is_worker(i):
                 first, last = chunk(i, workers, n_tiles)
                 for b in range(first, last):
                     for q in range(tile_edge**dim):
                         tiles[b * tile_edge**dim + q] = vec4(0.0)
+                        if ti.static(flip):
+                            impulses[b * tile_edge**dim + q] = vec4(0.0)
                     for p in range(start[b], start[b + 1]):
-                        scatter_particle(p, b, reals, integers, materials, tiles, dt, dx)
+                        scatter_particle(p, b, reals, integers, materials, tiles, impulses, dt, dx, affine_share)
 
     @ti.kernel
     def scatter_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                       block_of: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
-                       n_tiles: int, count: int):
+                       block_of: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                       impulses: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real,
+                       affine_share: real, n_tiles: int, count: int):
         for q in range(n_tiles * tile_edge**dim):
             tiles[q] = vec4(0.0)
+            if ti.static(flip):
+                impulses[q] = vec4(0.0)
         for p in range(count):
-            scatter_particle(p, block_of[p], reals, integers, materials, tiles, dt, dx)
+            scatter_particle(p, block_of[p], reals, integers, materials, tiles, impulses, dt, dx, affine_share)
 
     return scatter_atomic if atomic else scatter_blocks

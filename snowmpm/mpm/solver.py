@@ -1,4 +1,4 @@
-"""Explicit MLS-MPM: quadratic B-splines, affine transfer, symplectic Euler, stress from the updated deformation."""
+"""Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler, stress from the updated deformation."""
 
 import numpy as np
 import taichi as ti
@@ -29,10 +29,12 @@ class MpmSolver:
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
-                 terrain_contact="stick", terrain_friction=0.0, sides=None, atomic=None):
+                 terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
+                 atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
+        transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
         sides: (dim, 2) names of `contact.CODES`, "open" by default.
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
@@ -41,11 +43,14 @@ class MpmSolver:
         self.origin, self.gravity = np.asarray(origin, float), np.asarray(gravity, float)
         self.lower, self.upper = ((np.asarray(b, float) - self.origin) / dx for b in (lower, upper))
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
+        self.flip = "flip" in transfer
+        self._affine_share, self._flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
         self.materials = MaterialTable(laws, precision)
         self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
         self._sides = self._side_table(sides or [["open", "open"]] * dim)
         self._populate(population)
-        self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None)
+        self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None,
+                             self.flip)
         self._bind_kernels(with_terrain=terrain is not None)
         self._follow_blocks()
         self.time, self.steps, self.sorts = 0.0, 0, 0
@@ -84,12 +89,12 @@ class MpmSolver:
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
-        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.tiles, dt, self.dx,
-                      grid.n_tiles, n)
+        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.tiles, grid.impulses, dt,
+                      self.dx, self._affine_share, grid.n_tiles, n)
 
     def update_grid(self, dt):
         grid = self.grid
-        self._update(grid.tiles, grid.tile_of, grid.node_coordinates, grid.walls, self._sides, self._loads,
+        self._update(grid.tiles, grid.impulses, grid.tile_of, grid.node_coordinates, grid.walls, self._sides, self._loads,
                      ti.Vector(self.gravity), dt, self.keep, self._terrain_code, self._terrain_friction,
                      self._impulses, self._total, self._n_loads, grid.n_node_blocks, self._workers(grid.n_node_blocks))
 
@@ -97,8 +102,8 @@ class MpmSolver:
         grid, store = self.grid, self.particles
         home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
         report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.tiles, dt,
-                     self.dx, self._reports, report, grid.n_tiles, n)
+        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.tiles,
+                     grid.impulses, dt, self.dx, self._flip_ratio, self._reports, report, grid.n_tiles, n)
         self._read(report)
 
     def stable_dt(self):
@@ -119,8 +124,8 @@ class MpmSolver:
         x = self.positions()[p]
         identity = self.particles.labels()[p, IDENTITY]
         raise SimulationError(
-            f"particle {identity} is no longer finite or turned inside out at t = {self.time:.6g} s, step {self.steps},"
-            f" near {np.array2string(x, precision=3)} m:\nlower solver.cfl or check the stiffness of its material")
+            f"particle {identity} is no longer finite, turned inside out or crossed more than a cell in a step, at"
+            f" t = {self.time:.6g} s, step {self.steps}, near {np.array2string(x, precision=3)} m:\nlower solver.cfl or check the stiffness of its material")
 
     # ---- blocks -----------------------------------------------------------------------------------------------
 
@@ -194,10 +199,10 @@ class MpmSolver:
     def _bind_kernels(self, with_terrain):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic)
-        self._update = grid_kernel(self.dim, real, with_terrain)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip)
+        self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.classes,
-                                     self.materials.n_parameters, self.atomic)
+                                     self.materials.n_parameters, self.atomic, self.flip)
         self._count_moves, self._move = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
