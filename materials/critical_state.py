@@ -1,10 +1,89 @@
-"""What the Cam-Clay laws share: ellipse, hardening variable, initial state, derived fields."""
+"""The Cam-Clay family: one yield ellipse and one return map, whose hardening variable ζ evolves in one of two ways."""
 
 from typing import ClassVar
 
 import numpy as np
+import taichi as ti
 
-from .law import Law, NonNegative, Positive
+from .elastic import elastic_trial
+from .ellipse import YIELD_TOLERANCE, return_to_ellipse, sinh_cosh
+from .hencky import deviation_of_strain
+from .law import Law, NonNegative, Positive, StateVariable
+from .precision import by_precision
+from .symmetric import plus_isotropic
+
+
+@ti.func
+def critical_state_return(prm, p_trial, deviator2, zeta, collapsed):
+    """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
+
+    prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
+    the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
+    """
+    K, xi, p_fixed, alpha = prm[0], prm[2], prm[4], prm[7]
+    softens = alpha > 0.0 and collapsed == 0.0
+    beta = ti.select(collapsed == 0.0, prm[3], 0.0)
+    shear2 = prm[6] * deviator2
+    sinh, cosh = sinh_cosh(xi * zeta)
+    p0 = p_fixed + K * sinh
+    w = p_trial - 0.5 * (1.0 - beta) * p0
+    radius = 0.5 * (1.0 + beta) * p0
+    p, ratio, iterations, yielded = p_trial, 1.0, 0, 0
+    zeta_new, collapsed_new = zeta, collapsed
+    if w * w + (1.0 + 2.0 * beta) * shear2 > radius * radius * ti.static(1.0 + by_precision(*YIELD_TOLERANCE)):
+        yielded = 1
+        side = ti.select(w > 0.0, 1.0, -1.0)
+        collapse = zeta / ti.max(alpha, ti.static(by_precision(1e-30, 1e-300)))  # |Δz| of complete softening
+        # ζ = zeta0 + rate Δz; `gap` is the Δz at which a dilating ellipse has shrunk to a point
+        zeta0, rate = zeta, ti.select(softens, -alpha * side, 1.0)
+        gap = ti.select(softens, -collapse, ti.select(p_fixed > 0.0, ti.static(by_precision(-1e30, -1e300)), -zeta))
+        if p_trial <= K * gap:
+            # Dilates until p₀ = 0 and beyond: separated and stress-free
+            p, ratio = 0.0, 0.0
+            zeta0, rate = -gap, 1.0
+            collapsed_new = ti.select(softens, 1.0, collapsed)
+        else:
+            # A compacting weak layer may use up its bonds within the step: it is then solved as collapsed, without
+            # cohesion. Separated snow that is compacted first closes its gap, without stress.
+            through = softens and w > 0.0 and p_trial >= K * collapse
+            start = ti.select(through, collapse, ti.max(gap, 0.0))
+            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) / K, ti.max(w / K, gap))
+            zeta0, rate = ti.select(through, -collapse, zeta), ti.select(through, 1.0, rate)
+            sinh, cosh = ti.select(through, 0.0, sinh), ti.select(through, 1.0, cosh)
+            beta = ti.select(through, 0.0, beta)
+            collapsed_new = ti.select(through, 1.0, collapsed)
+            shape = 1.0 + 2.0 * beta
+            p, ratio, iterations = return_to_ellipse(
+                p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, zeta0, rate, sinh, cosh, side, start, end
+            )
+        zeta_new = zeta0 + rate * ((p_trial - p) / K)
+    return p, ratio, zeta_new, collapsed_new, iterations, yielded
+
+
+@ti.func
+def critical_state_update(prm, h, state, A, dt):
+    """See `Law`. prm: `CriticalStateLaw.parameters`; state: ζ, and for a weak layer whether it has collapsed."""
+    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
+    p_trial = -prm[0] * volume
+    collapsed = 0.0
+    if ti.static(state.n > 1):
+        collapsed = state[1]
+    p, ratio, zeta, collapsed_new, iterations, yielded = critical_state_return(
+        prm, p_trial, deviator2, state[0], ti.select(prm[7] > 0.0, collapsed, 0.0)
+    )
+    state_new = state
+    dissipation = 0.0
+    if yielded == 1:
+        state_new[0] = zeta
+        if ti.static(state.n > 1):
+            state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, collapsed)
+        dissipation = 0.5 * (p_trial + p) * (p_trial - p) / prm[0] + prm[1] * deviator2 * (1.0 - ratio * ratio)
+        if ratio == 0.0:
+            h_new.fill(0.0)  # separated: stress-free, the common case in a flow
+        else:
+            h_new = deviation_of_strain(ratio * deviator, -p / prm[0], ratio * ratio * deviator2)
+    tau = plus_isotropic((2.0 * prm[1] * ratio) * deviator, -p)
+    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
 
 
 class CriticalStateLaw(Law):
@@ -16,7 +95,12 @@ class CriticalStateLaw(Law):
     ξ = 0 is perfect plasticity: p₀ keeps its value. β <= 1: no stronger in tension than in compression.
     """
 
+    STATE: ClassVar[tuple[StateVariable, ...]] = (
+        StateVariable("compaction", "-", "ζ = −ln det Fp, the plastic compaction that sets p0; <= 0 separated"),
+    )
     OUTPUTS: ClassVar[dict[str, str]] = {"p0": "Pa", "damage": "-"}
+
+    update = staticmethod(critical_state_update)
 
     critical_slope: Positive  # M, q/p at critical state for β = 0 [-]
     hardening: NonNegative  # ξ [-]
@@ -25,6 +109,11 @@ class CriticalStateLaw(Law):
     @property
     def beta(self):
         """β: tensile strength (apex of the ellipse at p = −β p₀) over compressive strength [-]."""
+        return 0.0
+
+    @property
+    def alpha(self):
+        """α: bonds lost per plastic volume change, 0 for a law that hardens from the start [-]."""
         return 0.0
 
     @property
@@ -54,8 +143,14 @@ class CriticalStateLaw(Law):
         left = p0 / self.p0 if self.p0 > 0.0 else np.zeros_like(p0)
         return {"p0": p0, "damage": 1.0 - np.clip(left, 0.0, 1.0)}
 
-    def ellipse_parameters(self):
-        """K, G, ξ, β, p₀ where it is fixed (ξ = 0) else 0, 3G/M², 6G²/M²: the first numbers of `parameters`."""
+    def parameters(self):
+        """K, G, ξ, β, p₀ where it is fixed (ξ = 0) else 0, 3G/M², 6G²/M², α."""
         K, G, slope2 = self.bulk_modulus, self.shear_modulus, self.critical_slope**2
         fixed = self.p0 if self.hardening == 0.0 else 0.0
-        return K, G, self.hardening, self.beta, fixed, 3.0 * G / slope2, 6.0 * G * G / slope2
+        return K, G, self.hardening, self.beta, fixed, 3.0 * G / slope2, 6.0 * G * G / slope2, self.alpha
+
+    def initial_state(self):
+        return (self.initial_zeta,)
+
+    def severed_state(self):
+        return (0.0,) if self.hardening > 0.0 else None

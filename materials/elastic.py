@@ -16,15 +16,14 @@ def elastic_trial(h, A):
 
     A step that is not finite or has det f <= 0 is left out (A = 0) and reported as 0; f b fᵀ alone would not show it.
     """
-    step = A
+    h_trial = trial_deviation(h, A)
     valid = 1
     # |A| < 1 cannot turn f inside out, so the determinant is only needed for steps beyond any time step limit
     if not (A.norm_sqr() < 0.25):
         stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
-        if not (stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))):
-            step.fill(0.0)
-            valid = 0
-    h_trial = trial_deviation(h, step)
+        possible = stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))
+        valid = ti.select(possible, 1, 0)
+        h_trial = ti.select(possible, h_trial, h)
     deviator, volume, deviator2, finite = hencky_strain(h_trial)
     return h_trial, deviator, volume, deviator2, valid * finite
 

@@ -32,18 +32,18 @@ YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as 
 @ti.func
 def sinh_cosh(t):
     """sinh and cosh of max(t, 0), relative accuracy kept for small t; exp is only called beyond 1."""
-    s, c = 0.0, 1.0
-    if t > 1.0:
+    t = ti.max(t, 0.0)
+    s, c = 1.0, 1.0
+    if t < 1.0:
+        u = t * t
+        for k in ti.static(range(by_precision(5, 9), 0, -1)):
+            s = 1.0 + s * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
+        s *= t
+        c = ti.sqrt(1.0 + s * s)
+    else:
         e = ti.exp(t)
         s = 0.5 * (e - 1.0 / e)
         c = e - s
-    elif t > 0.0:
-        u = t * t
-        poly = 1.0
-        for k in ti.static(range(by_precision(5, 9), 0, -1)):
-            poly = 1.0 + poly * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
-        s = t * poly
-        c = ti.sqrt(1.0 + s * s)
     return s, c
 
 
@@ -73,7 +73,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         root = ti.sqrt(square)
         inverse = 1.0 / root
         cosine = d * inverse
-        turn = e2 / (square * root)  # d cos θ / dd
+        turn = e2 / square * inverse  # d cos θ / dd
         residual = half_sum * p0 * cosine - w
         slope = half_sum * (dp0 * cosine + p0 * turn * dd) - dw
         curvature = (
@@ -88,21 +88,16 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         if small and side * w >= 0.0:
             converged = 1
         else:
-            if iterations == 1:
-                reach = root
+            reach = ti.select(iterations == 1, root, reach)
             rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
             beyond = side * w < -rounding
-            if not beyond and side * residual < 0.0:
-                near = x
-            else:
-                far = x
-            # Beyond p = c the sign of Q says nothing: bisect. `not` catches a NaN as well.
-            if beyond or not (ti.min(near, far) <= x + step and x + step <= ti.max(near, far)):
-                step = 0.5 * (near + far) - x
-            elif small:
-                converged = 1
-            if bulk * ti.abs(step) <= rounding:
-                converged = 1
+            before = not beyond and side * residual < 0.0
+            near, far = ti.select(before, x, near), ti.select(before, far, x)
+            # Beyond p = c the sign of Q says nothing: bisect, as for a step out of the bracket or a NaN
+            lower, upper = ti.min(near, far), ti.max(near, far)
+            inside = not beyond and x + step >= lower and x + step <= upper
+            step = ti.select(inside, step, 0.5 * (near + far) - x)
+            converged = ti.select((inside and small) or bulk * ti.abs(step) <= rounding, 1, 0)
         x += step
         if converged == 1 or iterations == MAX_ITERATIONS:
             # p₀, d and 1/√ followed along the last, small step are as good as another evaluation
@@ -114,4 +109,4 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
             p = half_gap * p0 + ratio * (d + turned)
         else:
             sinh, cosh = sinh_cosh(xi * (zeta + rate * x))
-    return p, ratio, iterations if converged == 1 else -1
+    return p, ratio, ti.select(converged == 1, iterations, -1)

@@ -35,34 +35,23 @@ MAX_HALVINGS = 12
 
 
 @ti.func
-def log1p(x):
-    """ln(1 + x), relative accuracy kept for small x."""
-    result = 0.0
-    if ti.abs(x) < 0.25:
-        # 2 artanh(x / (2 + x)); |argument| < 1/7
-        t = x / (2.0 + x)
-        u = t * t
-        poly = 0.0
-        for k in ti.static(range(by_precision(4, 9), 0, -1)):
-            poly = poly * u + ti.static(1.0 / (2 * k + 1))
-        result = 2.0 * t * (1.0 + u * poly)
-    else:
-        result = ti.log(1.0 + x)
-    return result
+def log1p_series(x):
+    """ln(1 + x) for |x| < 1/4, relative accuracy kept: 2 artanh(x / (2 + x))."""
+    t = x / (2.0 + x)
+    u = t * t
+    poly = 0.0
+    for k in ti.static(range(by_precision(4, 9), 0, -1)):
+        poly = poly * u + ti.static(1.0 / (2 * k + 1))
+    return 2.0 * t * (1.0 + u * poly)
 
 
 @ti.func
-def expm1(x):
-    """exp(x) − 1, relative accuracy kept for small x."""
-    result = 0.0
-    if ti.abs(x) < 0.3:
-        poly = 1.0
-        for k in ti.static(range(by_precision(7, 13), 1, -1)):
-            poly = 1.0 + poly * x * ti.static(1.0 / k)
-        result = poly * x
-    else:
-        result = ti.exp(x) - 1.0
-    return result
+def expm1_series(x):
+    """exp(x) − 1 for |x| < EXP_RADIUS, relative accuracy kept."""
+    poly = 1.0
+    for k in ti.static(range(by_precision(5, 9), 1, -1)):
+        poly = 1.0 + poly * x * ti.static(1.0 / k)
+    return poly * x
 
 
 @ti.func
@@ -80,12 +69,11 @@ def _log_spectral(h):
 
     Entries of b carry round-off of the largest one, so an eigenvalue below that is noise, maybe negative: it is
     lifted to that round-off (only reached by principal stretches that differ by 1e3 in float32, 1e7 in float64).
+    Here ln(1 + w) is good enough for a small w too: it stands beside a strain that is not small.
     """
     w, V = eigen(h)
     floor = ti.static(by_precision(6e-8, 1e-16)) * (1.0 + ti.abs(w).max())
-    e = ti.Vector([0.0, 0.0, 0.0])
-    for i in ti.static(range(3)):
-        e[i] = 0.5 * log1p(ti.max(w[i], floor - 1.0))
+    e = 0.5 * ti.log(ti.max(1.0 + w, floor))
     volume = e.sum()
     e -= volume / 3.0
     deviator = h
@@ -112,7 +100,7 @@ def hencky_strain(h):
     deviator = D
     volume, deviator2, finite = 0.0, 0.0, 1
     if j2 < ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2) and ti.abs(det_less_one) < 0.25 and scale > 0.5:
-        volume = 0.5 * log1p(det_less_one)
+        volume = 0.5 * log1p_series(det_less_one)
         # ln(I + X) = Σ (−1)^(k+1) X^k / k;  X^k = c0 I + c1 X + c2 X²
         a1, a2 = 0.5, -0.25
         c0, c1, c2 = 0.0, 0.0, 1.0
@@ -126,7 +114,7 @@ def hencky_strain(h):
         deviator, volume = _log_spectral(h)
         deviator2 = contract(deviator, deviator)
         # An ordered comparison, because a NaN fails it
-        finite = 1 if deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100)) else 0
+        finite = ti.select(deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100)), 1, 0)
     return deviator, volume, deviator2, finite
 
 
@@ -134,14 +122,14 @@ def hencky_strain(h):
 def deviation_of_strain(deviator, volume, deviator2):
     """h = exp(2 ε) − I of the Hencky strain with the given deviator e, trace, and e : e."""
     scale = 2.0
-    norm2 = 4.0 * deviator2
+    norm2 = 4.0 * deviator2 + ti.static(4.0 / 9.0) * volume * volume
     halvings = 0
     while norm2 > ti.static(by_precision(*EXP_RADIUS) ** 2) and halvings < MAX_HALVINGS:
         norm2 *= 0.25
         scale *= 0.5
         halvings += 1
     X = scale * deviator
-    j2 = 0.5 * norm2
+    j2 = 0.5 * scale * scale * deviator2
     j3 = determinant(X)
     # exp(X) − I = Σ X^k / k!
     a0, a1, a2 = 0.0, 1.0, 0.5
@@ -151,8 +139,9 @@ def deviation_of_strain(deviator, volume, deviator2):
         a0 += ti.static(1.0 / factorial(k)) * c0
         a1 += ti.static(1.0 / factorial(k)) * c1
         a2 += ti.static(1.0 / factorial(k)) * c2
-    Y = plus_isotropic(a1 * X + a2 * squared(X), a0)
+    # exp(X + x I) − I = (1 + g)(exp(X) − I) + g I,  g = exp(x) − 1
+    g = expm1_series(ti.static(1.0 / 3.0) * scale * volume)
+    h = plus_isotropic(((1.0 + g) * a1) * X + ((1.0 + g) * a2) * squared(X), (1.0 + g) * a0 + g)
     for _ in range(halvings):
-        Y = 2.0 * Y + squared(Y)
-    growth = expm1(ti.static(2.0 / 3.0) * volume)
-    return plus_isotropic((1.0 + growth) * Y, growth)
+        h = 2.0 * h + squared(h)
+    return h

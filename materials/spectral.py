@@ -16,7 +16,7 @@ SWEEPS = 10  # Cyclic Jacobi converges quadratically: 5 sweeps reach round-off i
 def _rotation(app, aqq, apq):
     """Cosine, sine and tangent of the rotation that makes entry (p, q) zero; stable for apq -> 0."""
     gap = aqq - app
-    sign = 1.0 if gap >= 0.0 else -1.0
+    sign = ti.select(gap >= 0.0, 1.0, -1.0)
     t = 2.0 * apq * sign / (ti.abs(gap) + ti.sqrt(gap * gap + 4.0 * apq * apq) + ti.static(by_precision(1e-37, 1e-300)))
     c = 1.0 / ti.sqrt(1.0 + t * t)
     return c, t * c, t
