@@ -101,8 +101,8 @@ def _limits(field, numbers):
 
 def _material_scale(run, field, numbers):
     highest = int(numbers.max(initial=0))
-    materials = run.provenance.get("materials") or run.provenance.get("scene", {}).get("materials", {})
-    names = (list(materials) + [str(k) for k in range(len(materials), highest + 1)])[: highest + 1]
+    materials = list(run.provenance.get("materials", []))
+    names = [*materials, *(str(k) for k in range(len(materials), highest + 1))][: highest + 1]
     colours = ["#eef3f9", "#e0603f", "#3f78b5", "#e8b23a", "#5fa55a", "#8a6bbd"]
     colours = [colours[k % len(colours)] for k in range(highest + 1)]
     colormap = LinearSegmentedColormap.from_list("materials", colours * 2 if highest == 0 else colours)

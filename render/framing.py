@@ -6,10 +6,12 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.render.camera import fit_camera
+from snowmpm.render.colour import scalar
 
 NAMES = ("auto", "top", "side", "front")
 SAMPLED_FRAMES = 16
 SAMPLED_POINTS = 4000
+MOVING = 0.02  # share of the largest speed, and of the sample: less counts as rest
 SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 
 
@@ -17,7 +19,7 @@ SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 class Action:
     """What happens in a run, sampled: where the particles go and which way.
 
-    points (n, 3): a sample over all frames, without the few strays; direction (2,): the way in plan of their mean
+    points (n, 3): a sample over all frames of what moves, without strays; direction (2,): the way in plan of their mean
     """
 
     points: np.ndarray
@@ -31,27 +33,43 @@ class Action:
 
 
 def sample_action(run):
-    """Sample the motion of a run. Raises InputError when no frame has a particle."""
+    """Sample the motion of a run: the particles that move, or all where nothing does.
+
+    Raises InputError when no frame has a particle.
+    """
     rng = np.random.default_rng(0)
-    sampled, means = [], []
-    for i in np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round().astype(int)) if len(run) else []:
-        points = run.frame(int(i), []).points
-        points = points[np.isfinite(points).all(axis=1)]
-        if len(points):
-            # Strays, a thousandth a side, must not make the rest small.
-            low, high = np.quantile(points, [0.001, 0.999], axis=0)
-            points = points[((points >= low) & (points <= high)).all(axis=1)] if len(points) > 2000 else points
-            means.append(points.mean(axis=0))
-            sampled.append(points[rng.permutation(len(points))[:SAMPLED_POINTS]])
+    sampled = [_sample(run, int(i), rng) for i in np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round())]
+    sampled = [(points, speed) for points, speed in sampled if len(points)]
     if not sampled:
         raise InputError(f"{run.path}: no frame with particles to draw")
-    points = np.concatenate(sampled).astype(float)
-    way = (means[-1] - means[0])[:2].astype(float)
+    fastest = max(float(np.quantile(speed, 0.99)) for _, speed in sampled)
+    moving = [points[speed > MOVING * fastest] for points, speed in sampled]
+    # Snow that stays where it lies, on the whole slope perhaps, is not what the film is about.
+    moving = [points for points in moving if len(points) > MOVING * SAMPLED_POINTS]
+    if len(moving) < 2:
+        moving = [points for points, _ in sampled]
+    points = np.concatenate(moving)
+    way = (moving[-1].mean(axis=0) - moving[0].mean(axis=0))[:2]
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     if np.linalg.norm(way) < 0.02 * extent:
         way = _down(points)
     length = np.linalg.norm(way)
     return Action(points, way / length if length > 0.0 else np.array([1.0, 0.0]))
+
+
+def _sample(run, i, rng):
+    """(points (k, 3), speed (k,)) of some particles of frame `i`, without the strays."""
+    names = ["velocity"] if "velocity" in run.field_names else []
+    frame = run.frame(i, names)
+    points = frame.points.astype(float)
+    speed = scalar(frame.fields["velocity"]) if names else np.ones(len(points))
+    good = np.isfinite(points).all(axis=1) & np.isfinite(speed)
+    if good.sum() > 2000:
+        # A few that fly off, a thousandth on each side, must not make the rest small.
+        low, high = np.quantile(points[good], [0.001, 0.999], axis=0)
+        good &= ((points >= low) & (points <= high)).all(axis=1)
+    chosen = rng.permutation(np.flatnonzero(good))[:SAMPLED_POINTS]
+    return points[chosen], speed[chosen]
 
 
 def _down(points):

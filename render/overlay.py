@@ -69,12 +69,15 @@ class Overlay:
             self.draw.text((x, top + height + self.px(7)), f"{value:g}", INK, small, "ma")
 
     def _swatches(self, scale, left, top, width, height, font):
-        step = width / len(scale.names)
-        for k, name in enumerate(scale.names):
+        x = left
+        names = [name.replace("_", " ") for name in scale.names]
+        free = width - sum(self.draw.textlength(name, font) + 1.4 * height for name in names)
+        gap = max(free / max(len(names) - 1, 1), 0.5 * height)
+        for k, name in enumerate(names):
             colour = tuple(int(255 * c) for c in scale.table()[int(255 * scale.share(k))])
-            x = left + k * step
             self.draw.rectangle([x, top, x + height, top + height], fill=colour, outline=INK)
             self.draw.text((x + 1.4 * height, top + 0.5 * height), name, INK, font, "lm")
+            x += 1.4 * height + self.draw.textlength(name, font) + min(gap, 2.0 * height)
 
     def length_scale(self, pixels_per_metre, side="left", raised=False):
         """A bar of a round length in a lower corner, for views without perspective; `raised` above a colour scale."""

@@ -36,7 +36,7 @@ def render_map(run_path, name, output, *, dpi=150):
     filled = np.argwhere(np.isfinite(raster.values) & (raster.values > 0.0))
     if not len(filled):
         raise InputError(f"{run.path}: map {name} has no values to draw")
-    lower, upper = _box(raster, filled)
+    lower, upper = _box(raster, filled, run.terrain)
     figure = Figure(figsize=_figure_size(lower, upper), dpi=dpi, layout="constrained")
     axes = figure.add_subplot(aspect="equal")
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
@@ -46,12 +46,18 @@ def render_map(run_path, name, output, *, dpi=150):
     return _save(figure, Path(output), dpi)
 
 
-def _box(raster, filled):
+def _box(raster, filled, terrain):
+    """Plan box of what the raster shows and its surroundings, no further than there is ground."""
     corner = np.array([raster.x0, raster.y0])
     low = corner + raster.cell * (filled.min(axis=0)[::-1] - 0.5)
     high = corner + raster.cell * (filled.max(axis=0)[::-1] + 0.5)
     margin = SURROUNDINGS * float(np.max(high - low))
-    return low - margin, high + margin
+    if terrain is None:
+        return low - margin, high + margin
+    ground = terrain.vertices[:, :2]
+    return np.maximum(low - margin, np.minimum(low, ground.min(axis=0))), np.minimum(
+        high + margin, np.maximum(high, ground.max(axis=0))
+    )
 
 
 def _figure_size(lower, upper):
@@ -111,9 +117,7 @@ def _draw_frame(figure, axes, run, name, lower, upper):
     axes.tick_params(axis="y", labelrotation=90)
     axes.set_xlabel("east [m]")
     axes.set_ylabel("north [m]")
-    scene = run.provenance.get("scene")
-    title = scene.get("name", "") if isinstance(scene, dict) else ""
-    axes.set_title(f"{title or run.path.parent.name}: {name}".replace("_", " "))
+    axes.set_title(f"{run.provenance.get('scene_name') or run.path.parent.name}: {name}".replace("_", " "))
     _draw_length(axes, upper - lower)
     credits = attribution(run.provenance)
     if credits:

@@ -74,17 +74,20 @@ class _View:
         self.scale = choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
-        scene = run.provenance.get("scene")
-        self.title = str(scene.get("name", run.path.parent.name) if isinstance(scene, dict) else run.path.parent.name)
+        self.title = str(run.provenance.get("scene_name") or run.path.parent.name)
 
     def _frame(self, i):
-        """(frame without non-finite points, colours (n, 3) in linear light or None)."""
-        frame = self.run.frame(i, [] if self.scale is None else [self.scale.field])
+        """(time, what the drawing functions take of frame `i`: points, spacing, colours, identity)."""
+        names = [] if self.scale is None else [self.scale.field]
+        known = "identity" in self.run.field_names
+        frame = self.run.frame(i, dict.fromkeys([*names, *(["identity"] if known else [])]))
         good = np.isfinite(frame.points).all(axis=1)
-        if self.scale is None:
-            return frame.time, frame.points[good], None
-        share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
-        return frame.time, frame.points[good], self.table[np.round(255 * share).astype(int)]
+        colours = None
+        if self.scale is not None:
+            share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
+            colours = self.table[np.round(255 * share).astype(int)]
+        identity = frame.fields["identity"][good] if known else None
+        return frame.time, (frame.points[good], self.spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time)
@@ -107,8 +110,8 @@ class SpaceView(_View):
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
-        time, points, colours = self._frame(i)
-        overlay = Overlay(light.encode(draw_snow(self.ground, self.camera, self.sun, points, self.spacing, colours)))
+        time, snow = self._frame(i)
+        overlay = Overlay(light.encode(draw_snow(self.ground, self.camera, self.sun, *snow)))
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
         if not self.camera.perspective:
@@ -130,23 +133,23 @@ class SectionView(_View):
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
-        time, points, colours = self._frame(i)
+        time, snow = self._frame(i)
         camera = self.track.camera(i)
-        overlay = Overlay(light.encode(draw_section(self.profile, camera, points, self.spacing, colours)))
+        overlay = Overlay(light.encode(draw_section(self.profile, camera, *snow)))
         side = "right" if self.track.falls_left else "left"
         if self.track.close:
-            self._inset(overlay, camera, points, colours)
+            self._inset(overlay, camera, snow)
         self._legend(overlay, time, side)
         overlay.length_scale(camera.scale, side, raised=self.scale is not None)
         return overlay.picture()
 
-    def _inset(self, overlay, camera, points, colours):
+    def _inset(self, overlay, camera, snow):
         """The whole section, with a frame around what the picture shows, in the upper corner over lower ground."""
         width, height = (int(INSET * side) for side in self.size)
         whole = self.track.overview((width, height))
         top = overlay.px(20)
         left = self.size[0] // 2 - width // 2 if self.track.falls_left else self.size[0] - width - top
-        overlay.inset(light.encode(draw_section(self.profile, whole, points, self.spacing, colours)), (left, top))
+        overlay.inset(light.encode(draw_section(self.profile, whole, *snow)), (left, top))
         half = 0.5 * np.array(self.size) / camera.scale
         x, y, _ = whole.project(camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]]))
         x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
@@ -154,7 +157,11 @@ class SectionView(_View):
 
 
 def particle_spacing(run):
-    """Distance [m] between particles: from the field `volume`, else between neighbours in the first frame with any."""
+    """Distance [m] between particles: what the run says of itself, or from the field `volume`, or between neighbours
+    in the first frame that has any."""
+    noted = run.provenance.get("particle_spacing")
+    if isinstance(noted, int | float) and noted > 0.0:
+        return float(noted)
     i = next(i for i in range(len(run)) if run.n_points(i))
     if "volume" in run.field_names:
         volume = float(np.median(run.frame(i, ["volume"]).fields["volume"]))

@@ -7,9 +7,9 @@ from scipy import ndimage
 
 from snowmpm.render import light
 from snowmpm.render.camera import Camera
+from snowmpm.render.snow import SNOW, grain
 from snowmpm.render.splat import splat_discs
 
-SNOW = light.decode([0.955, 0.97, 0.99])
 TOP_SOIL = light.decode([0.46, 0.42, 0.38])
 BEDROCK = light.decode([0.26, 0.25, 0.26])
 DISC = 0.8  # radius in particle spacings: discs on a square lattice close, with a little to spare for shear
@@ -42,10 +42,11 @@ def section_camera(centre, pixels_per_metre, size):
     return Camera(np.array([centre[0], -1.0, centre[1]]), axes, float(pixels_per_metre), tuple(size), perspective=False)
 
 
-def draw_section(profile, camera, points, spacing, colours=None):
+def draw_section(profile, camera, points, spacing, colours=None, identity=None):
     """Picture (height, width, 3) in linear light.
 
-    points (n, 3) [m], spacing [m] between them; colours (n, 3) in linear light, or None for plain snow
+    points (n, 3) [m], spacing [m] between them; colours (n, 3) in linear light, or None for plain snow; identity (n,)
+    whole numbers that stay with their particles, or None
     """
     picture = light.sky(camera.size)
     if profile is not None:
@@ -58,7 +59,9 @@ def draw_section(profile, camera, points, spacing, colours=None):
         return picture
     lit = np.zeros_like(picture)
     seen = number[hit]
-    lit[hit] = (np.broadcast_to(SNOW, (len(seen), 3)) if colours is None else colours[seen]) * _grain(seen)[:, None]
+    lit[hit] = np.broadcast_to(SNOW, (len(seen), 3)) if colours is None else colours[seen]
+    if identity is not None:
+        lit[hit] *= grain(identity[seen])[:, None]
     lit *= _relief(cover, radius_px)[..., None]
     shadow = 1.0 - 0.25 * ndimage.gaussian_filter(cover, 3.0 + radius_px)[..., None]
     return picture * shadow * (1.0 - cover[..., None]) + lit * cover[..., None]
@@ -69,11 +72,6 @@ def _relief(cover, radius_px):
     body = ndimage.gaussian_filter(cover, 2.0 + 1.5 * radius_px)
     upward = np.gradient(body, axis=0) * (2.0 + 1.5 * radius_px)
     return np.clip(0.93 + 0.35 * upward, 0.7, 1.05).astype(np.float32)
-
-
-def _grain(number):
-    mixed = (number.astype(np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
-    return (0.93 + 0.09 * (mixed & np.uint32(1023)).astype(np.float32) / 1023.0).astype(np.float32)
 
 
 def _draw_ground(picture, profile, camera):

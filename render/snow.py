@@ -13,10 +13,11 @@ SOFTNESS = 0.45
 EXPOSURE = 0.84  # below the ground's, or fresh snow in the sun would lose its relief
 
 
-def draw_snow(ground, camera, sun, points, spacing, colours=None):
+def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None):
     """Picture (height, width, 3) in linear light: `ground` with the particles at `points` (n, 3) over it.
 
-    spacing  [m] between particles;  colours (n, 3) in linear light, or None for plain snow
+    spacing   [m] between particles;  colours (n, 3) in linear light, or None for plain snow
+    identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
     """
     x, y, depth = camera.project(points)
     radius = BALL * spacing
@@ -39,7 +40,8 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None):
     seen = number[hit]
     albedo = np.broadcast_to(SNOW, (len(seen), 3)) if colours is None else colours[seen]
     lit = np.zeros((*hit.shape, 3), np.float32)
-    lit[hit] = albedo * _grain(seen)[:, None] * shade[hit]
+    speckle = 1.0 if identity is None else grain(identity[seen])[:, None]
+    lit[hit] = albedo * speckle * shade[hit]
     picture[window] = _compose(picture[window], lit, hit, width)
     return picture
 
@@ -97,9 +99,9 @@ def _hollows(surface, hit, ground_depth, radius, width):
     return np.where(hit, np.clip(0.06 * behind / radius, 0.0, 0.3), 0.0).astype(np.float32)
 
 
-def _grain(number):
-    """A brightness of its own for each particle, so that the eye can follow the motion within the white."""
-    mixed = (number.astype(np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
+def grain(identity):
+    """A brightness for each particle, so that the eye can follow the motion within the white."""
+    mixed = (identity.astype(np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
     return (0.95 + 0.08 * (mixed & np.uint32(1023)).astype(np.float32) / 1023.0).astype(np.float32)
 
 

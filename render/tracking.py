@@ -42,14 +42,14 @@ class Track:
 
 def plan_track(run, profile, spacing, size, close=True):
     """Views for all frames of `run`. `close` False keeps the whole run in sight however thin the snow."""
-    low, high, focus, thickness = _survey(run, spacing)
+    low, high, focus, thickness, slope = _survey(run, spacing)
     if profile is not None:
         ground = profile.height(np.linspace(low[0], high[0], 200))
         ground = ground[np.isfinite(ground)]
         if len(ground):
             low[1], high[1] = min(low[1], ground.min()), max(high[1], ground.max())
     scale, centre = _whole(low, high, size, MARGINS)
-    falls_left = bool(focus[-1, 0] < focus[0, 0])
+    falls_left = slope > 0.0
     if not close or thickness * scale >= THINNEST:
         return Track(np.tile(centre, (len(run), 1)), scale, tuple(size), False, low, high, falls_left)
     scale = max(scale, min(CLOSE_UP / thickness, 6.0 * scale))
@@ -58,10 +58,10 @@ def plan_track(run, profile, spacing, size, close=True):
 
 
 def _survey(run, spacing):
-    """Box (lower, upper) of the motion in (x, z), where it is in each frame, and the thickness of the snow at rest."""
+    """Box (lower, upper) of the snow in (x, z), where it moves in each frame; its thickness and rise at first."""
     names = ["velocity"] if "velocity" in run.field_names else []
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    focus, thickness = np.full((len(run), 2), np.nan), spacing
+    focus, thickness, slope = np.full((len(run), 2), np.nan), spacing, 0.0
     for i in range(len(run)):
         frame = run.frame(i, names)
         good = np.isfinite(frame.points).all(axis=1)
@@ -75,8 +75,9 @@ def _survey(run, spacing):
         focus[i] = (weight[:, None] * plane).sum(axis=0) / weight.sum()
         if not np.isfinite(focus[:i]).any():
             length = float(np.linalg.norm(inner[1] - inner[0])) + spacing
+            slope = float(np.cov(plane.T)[0, 1]) if len(plane) > 1 else 0.0
             thickness = max(len(plane) * spacing**2 / length, spacing)
-    return low, high, _filled(focus), thickness
+    return low, high, _filled(focus), thickness, slope
 
 
 def _filled(rows):

@@ -89,6 +89,22 @@ def test_vtk_reads_every_step(run_path):
             assert np.array_equal(vtk_to_numpy(output.GetPointData().GetArray(name)), values), name
 
 
+def test_vtk_and_plain_hdf5_open_a_run_that_goes_on(tmp_path):
+    """No lock, no open-for-write mark: what lies on the disk between two frames is a closed file."""
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    with new_writer(tmp_path) as writer:
+        for count in (1, 2, 3):
+            write_frame(writer, count - 1, N)
+            with h5py.File(tmp_path / "run.vtkhdf", "r", locking=True) as h5:
+                assert h5["VTKHDF/Steps"].attrs["NSteps"] == count
+            reader = hdf.vtkHDFReader()
+            reader.SetFileName(str(tmp_path / "run.vtkhdf"))
+            reader.SetStep(count - 1)
+            reader.Update()
+            assert reader.GetNumberOfSteps() == count
+            assert reader.GetOutput().GetNumberOfPoints() == n_points(count - 1, N)
+
+
 def test_vtk_reads_a_step_without_particles(tmp_path):
     hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
     with new_writer(tmp_path, units={}) as writer:

@@ -83,7 +83,7 @@ def gully(cell, hole=False):
 
 def _write(path, dimension, positions, frames, duration, terrain, volume, constant, extra, origin=None):
     units = {"velocity": "m/s", "density": "kg/m3", "volume": "m3" if dimension == 3 else "m2"}
-    record = {"scene": {"name": "made_up_slab", "terrain": {"attribution": "synthetic slope"}}}
+    record = {"scene_name": "made_up_slab", "attribution": "synthetic slope"}
     with RunWriter(path, provenance=record, terrain=terrain, origin=origin, dimension=dimension, units=units) as writer:
         for t in np.linspace(0.0, duration, frames):
             x, later = positions(t), positions(t + 0.01)
