@@ -77,7 +77,7 @@ def critical_state_update(prm, h, state, A, dt):
         state_new[0] = zeta
         if ti.static(state.n > 1):
             state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, collapsed)
-        dissipation = 0.5 * (p_trial + p) * (p_trial - p) / prm[0] + prm[1] * deviator2 * (1.0 - ratio * ratio)
+        dissipation = p * (p_trial - p) / prm[0] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
         if ratio == 0.0:
             h_new.fill(0.0)  # separated: stress-free, the common case in a flow
         else:

@@ -34,8 +34,9 @@ class Law(BaseModel):
     A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. The caller makes
                  it from dt grad v to second order or better: f = I + dt grad v swells a turning body.
     dt           step [s]; only rate-dependent laws read it
-    dissipation  energy taken out by plastic flow in this step, per unit reference volume [J/m³], >= 0:
-                 ½ (τ_trial + τ) : Δε_plastic = ψ(ε_trial) − ψ(ε)
+    dissipation  plastic work of the step, per unit reference volume [J/m³]: τ : Δε_plastic >= 0 with the stress at its
+                 end. (The elastic energy that the return takes out, ψ(ε_trial) − ψ(ε), is ½ Δε_plastic : C : Δε_plastic
+                 more; summed over small steps that overshoot adds up to what no work was done for.)
     iterations   Newton iterations; 0 elastic (or stress-free); −1 the update failed: not converged, or A is not finite
                  or turns the particle inside out (det f <= 0), in which case A is ignored. Callers count and report it.
 

@@ -17,7 +17,7 @@ from snowmpm.seeding import seed_body
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
-"""Cells around the ground in which its distance is computed exactly."""
+"""Cells around the ground in which its distance is exact, at least; through the snow that lies on it in any case."""
 
 
 @dataclass
@@ -40,10 +40,19 @@ class Model:
         return list(self.scene.materials.values())
 
     @cached_property
+    def depth(self):
+        """Largest height of a particle straight above the ground [m]; without terrain, of the bodies."""
+        x = self.population.positions
+        if self.surface is None:
+            return float(np.ptp(x[:, -1]))
+        return float(np.nanmax(x[:, -1] - self.surface.height(x[:, :-1]), initial=0.0))
+
+    @cached_property
     def distance(self):
+        """Distance field of the ground, exact as far as the grid and the snow need it; None without terrain."""
         if self.surface is None:
             return None
-        return DistanceField(self.surface, TERRAIN_REACH * self.scene.solver.dx)
+        return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
 
     @cached_property
     def body_of(self):
@@ -164,8 +173,9 @@ def _stress_from_weight(model):
     shapes = [(body.shape if body.shape.kind == "layer" else None, scene.materials[body.material].density)
               for body in scene.bodies]
     query = model.distance.query if model.distance else None
+    spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
     load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
-                               scene.solver.dx)
+                               scene.solver.dx, spacing)
     nu = np.array([law.poisson_ratio for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, nu / (1.0 - nu))
     if scene.dimension == 2:

@@ -1,6 +1,7 @@
 """What happens to bodies while a simulation runs: saw cut, load, removal.
 
-Each event has `apply(simulation)`, called before every step, and is `done` when nothing is left to do.
+Each event has `apply(simulation)`, called before every step until it is `done`; the `load` that it puts on the snow
+now, or None; and its progress as `state()` and `restore(state)`.
 """
 
 import numpy as np
@@ -8,17 +9,42 @@ import numpy as np
 from snowmpm.errors import InputError
 
 
-class Cut:
+class Event:
+    """What all events have in common: one of a scene's events table and the index of the body that it names."""
+
+    load = None
+    """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
+
+    def __init__(self, spec, body):
+        self.done = False
+        self._spec, self._body = spec, body
+
+    def state(self):
+        """Progress, as numbers by name."""
+        return {"done": self.done}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        self.done = state["done"]
+
+
+class Cut(Event):
     """A saw drawn through a body. Seen from above, particles of the body within half the width of the path that the
     saw has passed lose their strength and their stress: the law's `severed_state()`; their mass stays."""
 
     def __init__(self, spec, body, width):
-        self.done = False
-        self._spec, self._body = spec, body
+        super().__init__(spec, body)
         self._half_width = 0.5 * width
         self._path = np.asarray(spec.path, float)[:, :-1]
         self._length = float(np.linalg.norm(np.diff(self._path, axis=0), axis=1).sum())
         self._cut_to = -np.inf
+
+    def state(self):
+        return {**super().state(), "cut_to": self._cut_to}
+
+    def restore(self, state):
+        super().restore(state)
+        self._cut_to = state["cut_to"]
 
     def _reached(self, time):
         if self._spec.speed is None:
@@ -29,8 +55,8 @@ class Cut:
         if simulation.time < self._spec.start:
             return
         reached = self._reached(simulation.time)
-        # A quarter of a cell at a time: finer than the grid sees, and a copy of the particles each time.
-        if reached < self._length and reached < self._cut_to + 0.25 * simulation.scene.solver.dx:
+        # Half a cell at a time: the grid sees no finer, and each time costs a copy of the particles.
+        if reached < self._length and reached < self._cut_to + 0.5 * simulation.scene.solver.dx:
             return
         self._cut_to = reached
         self.done = reached >= self._length
@@ -65,40 +91,35 @@ class Cut:
         return best
 
 
-class Load:
+class Load(Event):
     """A force on the snow within `radius` of a point, such as a skier: the same acceleration for all of it, so that
     the total is the force asked for when it sets in."""
 
-    def __init__(self, spec, body):
-        self.done = False
-        self._spec, self._body = spec, body
-        self._on = False
+    def state(self):
+        return {**super().state(), "load": self.load}
+
+    def restore(self, state):
+        super().restore(state)
+        self.load = state["load"]
 
     def apply(self, simulation):
         spec = self._spec
         stop = np.inf if spec.stop is None else spec.stop
-        if not self._on and spec.start <= simulation.time < stop:
-            self._on = True
+        if self.load is None and spec.start <= simulation.time < stop:
             fields = simulation.particles
             near = np.linalg.norm(fields["position"] - np.asarray(spec.centre), axis=1) < spec.radius
             mass = float(fields["mass"][near].sum())
             if not (near & (fields["body"] == self._body)).any():
                 raise InputError.at("events.centre", list(spec.centre), f"no snow of {spec.body} within {spec.radius} m")
-            simulation.loads.append((spec.centre, spec.radius, np.asarray(spec.force) / mass))
-            self._mine = simulation.loads[-1]
-            simulation.solver.set_loads(simulation.loads)
-        elif self._on and simulation.time >= stop:
-            simulation.loads = [load for load in simulation.loads if load is not self._mine]
-            simulation.solver.set_loads(simulation.loads)
-            self.done = True
+            self.load = spec.centre, spec.radius, np.asarray(spec.force) / mass
+            simulation.follow_loads()
+        elif simulation.time >= stop:
+            self.load, self.done = None, True
+            simulation.follow_loads()
 
 
-class Remove:
+class Remove(Event):
     """A body taken away at once; its particles count as removed."""
-
-    def __init__(self, spec, body):
-        self.done = False
-        self._spec, self._body = spec, body
 
     def apply(self, simulation):
         if simulation.time >= self._spec.start:

@@ -31,11 +31,11 @@ def geostatic_stress(positions, normal_depth_load, normals, gravity, k0):
     return normal_depth_load[:, None, None] * (g_n[:, None, None] * confined + shear + shear.transpose(0, 2, 1))
 
 
-def overburden(bodies, positions, body_of, surface_query, gravity, dx):
+def overburden(bodies, positions, body_of, surface_query, gravity, dx, spacing):
     """Mass per area above each particle along the terrain's normal [kg/m2], and that normal.
 
     bodies: [(layer shape or None, density)], in the order of `body_of` (n,).
-    surface_query: points -> distance, normal, or None without terrain.
+    surface_query: points -> distance, normal, or None without terrain. spacing: distance between particles [m].
     """
     n, dim = positions.shape
     load, normals = np.zeros(n), np.zeros((n, dim))
@@ -48,35 +48,34 @@ def overburden(bodies, positions, body_of, surface_query, gravity, dx):
         if surface_query is None:
             raise InputError("initial.stress: layers need a terrain")
         distance, normals[layered] = surface_query(positions[layered])
-        load[layered] = _layers_above(bodies, distance, columns[layered], columns, body_of)
+        load[layered] = _layers_above(bodies, distance, columns[layered], body_of[layered], spacing)
     for body in np.unique(body_of[~layered]):
         own = body_of == body
         load[own] = bodies[body][1] * _depth_in_column(columns[own], positions[own, -1], dx)
     return load, normals
 
 
-def _cell_ids(columns, among):
-    """Integer label of each plan cell, the same for `columns` and `among`."""
-    both = np.concatenate([columns, among])
-    _, label = np.unique(both, axis=0, return_inverse=True)
-    label = label.reshape(-1)
-    return label[: len(columns)], label[len(columns):]
+def _cell_ids(columns):
+    """Integer label of the plan cell of each row of `columns` (n, dim - 1)."""
+    _, label = np.unique(columns, axis=0, return_inverse=True)
+    return label.reshape(-1)
 
 
-def _layers_above(bodies, distance, columns, all_columns, body_of):
-    load = np.zeros(len(distance))
-    here, everywhere = _cell_ids(columns, all_columns)
+def _layers_above(bodies, distance, columns, body_of, spacing):
+    load, cell = np.zeros(len(distance)), _cell_ids(columns)
     for i, (layer, density) in enumerate(bodies):
         if layer is None:
             continue
-        covered = np.isin(here, everywhere[body_of == i])
-        thickness = np.clip(layer.top - np.maximum(distance, layer.bottom), 0.0, None)
-        load += np.where(covered, density * thickness, 0.0)
+        own = body_of == i
+        top = np.full(cell.max() + 1, -np.inf)  # of this layer over each plan cell; -inf where it is not
+        highest = distance[own] + 0.5 * spacing if layer.top == "file" else layer.top
+        np.maximum.at(top, cell[own], highest)
+        load += density * np.clip(top[cell] - np.maximum(distance, layer.bottom), 0.0, None)
     return load
 
 
 def _depth_in_column(columns, height, dx):
-    label, _ = _cell_ids(columns, columns[:0])
+    label = _cell_ids(columns)
     top = np.full(label.max() + 1, -np.inf)
     np.maximum.at(top, label, height)
     return top[label] - height + 0.25 * dx

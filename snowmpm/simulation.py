@@ -29,15 +29,15 @@ class Simulation:
     Raises InputError for a scene that cannot be built, SimulationError when a step fails.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene, settled=False):
+        """settled: the state comes from a checkpoint, so an initial stress "settle" is not relaxed once more."""
         self.scene = scene
         self.model = build(scene)
         self.solver = self.model.solver()
         self.events = self.model.events()
-        self.loads = []
         self.dt, self.dt_cause = 0.0, "elastic"
         self._check_fixed_step()
-        if scene.initial.stress == "settle":
+        if scene.initial.stress == "settle" and not settled:
             self.settle()
         self._audit = Audit(self.solver, self.particles, self.model.direction, self.model.population.positions)
 
@@ -61,8 +61,8 @@ class Simulation:
     def step(self, until=None):
         """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
         for event in self.events:
-            event.apply(self)
-        self.events = [event for event in self.events if not event.done]
+            if not event.done:
+                event.apply(self)
         dt, cause = self._next_step()
         if until is not None and until > self.time:
             n = math.ceil((until - self.time) / dt * (1.0 - 1e-9))
@@ -78,6 +78,27 @@ class Simulation:
     def audit(self, particles=None):
         """One row of the history: conserved quantities, energies, front, counters (`snowmpm.diagnostics`)."""
         return {**self._audit.values(particles or self.particles), "dt": self.dt}
+
+    def follow_loads(self):
+        """Hand the loads of all events to the solver, in the order of the scene."""
+        self.solver.set_loads([event.load for event in self.events if event.load is not None])
+
+    def state(self):
+        """All that a bitwise continuation needs, by name (`snowmpm.checkpoint`)."""
+        return {"solver": self.solver.state(), "events": [event.state() for event in self.events],
+                "audit": self._audit.state(), "body_starts": self.model.body_starts, "dt": self.dt,
+                "dt_cause": self.dt_cause}
+
+    def restore(self, state):
+        """Take over the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
+        if not np.array_equal(state["body_starts"], self.model.body_starts):
+            raise InputError(f"{self.scene.source}: bodies: not as many particles as when the run began")
+        self.solver.restore(state["solver"])
+        for event, own in zip(self.events, state["events"], strict=True):
+            event.restore(own)
+        self.follow_loads()
+        self._audit.restore(state["audit"])
+        self.dt, self.dt_cause = state["dt"], state["dt_cause"]
 
     def _next_step(self):
         fixed = self.scene.solver.dt
@@ -104,8 +125,7 @@ class Simulation:
         until the largest speed stays below `SETTLED_SPEED` sqrt(g D). Raises SimulationError when it does not settle.
         """
         solver, dx = self.solver, self.scene.solver.dx
-        height = np.ptp(self.model.population.positions[:, -1]) if self.model.surface is None else self._depth()
-        wanted = SETTLED_SPEED * math.sqrt(float(np.linalg.norm(solver.gravity)) * max(height, dx))
+        wanted = SETTLED_SPEED * math.sqrt(float(np.linalg.norm(solver.gravity)) * max(self.model.depth, dx))
         quiet = 0
         for _ in range(SETTLE_STEPS):
             dt, _ = solver.stable_dt()
@@ -120,7 +140,3 @@ class Simulation:
                                   " before its trigger")
         solver.keep = 1.0
         solver.restart_clock()
-
-    def _depth(self):
-        distance, _ = self.model.distance.query(self.model.population.positions)
-        return float(distance.max(initial=0.0))

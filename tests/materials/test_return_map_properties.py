@@ -57,13 +57,16 @@ def stretches(n, size, rng, dimension):
 
 
 def sample(law, size, dimension=3, precision="f64", seed=0):
-    """Start (h, state), increment, trial Hencky strain in double precision, and result of one update."""
+    """Start (h, state), increment, trial Hencky strain in double precision, and result of one update.
+
+    The inputs are numbers of float32, the same for both precisions.
+    """
     rng = np.random.default_rng(seed)
     state = random_state(law, COUNT, rng)
-    if precision == "f32":
-        state = state.astype(np.float32).astype(float)
+    state = state.astype(np.float32).astype(float)
     h = law.h_from_stress(admissible_stress(law, state, rng, dimension))
-    A = stretches(COUNT, size, rng, dimension)
+    h = unpack(pack(h).astype(np.float32).astype(float))
+    A = stretches(COUNT, size, rng, dimension).astype(np.float32).astype(float)
     f = np.tile(np.eye(3), (COUNT, 1, 1))
     f[:, :dimension, :dimension] += A
     values, vectors = np.linalg.eigh(f @ (np.eye(3) + h) @ f.transpose(0, 2, 1))
@@ -85,7 +88,7 @@ def test_admissible_converged_and_finite(name, size, dimension, precision):
     law = LAWS[name]
     _, _, _, _, result = sample(law, size, dimension, precision)
     assert result.iterations.min() >= 0 and result.iterations.max() <= 25
-    assert (result.iterations > 0).mean() > 0.1
+    assert (result.iterations > 0).mean() > 0.05
     for array in (result.h, result.stress, result.state, result.dissipation):
         assert np.isfinite(array).all()
     p, q = invariants(unpack(result.stress.astype(float)))
@@ -105,7 +108,7 @@ def test_idempotent(name, precision):
     np.testing.assert_allclose(again.stress, first.stress, atol=20 * eps * 0.05 * law.bulk_modulus)
     # A state on the surface may yield once more by round-off, but then by no more than that
     np.testing.assert_allclose(again.state, first.state, atol=20 * eps * 0.05 + 2 * eps * np.abs(first.state).max())
-    assert again.dissipation.max() < 20 * eps * 0.05 * law.p0
+    assert again.dissipation.max() < 20 * eps * 0.05 * np.abs(first.stress).max()
     assert (again.iterations <= 1).all()
 
 
@@ -116,7 +119,7 @@ def test_elastic_inside(name, dimension):
     _, state, _, trial, result = sample(law, 1e-3, dimension)
     stress = stress_of(law, trial)
     inside = law.yield_function(*invariants(stress), state) < 0.0
-    assert inside.sum() > 100
+    assert inside.sum() > 50
     assert not result.iterations[inside].any() and not result.dissipation[inside].any()
     np.testing.assert_array_equal(result.state[inside], state[inside])
     np.testing.assert_allclose(unpack(result.stress)[inside], stress[inside], atol=1e-13 * law.bulk_modulus)
@@ -142,10 +145,10 @@ def test_flow_is_normal_to_the_surface(name, size, dimension):
     step = np.linalg.norm(plastic, axis=(1, 2))
     clear = (result.iterations > 0) & (step > 1e-6) & (law.p0_at(result.state[:, 0]) > 1e-3 * law.p0)
     assert clear.sum() > 200
-    normal = _normal(law, stress, result.state)
-    cosine = np.einsum("nij,nij->n", plastic, normal) / (step * np.linalg.norm(normal, axis=(1, 2)))
+    plastic, normal = plastic[clear], _normal(law, stress, result.state)[clear]
+    cosine = np.einsum("nij,nij->n", plastic, normal) / (step[clear] * np.linalg.norm(normal, axis=(1, 2)))
     # 1 − cos is half the square of the angle; the angle is known to 1e-14 (strain) over 1e-6 (step)
-    assert cosine[clear].min() > 1.0 - 1e-9
+    assert cosine.min() > 1.0 - 1e-9
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -169,7 +172,7 @@ def test_plastic_volume_drives_the_hardening_variable(name):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_dissipation_is_the_elastic_energy_taken_out(name):
+def test_dissipation_is_the_work_of_the_final_stress(name):
     law = LAWS[name]
     _, _, _, trial, result = sample(law, 0.03)
     strain = law.hencky_from_stress(unpack(result.stress))
@@ -178,11 +181,11 @@ def test_dissipation_is_the_elastic_energy_taken_out(name):
         return 0.5 * np.einsum("nij,nij->n", stress_of(law, e), e)
 
     lost = energy(trial) - energy(strain)
-    np.testing.assert_allclose(result.dissipation, lost, atol=1e-12 * energy(trial).max())
-    # Work of the final stress alone, what the second law asks for, is not negative either, and never more than that
     work = np.einsum("nij,nij->n", unpack(result.stress), trial - strain)
+    np.testing.assert_allclose(result.dissipation, work, atol=1e-12 * energy(trial).max())
+    # The second law asks that it is not negative; the elastic energy the return takes out is never less
     scale = law.p0**2 / law.bulk_modulus
-    assert work.min() > -1e-10 * scale and (work - result.dissipation).max() < 1e-10 * scale
+    assert result.dissipation.min() > -1e-10 * scale and (result.dissipation - lost).max() < 1e-10 * scale
 
 
 @pytest.mark.parametrize("precision", ["f32", "f64"])
@@ -219,12 +222,11 @@ def test_plane_strain_is_the_three_dimensional_law(name, size, precision):
 def test_float32_follows_float64(name):
     law = LAWS[name]
     for size in (1e-3, 0.03):
-        _, _, _, _, double = sample(law, size, precision="f64", seed=5)
-        _, state, _, _, single = sample(law, size, precision="f32", seed=5)
-        # Strain entries of `size` are known to 1e-7 of it, and z to 1e-7 of itself; a share near p0 = 0 is amplified
-        tolerance = (2e-6 * (size + np.abs(state[:, 0]))) * law.bulk_modulus
-        close = np.abs(single.stress - double.stress).max(axis=1) < tolerance + 1e-5 * law.p0
-        assert close.mean() > 0.999
+        double = sample(law, size, precision="f64", seed=5)[-1]
+        single = sample(law, size, precision="f32", seed=5)[-1]
+        # The step turns by any angle, so terms of order 1 are rounded to 1e-7: measured 2e-7 of K, whatever the strain
+        np.testing.assert_allclose(single.stress, double.stress, atol=1e-6 * law.bulk_modulus)
+        np.testing.assert_allclose(single.state, double.state, atol=1e-6)
 
 
 def test_closed_elastic_loop_gives_all_energy_back():

@@ -62,7 +62,7 @@ def test_rotation_does_not_swell(make_solver):
     growth = np.log(solver.column("volume_ratio")).mean()
     centrifugal = 300.0 * omega**2 * 0.2**2 / 1e6  # strain of the spinning block, O(rho omega^2 R^2 / E)
     assert abs(growth) < centrifugal
-    assert centrifugal < 0.02 * omega**2 * dt * 1.0  # so the test would see 2 % of the first-order drift
+    assert centrifugal < 0.03 * omega**2 * dt * 1.0  # so the test would see 3 % of the first-order drift
 
 
 def test_open_sides_count_what_leaves(make_solver):
