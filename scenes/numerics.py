@@ -34,7 +34,7 @@ class Output(Spec):
     fields: tuple[FieldName, ...] = ("velocity", "density")
     """particle fields of each frame, beside the position"""
     checkpoint_interval: Positive | None = None
-    """time between checkpoints [s]; none when missing"""
+    """time between checkpoints [s]; about every two minutes of wall time when missing"""
 
     @field_validator("fields")
     @classmethod

@@ -40,6 +40,16 @@ class Audit:
         self._start_momentum = mass @ fields["velocity"]
         self._start_energy = sum(self._energies(fields).values())
 
+    def state(self):
+        """The reference values, by name."""
+        return {"reference": self._reference, "start": self._start, "momentum": self._start_momentum,
+                "energy": self._start_energy}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        self._reference, self._start = state["reference"], state["start"]
+        self._start_momentum, self._start_energy = state["momentum"], state["energy"]
+
     def _along(self, x):
         return (x[:, :-1] - self._reference[:-1]) @ self._direction
 

@@ -114,6 +114,14 @@ class ParticleStore:
         """Copy of (material, identity) of the living particles, (count, 2)."""
         return self.integers.to_numpy()[: self.count]
 
+    def replace(self, table, labels):
+        """Set every particle from copies of `table()` and `labels()`; raises ValueError when they have no room."""
+        self.count = len(table)
+        self.overwrite(table)
+        integers = np.zeros((self.capacity, 2), np.int32)
+        integers[: self.count] = labels
+        self.integers.from_numpy(integers)
+
     def overwrite(self, table):
         """Put back a changed copy of `table()`."""
         whole = np.zeros((self.capacity, self.layout.width), self.numpy_dtype)

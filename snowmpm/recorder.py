@@ -9,7 +9,8 @@ import numpy as np
 import taichi
 
 from snowmpm import __version__, diagnostics, fields, maps, runtime
-from snowmpm.io import RunWriter
+from snowmpm.errors import InputError
+from snowmpm.io import Run, RunWriter
 
 MAP_CELLS = 2
 """Plan cells of the peak maps, in grid spacings."""
@@ -18,21 +19,52 @@ MAP_CELLS = 2
 class Recorder:
     """Writes what a simulation shows: frames, history rows, peak maps, summary."""
 
-    def __init__(self, simulation, folder):
+    def __init__(self, simulation, folder, state=None):
+        """state: of the recorder whose run file in `folder` is continued; later frames there are dropped.
+
+        Raises InputError when that file is missing or holds fewer frames than the recorder had written.
+        """
         self._simulation, self._folder = simulation, folder
         self.frames, self.particle_steps, self.last = 0, 0, {}
         self._causes, self._smallest_dt = {}, float("inf")
         model = simulation.model
         self._origin = model.lower
-        surface = model.surface
-        terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
-        self._writer = RunWriter(folder, provenance=self._provenance(), terrain=terrain, origin=self._origin,
-                                 dimension=simulation.scene.dimension, units=fields.UNITS, durable=False)
-        self._maps = None
+        self._maps, self._moved = None, 0.0
         if simulation.scene.dimension == 3:
             cell = MAP_CELLS * simulation.scene.solver.dx
             self._maps = maps.PeakMaps(model.lower[:2], model.upper[:2], cell)
-            self._moved = 0.0
+        if state is not None:
+            self._restore(state)
+        self._writer = self._new_file() if state is None else self._continued_file()
+
+    def _new_file(self):
+        surface = self._simulation.model.surface
+        terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
+        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, origin=self._origin,
+                         dimension=self._simulation.scene.dimension, units=fields.UNITS, durable=False)
+
+    def _continued_file(self):
+        time, run = self._simulation.time, Run(self._folder)
+        there = int((run.times <= time + 1e-9 * max(1.0, time)).sum())
+        if there != self.frames:
+            raise InputError(f"{run.path}: {there} frames up to t = {time:.6g} s, but {self.frames} were written before"
+                             " the checkpoint: not the file that it belongs to; start anew with --overwrite")
+        writer = RunWriter.reopen(self._folder, until=time, durable=False)
+        writer.provenance({"scene": self._simulation.scene.to_toml(), "complete": False,
+                           "resumed": [*run.provenance.get("resumed", []), time]})
+        return writer
+
+    def state(self):
+        """All that a continuation needs, by name (`snowmpm.checkpoint`)."""
+        return {"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
+                "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
+                "maps": self._maps.values if self._maps else {}}
+
+    def _restore(self, state):
+        self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
+        self._causes, self._smallest_dt, self._moved = state["causes"], state["smallest_dt"], state["moved"]
+        if self._maps:
+            self._maps.values = state["maps"]
 
     def _provenance(self):
         scene = self._simulation.scene
@@ -47,6 +79,7 @@ class Recorder:
     def watch(self):
         """After a step: keep the peak maps and the record of time steps."""
         simulation = self._simulation
+        self.particle_steps += simulation.n_particles
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)

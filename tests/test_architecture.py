@@ -54,7 +54,7 @@ MAY_IMPORT = {
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

@@ -4,6 +4,8 @@ import contextlib
 import io
 import os
 import signal
+import sys
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -30,8 +32,8 @@ def run(
 ):
     """Run a scene to its run file.
 
-    Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene) and
-    DIR/summary.json.
+    Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene),
+    DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
     """
     from snowmpm.scenes import load_scene
 
@@ -39,7 +41,7 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = _simulate(loaded, folder)
+    result = _simulate(loaded, folder, resume)
     print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
     if render:
         draw(result, folder / "film.mp4")
@@ -59,25 +61,28 @@ def start_taichi(backend, threads):
 
 
 def _check_folder(folder, overwrite, resume):
-    if resume:
-        raise InputError("--resume: runs write no checkpoints in this version; start the run anew with --overwrite")
+    if resume and overwrite:
+        raise InputError("--resume continues the run in DIR, --overwrite replaces it: choose one")
     there = next(parent for parent in (folder, *folder.resolve().parents) if parent.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):
         raise InputError(f"-o {folder}: {there} must be a folder that can be written to")
-    if (folder / "run.vtkhdf").exists() and not overwrite:
-        raise InputError(f"{folder} already holds a run: choose another folder with -o, or --overwrite it")
+    if (folder / "run.vtkhdf").exists() and not overwrite and not resume:
+        raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def _simulate(scene, folder):
+def _simulate(scene, folder, resume):
     import snowmpm
     from snowmpm.cli.progress import display
 
     # A request to end is treated like Ctrl-C, so that the run file is closed properly.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        with display(scene.name) as progress:
-            return snowmpm.run(scene, folder, progress=progress)
-    except KeyboardInterrupt:
+        with display(scene.name) as progress, warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+            return snowmpm.run(scene, folder, progress=progress, resume=resume)
+    except KeyboardInterrupt as interruption:
+        if interruption.args:
+            raise
         written = (folder / "run.vtkhdf").exists()
         kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
         raise KeyboardInterrupt(f"interrupted{kept}") from None

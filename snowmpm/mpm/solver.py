@@ -1,12 +1,14 @@
 """Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler, stress from the updated deformation."""
 
+from dataclasses import asdict
+
 import numpy as np
 import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE, BlockMap, sort_kernels
 from snowmpm.contact import CODES, OPEN
-from snowmpm.errors import SimulationError
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
 from snowmpm.mpm.gather import gather_kernel
@@ -264,3 +266,37 @@ class MpmSolver:
         self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
         self._total[:] = 0.0
         self.weight_impulse[:] = 0.0
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
+        return {
+            "reals": np.ascontiguousarray(self.particles.table()), "labels": self.particles.labels(),
+            "keys": self.blocks.keys, "start": self.blocks.start, "excursion": self._excursion,
+            "frame": np.array([self.origin, self.lower, self.upper]), "extremes": asdict(self.extremes),
+            "time": self.time, "steps": self.steps, "sorts": self.sorts, "mass": self.mass,
+            "total": self._total.copy(), "weight_impulse": self.weight_impulse.copy(),
+            "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
+            "removed": {**self.removed, "momentum": self.removed["momentum"].copy()},
+        }
+
+    def restore(self, state):
+        """Take over the `state()` of a solver of the same scene; loads are set apart.
+
+        Raises InputError when it does not fit.
+        """
+        reals, frame = state["reals"], np.array([self.origin, self.lower, self.upper])
+        if reals.shape[1:] != (self.particles.layout.width,) or reals.dtype != self.particles.numpy_dtype:
+            raise InputError("the particles of the checkpoint carry other columns: it is from another version")
+        if not np.array_equal(frame, state["frame"]):
+            raise InputError("the domain is not the checkpoint's: without domain.min and domain.max it follows"
+                             " end_time, which then must stay as it was")
+        self.particles.replace(reals, state["labels"])
+        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim)
+        self._follow_blocks()
+        self._excursion, self.extremes = state["excursion"], Extremes(**state["extremes"])
+        self.time, self.steps, self.sorts, self.mass = (state[name] for name in ("time", "steps", "sorts", "mass"))
+        self._total[:], self.weight_impulse[:] = state["total"], state["weight_impulse"]
+        self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
+        self.n_plastic, self.removed = state["n_plastic"], dict(state["removed"])

@@ -1,0 +1,164 @@
+"""Checkpoints: the whole state of a run in one file, from which it goes on as if it had never stopped.
+
+On a CPU a continued run is bitwise equal to one that never stopped, with any number of threads.
+"""
+
+import hashlib
+import sys
+import time as clock
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm import __version__
+from snowmpm.errors import InputError
+from snowmpm.io.archive import read_archive, write_archive
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+FILE = "checkpoint.npz"
+FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 1
+
+WALL_INTERVAL = 120.0
+"""Seconds of wall time between checkpoints when the scene names no interval."""
+
+LARGEST_SHARE = 0.05
+"""Share of the wall time that such checkpoints may take."""
+
+FREE_KEYS = ("end_time", "output.checkpoint_interval")
+"""What a scene may change between a checkpoint and its continuation."""
+
+
+def save(simulation, path, **more):
+    """Write the state of a simulation; the checkpoint that was there before becomes `previous(path)`.
+
+    more: what else is to come back, dicts of numbers and arrays by name. Raises OSError when it cannot be written.
+    """
+    tree = {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
+            "terrain": _fingerprint(simulation.model.surface), "time": simulation.time,
+            "simulation": simulation.state(), **more}
+    write_archive(path, tree, keep=previous(path))
+
+
+def restore(simulation, path):
+    """Put a simulation of the same scene into the state of a checkpoint; -> the checkpoint (`read`).
+
+    Raises InputError when there is no whole checkpoint or it belongs to another scene.
+    """
+    saved = read(path)
+    check(saved, simulation.scene)
+    take_over(simulation, saved)
+    return saved
+
+
+def take_over(simulation, saved):
+    """Put a simulation into the state of a checkpoint that was read and checked."""
+    if saved["terrain"] != _fingerprint(simulation.model.surface):
+        raise InputError(f"{simulation.scene.source}: terrain: not what it was when the run began")
+    simulation.restore(saved["simulation"])
+
+
+def read(path):
+    """The checkpoint at `path` as a dict, or the one before it when that is missing or damaged; "path": which one.
+
+    Raises InputError when neither is whole, with what is wrong with the newer one.
+    """
+    path = Path(path)
+    there = [candidate for candidate in (path, previous(path)) if candidate.exists()]
+    if not there:
+        raise InputError(f"{path.parent}: no checkpoint to resume from ({path.name} is missing)")
+    problems = []
+    for candidate in there:
+        try:
+            saved = read_archive(candidate)
+        except InputError as error:
+            problems.append(error)
+            continue
+        if saved.get("format") != FORMAT or saved.get("version") != FORMAT_VERSION:
+            raise InputError(f"{candidate}: {saved.get('format')} version {saved.get('version')}; this program reads"
+                             f" {FORMAT} version {FORMAT_VERSION}")
+        if problems:
+            warnings.warn(f"{problems[0]}; {candidate.name} is used, t = {saved['time']:.6g} s", stacklevel=2)
+        return {**saved, "path": candidate}
+    raise problems[0]
+
+
+def previous(path):
+    """Where the checkpoint before the one at `path` is kept: checkpoint.npz, checkpoint.previous.npz."""
+    path = Path(path)
+    return path.with_name(f"{path.stem}.previous{path.suffix}")
+
+
+def check(saved, scene):
+    """Refuse, by an InputError, a scene that is not the checkpoint's; a later end_time is the same scene."""
+    before, now = _flat(tomllib.loads(saved["scene"])), _flat(tomllib.loads(scene.to_toml()))
+    for key in dict.fromkeys([*before, *now]):
+        if key not in FREE_KEYS and before.get(key) != now.get(key):
+            was = f"was {before[key]!r}" if key in before else "was not there"
+            allowed = f"{was} when the run began; a resumed run may change only end_time, to a later one"
+            raise InputError.at(key, now.get(key), allowed, scene.source)
+    if scene.end_time < before["end_time"]:
+        allowed = f"was {before['end_time']:g} when the run began; a resumed run may end later, not earlier"
+        raise InputError.at("end_time", scene.end_time, allowed, scene.source)
+
+
+def _flat(value, path=""):
+    """{dotted key: value} of a scene; of a file only its name counts, so that a run may be moved with its files."""
+    if isinstance(value, dict) or (isinstance(value, list) and value and isinstance(value[0], dict)):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        return {key: leaf for name, item in items for key, leaf in _flat(item, f"{path}.{name}".lstrip(".")).items()}
+    if path.endswith(".file"):
+        value = Path(value).name
+    return {path: value}
+
+
+def _fingerprint(surface):
+    if surface is None:
+        return None
+    digest = hashlib.sha256(np.ascontiguousarray(surface.vertices))
+    digest.update(np.ascontiguousarray(surface.facets))
+    return digest.hexdigest()
+
+
+class Checkpoints:
+    """The checkpoints of one run: when the next is due, where the last one is."""
+
+    def __init__(self, folder, interval):
+        """interval: simulated time [s]; None: about every `WALL_INTERVAL` of wall time."""
+        self.path = Path(folder) / FILE
+        self.time = None
+        """Simulated time of the last checkpoint [s]; None before the first."""
+        self._interval = interval
+        self._pause, self._saved_at = WALL_INTERVAL, clock.monotonic()
+
+    def clear(self):
+        """Remove what an earlier run left."""
+        for path in (self.path, previous(self.path)):
+            path.unlink(missing_ok=True)
+
+    def took_up(self, saved):
+        """The run goes on from this checkpoint. A damaged newer one must never take the place of the good one."""
+        self.time = saved["time"]
+        if saved["path"] != self.path:
+            self.path.unlink(missing_ok=True)
+
+    def due(self, time):
+        """Whether the run should be saved at this simulated time [s]."""
+        if self._interval is None:
+            return clock.monotonic() - self._saved_at > self._pause
+        return int(time / self._interval) > int(self.time / self._interval)
+
+    def save(self, simulation, **more):
+        began = clock.monotonic()
+        save(simulation, self.path, **more)
+        self.time, self._saved_at = simulation.time, clock.monotonic()
+        self._pause = max(WALL_INTERVAL, (self._saved_at - began) / LARGEST_SHARE)
+
+    def __str__(self):
+        if self.time is None:
+            return "no checkpoint was written"
+        return f"last checkpoint: {self.path}, t = {self.time:.6g} s"

@@ -1,0 +1,114 @@
+"""One file of numbers and arrays that is whole or not there at all: the form of a checkpoint.
+
+An uncompressed .npz archive: `record`, JSON text (UTF-8) of the tree, in which an array is {"array": member}; the
+arrays; and `digest`, the SHA-256 of all of them. NumPy opens it; nothing in it is ever unpickled.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.errors import InputError
+
+_RECORD, _DIGEST = "record", "digest"
+
+
+def write_archive(path, tree, keep=None):
+    """Write a tree (dicts, lists, text, numbers, NumPy arrays) to `path`; what lay there moves to `keep` if given.
+
+    At any moment `path`, or else `keep`, is whole, also through a power cut. Raises OSError, with the old files in
+    place, when it cannot be written.
+    """
+    path = Path(path)
+    arrays = {}
+    record = json.dumps(_plain(tree, arrays, ""))
+    arrays[_RECORD] = np.frombuffer(record.encode(), np.uint8)
+    arrays[_DIGEST] = _digest(arrays)
+    part = path.with_name(path.name + ".part")
+    try:
+        with open(part, "wb") as file:
+            np.savez(file, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+    except BaseException as error:
+        part.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+        raise
+    if keep is not None and path.exists():
+        os.replace(path, keep)
+    os.replace(part, path)
+    _sync_folder(path.parent)
+
+
+def read_archive(path):
+    """The tree that `write_archive` wrote. Raises InputError when the file is missing, damaged or of another kind."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        arrays = _read_members(path)
+        digest = arrays.pop(_DIGEST)
+        if not np.array_equal(digest, _digest(arrays)):
+            raise ValueError("its checksum is wrong")
+        return _whole(json.loads(arrays[_RECORD].tobytes()), arrays)
+    except Exception as error:  # torn and foreign bytes fail in zipfile, NumPy and JSON in a dozen ways
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(f"{path}: damaged, or not written by this program ({reason})") from error
+
+
+def _read_members(path):
+    arrays = {}
+    with zipfile.ZipFile(path) as archive:
+        # Stored, not deflated, and no larger than the file: a small file cannot ask for much memory.
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > path.stat().st_size:
+            raise ValueError("its sizes are wrong")
+        for member in members:
+            with archive.open(member) as file:
+                arrays[member.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
+    return arrays
+
+
+def _plain(value, arrays, path):
+    """The value as JSON can hold it, its arrays put aside under their paths."""
+    if isinstance(value, np.ndarray):
+        arrays[path] = np.ascontiguousarray(value)
+        return {"array": path}
+    if isinstance(value, dict):
+        return {key: _plain(item, arrays, f"{path}/{key}".lstrip("/")) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, arrays, f"{path}/{i}") for i, item in enumerate(value)]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _whole(value, arrays):
+    if isinstance(value, dict):
+        if value.keys() == {"array"}:
+            return arrays[value["array"]]
+        return {key: _whole(item, arrays) for key, item in value.items()}
+    return [_whole(item, arrays) for item in value] if isinstance(value, list) else value
+
+
+def _digest(arrays):
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = arrays[name]
+        digest.update(f"{name} {array.dtype.str} {array.shape};".encode())
+        digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+    return np.frombuffer(digest.digest(), np.uint8)
+
+
+def _sync_folder(folder):
+    """Wait until the new names are on the disk, where the system can tell."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
