@@ -10,6 +10,7 @@ from snowmpm.errors import InputError
 
 PLAIN = "snow"  # the name that asks for no field at all
 SAMPLED_FRAMES = 16
+SAMPLED_PARTICLES = 50000
 WORDS = {"velocity": "speed", "p": "pressure p", "q": "shear stress q", "p0": "preconsolidation p₀"}
 FROM_ZERO = {"velocity", "damage", "plastic_strain", "q"}
 
@@ -72,8 +73,9 @@ def choose_scale(run, field):
         known = ", ".join([*run.field_names, PLAIN])
         raise InputError.at("color", field, f"must be one of {known}", file=run.path)
     sampled = np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round().astype(int))
-    numbers = [scalar(run.frame(int(i), [field]).fields[field]) for i in sampled]
-    numbers = [n[np.isfinite(n)] for n in numbers if n.size]
+    values = (run.frame(int(i), [field]).fields[field] for i in sampled)
+    numbers = [scalar(v[:: max(1, len(v) // SAMPLED_PARTICLES)]) for v in values]
+    numbers = [n[np.isfinite(n)] for n in numbers]
     label, units = WORDS.get(field, field.replace("_", " ")), run.units.get(field, "")
     if field == "material":
         return _material_scale(run, field, np.concatenate(numbers) if numbers else np.zeros(1))
@@ -100,8 +102,8 @@ def _limits(field, numbers):
 
 
 def _material_scale(run, field, numbers):
-    highest = int(numbers.max(initial=0))
     materials = list(run.provenance.get("materials", []))
+    highest = max(int(numbers.max(initial=0)), len(materials) - 1)
     names = [*materials, *(str(k) for k in range(len(materials), highest + 1))][: highest + 1]
     colours = ["#eef3f9", "#e0603f", "#3f78b5", "#e8b23a", "#5fa55a", "#8a6bbd"]
     colours = [colours[k % len(colours)] for k in range(highest + 1)]
