@@ -158,6 +158,10 @@ class Checkpoints:
         self.time, self._saved_at = simulation.time, clock.monotonic()
         self._pause = max(WALL_INTERVAL, (self._saved_at - began) / LARGEST_SHARE)
 
+    def finish(self):
+        """The run is done: its last checkpoint, from which it may be prolonged, is enough."""
+        previous(self.path).unlink(missing_ok=True)
+
     def __str__(self):
         if self.time is None:
             return "no checkpoint was written"

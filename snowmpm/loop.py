@@ -94,6 +94,7 @@ def run(scene, out_dir, progress=None, resume=False):
         recorder.close(phases, complete=False)
         raise
     recorder.close(phases, complete=True)
+    checkpoints.finish()
     return Run(folder)
 
 

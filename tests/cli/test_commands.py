@@ -20,7 +20,12 @@ def test_run_writes_what_the_contract_says(call, block, tmp_path):
     result = call("run", block, "--backend", "cpu")
     assert result.code == 0, result.err
     folder = tmp_path / "runs" / "block"
-    assert {path.name for path in folder.iterdir()} == {"run.vtkhdf", "scene.toml", "summary.json"}
+    assert {path.name for path in folder.iterdir()} == {
+        "run.vtkhdf",
+        "scene.toml",
+        "summary.json",
+        "checkpoint.npz",
+    }
     assert "runs/block/run.vtkhdf" in result.out.replace(os.sep, "/")
     run = snowmpm.Run(folder)
     assert run.complete
@@ -47,6 +52,12 @@ def test_a_run_is_replaced_only_when_told(call, block, tmp_path):
     assert file.read_bytes() == before
     assert call("run", block, "--overwrite", "--set", "end_time=0.01").code == 0
     assert len(snowmpm.Run(file)) == 2
+
+
+def test_resume_goes_on(call, block):
+    assert call("run", block).code == 0
+    assert call("run", block, "--resume", "--set", "end_time=0.03").code == 0
+    assert list(snowmpm.Run("runs/block").times) == [0.0, 0.01, 0.02, 0.03]
 
 
 def test_progress_in_plain_lines(call, block):
@@ -146,8 +157,11 @@ def test_termination_closes_the_run_file(call, block):
         done.set()
         watcher.join()
     assert result.code == 130
-    assert "frames written so far are in" in result.err
+    for word in ("interrupted at t = ", "checkpoint.npz", "--resume"):
+        assert word in result.err
     assert len(snowmpm.Run("runs/block")) >= 1
+    resumed = call("run", block, "--set", "end_time=100", "--resume", "--set", "solver.dx=0.2")
+    assert (resumed.code, "solver.dx = 0.2: was 0.1" in resumed.err) == (2, True)
 
 
 @pytest.mark.parametrize(
