@@ -12,7 +12,7 @@ from .symmetric import plus_isotropic
 
 @ti.func
 def elastic_trial(h, A):
-    """Elastic step f = I + A: stored tensor, Hencky deviator, its trace, deviator : deviator, and 1 if it could be made.
+    """Elastic step f = I + A: stored tensor, Hencky deviator e, trace, e : e, and 1 if the step could be made.
 
     A step that is not finite or has det f <= 0 is left out (A = 0) and reported as 0; f b fᵀ alone would not show it.
     """

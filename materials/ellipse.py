@@ -25,7 +25,7 @@ import taichi as ti
 from .precision import by_precision
 
 MAX_ITERATIONS = 50
-STEP_TOLERANCE = (2e-2, 3e-4)  # of p₀; the step is of third order: about 0.05 of its cube is left
+STEP_TOLERANCE = (0.1, 2e-3)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
 YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
 
 
@@ -72,20 +72,27 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
         root = ti.sqrt(square)
         inverse = 1.0 / root
+        inverse2 = inverse * inverse
         cosine = d * inverse
-        turn = e2 / square * inverse  # d cos θ / dd
-        residual = half_sum * p0 * cosine - w
-        slope = half_sum * (dp0 * cosine + p0 * turn * dd) - dw
-        curvature = (
-            half_sum * (ddp0 * cosine + turn * (2.0 * dp0 * dd + p0 * (ddw - 3.0 * dd * dd * cosine * inverse))) - ddw
-        )
-        # Chebyshev's step: Newton's, corrected for curvature (third order), as far as the correction is small
+        radius, dradius, ddradius = half_sum * p0, half_sum * dp0, half_sum * ddp0
+        # g = cos θ as a function of d, and the derivatives of Q; in the third one p₀'' is left out
+        dg = e2 / square * inverse
+        ddg, dddg = -3.0 * d * inverse2 * dg, (15.0 * cosine * cosine - 3.0) * inverse2 * dg
+        residual = radius * cosine - w
+        slope = dradius * cosine + radius * dg * dd - dw
+        second = ddradius * cosine + 2.0 * dradius * dg * dd + radius * (ddg * dd * dd + dg * ddw) - ddw
+        third = dd * dd * (radius * dddg * dd + 3.0 * dradius * ddg)
+        # Newton's step and two more terms of the reversed Taylor series (fourth order), as long as they are corrections
         per_slope = 1.0 / slope
         newton = -residual * per_slope
-        step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, 0.5 * newton * (curvature * per_slope))))
-        change = ti.abs(step) * (bulk + ti.abs(dd) + ti.abs(dp0))
-        small = change <= ti.static(by_precision(*STEP_TOLERANCE)) * ti.min(p0, reach)
-        if small and side * w >= 0.0:
+        bend = 0.5 * newton * (second * per_slope)
+        bend += newton * newton * (third * per_slope) * ti.static(1.0 / 6.0) - 2.0 * bend * bend
+        step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, bend)))
+        change = ti.abs(step) * (bulk + ti.abs(dd) + ti.abs(dp0)) * ti.max(1.0, bulk * per_slope)
+        small = change <= ti.static(by_precision(*STEP_TOLERANCE)) * ti.min(p0, reach) and ti.abs(
+            growth * step
+        ) <= ti.static(0.03 * by_precision(*STEP_TOLERANCE))
+        if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
             converged = 1
         else:
             reach = ti.select(iterations == 1, root, reach)
@@ -100,13 +107,11 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
             converged = ti.select((inside and small) or bulk * ti.abs(step) <= rounding, 1, 0)
         x += step
         if converged == 1 or iterations == MAX_ITERATIONS:
-            # p₀, d and 1/√ followed along the last, small step are as good as another evaluation
+            # p₀ and d followed along the last, small step are as good as another evaluation
             p0 += step * (dp0 + 0.5 * step * ddp0)
-            turned = step * (dd + 0.5 * step * ddw)
-            u = turned * (2.0 * d + turned) * inverse * inverse
-            inverse *= 1.0 - u * (0.5 - u * (0.375 - 0.3125 * u))
-            ratio = half_sum * p0 * inverse
-            p = half_gap * p0 + ratio * (d + turned)
+            d += step * (dd + 0.5 * step * ddw)
+            ratio = half_sum * p0 / ti.sqrt(d * d + e2 + ti.static(by_precision(1e-30, 1e-200)))
+            p = half_gap * p0 + ratio * d
         else:
             sinh, cosh = sinh_cosh(xi * (zeta + rate * x))
     return p, ratio, ti.select(converged == 1, iterations, -1)
