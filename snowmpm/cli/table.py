@@ -34,7 +34,8 @@ def _text(name, value):
     if isinstance(value, int):
         return count(value)
     if isinstance(value, float):
-        return f"{value:.4g}"
+        # Entries of lists are coordinates, large where they come from a map.
+        return f"{value:.4g}" if name else f"{round(value, 3):.10g}"
     if isinstance(value, list | tuple):
         items = ", ".join(_text(None, item) for item in value) or "none"
         return f"[{items}]" if name is None else items
