@@ -21,6 +21,9 @@ from snowmpm.runtime import DTYPES
 TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
 """Nodes per tile edge."""
 
+ON_SURFACE = 1e-5
+"""Cells above the ground up to which a node counts as inside: a node exactly on it must not be left to round-off."""
+
 
 def int_array(values):
     """Taichi copy of an integer NumPy array; an empty one keeps one row so that kernels can take it."""
@@ -180,7 +183,7 @@ def grid_kernel(dim, real, with_terrain, flip):
                             before = v
                             if ti.static(with_terrain):
                                 wall = walls[n * edge**dim + q]
-                                if wall[3] < 0.0:
+                                if wall[3] < ON_SURFACE:
                                     normal = ti.Vector([wall[a] for a in ti.static(range(dim))])
                                     v = contact_velocity(v, normal, terrain_code, terrain_friction)
                             for a in ti.static(range(dim)):

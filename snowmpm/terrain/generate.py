@@ -32,7 +32,7 @@ def slope_mesh():
     return trimesh.Trimesh(vertices, np.concatenate([one, two]), process=False)
 
 
-def _smooth_step(t):
+def smooth_step(t):
     """0 below t = 0, 1 above t = 1, twice continuously differentiable between."""
     t = np.clip(t, 0.0, 1.0)
     return t**3 * (10.0 + t * (6.0 * t - 15.0))
@@ -41,17 +41,17 @@ def _smooth_step(t):
 def _middle_line(x):
     """Height [m] of the middle line: the dip integrated from the lower end, by the trapezoidal rule on a fine grid."""
     fine = np.linspace(0.0, LENGTH, 6001)
-    dip = STEEP + (FLAT - STEEP) * _smooth_step((fine - BEND[0]) / (BEND[1] - BEND[0]))
+    dip = STEEP + (FLAT - STEEP) * smooth_step((fine - BEND[0]) / (BEND[1] - BEND[0]))
     drop = np.r_[0.0, np.cumsum(0.5 * (np.tan(dip[1:]) + np.tan(dip[:-1])) * np.diff(fine))]
     return np.interp(x, fine, drop[-1] - drop)
 
 
 def _relief(x, y):
     """Height [m] above the middle line."""
-    across = y - AXIS - 1.2 * np.sin(2.0 * np.pi * x / 55.0) * _smooth_step(x / 15.0)
-    fade = 1.0 - _smooth_step((x - 34.0) / 14.0)
+    across = y - AXIS - 1.2 * np.sin(2.0 * np.pi * x / 55.0) * smooth_step(x / 15.0)
+    fade = 1.0 - smooth_step((x - 34.0) / 14.0)
     bowl = 0.01 * across**2 * fade
-    gully_depth = 1.1 * _smooth_step((x - 12.0) / 12.0) * fade
+    gully_depth = 1.1 * smooth_step((x - 12.0) / 12.0) * fade
     gully = -gully_depth * np.exp(-0.5 * (across / 2.6) ** 2)
     ribs = 0.14 * np.sin(0.62 * y + 0.21 * x + 0.7) * np.cos(0.33 * x - 0.17 * y)
     ribs += 0.07 * np.sin(0.95 * y + 0.45 * x + 2.1)
