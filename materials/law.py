@@ -44,7 +44,7 @@ class Law(BaseModel):
     numbers arrive at run time: changing a parameter compiles nothing.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units

@@ -29,6 +29,8 @@ def message(path, changes):
         ({"terrain": {"points": 1}}, 'terrain.kind is missing: one of "dem", "mesh", "plane", "profile"'),
         ({"terrain.pionts": 3}, "terrain.pionts = 3: unknown key; did you mean points?"),
         ({"materials.slab.density": -250.0}, "materials.slab.density = -250.0: must be > 0"),
+        ({"materials.slab.density": "250"}, 'materials.slab.density = "250": must be a number'),
+        ({"materials.slab.p0": True}, "materials.slab.p0 = true: must be a number"),
         ({"materials.slab.densty": 3}, "materials.slab.densty = 3: unknown key; did you mean density?"),
         (
             {"bodies.0.shape.region.x": [5, 3]},
