@@ -170,7 +170,7 @@ def test_termination_closes_the_run_file(call, block):
     [(["--help"], 0), (["run", "none.toml"], 2), (["run", "block.toml", "--set", "solver.dxx=1"], 2)],
 )
 def test_answers_at_once(block, arguments, code):
-    # Processor time, since others may keep the machine busy: 0.15 s and 0.6 s here; VTK or Matplotlib would add seconds.
+    # Processor time, since others may keep the machine busy: 0.15 s and 0.6 s here; VTK would add seconds.
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "snowmpm", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, cwd=block.parent, timeout=60)
