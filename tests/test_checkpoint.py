@@ -12,6 +12,7 @@ import snowmpm
 from snowmpm import checkpoint, loop
 from snowmpm.checkpoint import Checkpoints
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.interruption import Interruption
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.scenes import load_scene
@@ -187,6 +188,13 @@ def test_resumed_in_the_middle_of_events(scene, whole, stopped, tmp_path):
     _assert_same_runs(whole, folder)
 
 
+def test_wall_time_adds_up(scene, stopped, tmp_path):
+    folder = _copy(stopped, tmp_path)
+    saved = read_archive(folder / checkpoint.FILE)
+    write_archive(folder / checkpoint.FILE, {**saved, "phases": {**saved["phases"], "steps": 1000.0}})
+    assert snowmpm.run(scene, folder, resume=True).summary["wall_time_of"]["steps"] > 1000.0
+
+
 def test_resumed_many_times(scene, whole, tmp_path):
     times = [0.0, 0.04, 0.09, 0.15, 0.26]
     for i, time in enumerate(times):
@@ -246,6 +254,57 @@ def test_simulation_alone(scene, tmp_path):
     _assert_same(first.audit(), second.audit())
 
 
+def test_restored_where_particles_are_about_to_be_sorted(scene, tmp_path):
+    path = tmp_path / "one.npz"
+    first, second = snowmpm.Simulation(scene), snowmpm.Simulation(scene)
+    while first.solver.sorts == 0:
+        checkpoint.save(first, path)
+        first.step()
+    checkpoint.restore(second, path)
+    second.step()
+    assert second.solver.sorts == 1
+    _assert_same(first.particles["position"], second.particles["position"])
+
+
+BALL = """
+name = "ball"
+dimension = 3
+end_time = 0.04
+gravity = 0.0
+[output]
+interval = 0.04
+[solver]
+dx = 0.1
+[domain]
+min = [-1.0, -1.0, -1.0]
+max = [1.0, 1.0, 1.0]
+[materials.ice]
+kind = "elastic"
+density = 300.0
+youngs_modulus = 1.0e5
+poisson_ratio = 0.2
+[[bodies]]
+name = "ball"
+material = "ice"
+shape = { kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 0.1 }
+velocity = [9.0, 3.0, -2.0]
+"""
+
+
+def test_peak_maps_go_on(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(BALL)
+    ball, whole, folder = load_scene(path), tmp_path / "whole", tmp_path / "stopped"
+    snowmpm.run(ball, whole)
+    with pytest.raises(KeyboardInterrupt):
+        _run_with_signal(ball, folder, signal.SIGINT, 0.012)  # before the first look at the maps, after half a cell
+    snowmpm.run(ball, folder, resume=True)
+    _assert_same_runs(whole, folder)
+    assert snowmpm.Run(whole).maps
+    for name, raster in snowmpm.Run(whole).maps.items():
+        _assert_same(raster.values, snowmpm.Run(folder).maps[name].values, name)
+
+
 @pytest.mark.parametrize("damage", ["torn", "changed", "missing"])
 def test_damaged_checkpoint_gives_way_to_the_one_before(scene, whole, stopped, tmp_path, damage):
     folder = _copy(stopped, tmp_path)
@@ -301,6 +360,21 @@ def test_changed_scene_is_refused(changed, stopped, overrides, message):
     assert {path.name: path.read_bytes() for path in stopped.iterdir()} == before
 
 
+def test_changed_terrain_file_is_refused(scene, stopped, tmp_path):
+    # The scene names the same file, but what was in it has changed.
+    folder = _copy(stopped, tmp_path)
+    write_archive(folder / checkpoint.FILE, {**read_archive(folder / checkpoint.FILE), "terrain": "another"})
+    with pytest.raises(InputError, match="terrain: not what it was when the run began"):
+        snowmpm.run(scene, folder, resume=True)
+
+
+def test_checkpoint_of_another_version_is_refused(scene, stopped, tmp_path):
+    folder = _copy(stopped, tmp_path)
+    write_archive(folder / checkpoint.FILE, {**read_archive(folder / checkpoint.FILE), "version": 99})
+    with pytest.raises(InputError, match=r"version 99; this program reads snowmpm checkpoint version 1"):
+        snowmpm.run(scene, folder, resume=True)
+
+
 def test_nothing_to_resume(scene, tmp_path):
     with pytest.raises(InputError, match=r"no checkpoint to resume from"):
         snowmpm.run(scene, tmp_path / "empty", resume=True)
@@ -324,9 +398,11 @@ def test_failure_names_the_last_checkpoint(scene, tmp_path, monkeypatch):
         step(self, dt)
 
     monkeypatch.setattr(MpmSolver, "step", failing)
+    (tmp_path / "checkpoint.previous.npz").write_bytes(b"of an earlier run")
     with pytest.raises(SimulationError, match=r"particle 7.*; last checkpoint: .*checkpoint\.npz, t = 0 s"):
         snowmpm.run(scene, tmp_path)
     assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
+    assert not (tmp_path / "checkpoint.previous.npz").exists()
 
 
 def test_full_disk_keeps_the_old_checkpoint(tmp_path, monkeypatch):
@@ -351,8 +427,45 @@ def test_archive_gives_back_what_it_got(tmp_path):
     _assert_same(read_archive(tmp_path / "a.npz"), {**tree, "zero-d": 0.1})
 
 
+def test_archive_with_a_part_of_another_is_refused(tmp_path):
+    path, other = tmp_path / "a.npz", tmp_path / "b.npz"
+    write_archive(path, {"x": np.arange(3.0)})
+    with np.load(path) as archive:
+        np.savez(other, **{**archive, "x": np.arange(3.0) + 1.0})
+    with pytest.raises(InputError, match="checksum"):
+        read_archive(other)
+
+
+class Trap:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
 def test_archive_never_unpickles(tmp_path):
-    path = tmp_path / "a.npz"
-    np.savez(path, record=np.array([{}], dtype=object), digest=np.zeros(32, np.uint8))
+    path, sprung = tmp_path / "a.npz", tmp_path / "sprung"
+    np.savez(path, record=np.array([Trap(sprung)], dtype=object), digest=np.zeros(32, np.uint8))
     with pytest.raises(InputError, match="damaged"):
         read_archive(path)
+    assert not sprung.exists()
+
+
+def test_a_small_archive_cannot_ask_for_much_memory(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez_compressed(path, record=np.zeros(10_000_000, np.uint8), digest=np.zeros(32, np.uint8))
+    with pytest.raises(InputError, match="sizes"):
+        read_archive(path)
+
+
+def test_second_signal_gets_through():
+    before = signal.getsignal(signal.SIGTERM)
+    with Interruption() as interruption:
+        signal.raise_signal(signal.SIGTERM)
+        assert interruption.asked
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is before
