@@ -121,10 +121,27 @@ def _refuse_unbuilt(scene):
 def _surface(scene):
     if scene.terrain is None:
         return None
-    extent = (scene.domain.min, scene.domain.max) if scene.domain and scene.domain.min else None
+    extent = _extent(scene)
     if extent is None and scene.terrain.kind == "plane":
         raise InputError(f"{scene.source}: domain: a plane needs domain.min and domain.max, to know how far it reaches")
-    return load_terrain(scene.terrain, scene.base_dir, dimension=scene.dimension, extent=extent)
+    try:
+        return load_terrain(scene.terrain, scene.base_dir, dimension=scene.dimension, extent=extent)
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None
+
+
+def _extent(scene):
+    """Plan box [m] of the terrain that is used: of the domain and of the raster's region; None for all of it."""
+    boxes = []
+    if scene.domain and scene.domain.min:
+        boxes.append((scene.domain.min[: scene.dimension - 1], scene.domain.max[: scene.dimension - 1]))
+    region = getattr(scene.terrain, "region", None)
+    if region is not None:
+        free = (-np.inf, np.inf)
+        boxes.append(tuple(zip(region.x or free, region.y or free, strict=True)))
+    if not boxes:
+        return None
+    return np.max([lower for lower, _ in boxes], axis=0), np.min([upper for _, upper in boxes], axis=0)
 
 
 def _seed(scene, surface):

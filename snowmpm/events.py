@@ -30,13 +30,13 @@ class Event:
 
 class Cut(Event):
     """A saw drawn through a body. Seen from above, particles of the body within half the width of the path that the
-    saw has passed lose their strength and their stress: the law's `severed_state()`; their mass stays."""
+    saw passes lose their strength and their stress: the law's `severed_state()`; their mass stays."""
 
     def __init__(self, spec, body, width):
         super().__init__(spec, body)
         self._half_width = 0.5 * width
         self._path = np.asarray(spec.path, float)[:, :-1]
-        self._length = float(np.linalg.norm(np.diff(self._path, axis=0), axis=1).sum())
+        self._at = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(self._path, axis=0), axis=1))]
         self._cut_to = -np.inf
 
     def state(self):
@@ -46,49 +46,27 @@ class Cut(Event):
         super().restore(state)
         self._cut_to = state["cut_to"]
 
-    def _reached(self, time):
-        if self._spec.speed is None:
-            return self._length
-        return min(self._length, (time - self._spec.start) * self._spec.speed)
-
     def apply(self, simulation):
         if simulation.time < self._spec.start:
             return
-        reached = self._reached(simulation.time)
-        # Half a cell at a time: the grid sees no finer, and each time costs a copy of the particles.
-        if reached < self._length and reached < self._cut_to + 0.5 * simulation.scene.solver.dx:
+        length, speed = self._at[-1], self._spec.speed
+        reached = length if speed is None else min(length, (simulation.time - self._spec.start) * speed)
+        # Half a cell at a time: the grid sees no finer.
+        if reached < length and reached < self._cut_to + 0.5 * simulation.scene.solver.dx:
             return
-        self._cut_to = reached
-        self.done = reached >= self._length
-        solver = simulation.solver
-        fields = simulation.particles
-        own = np.flatnonzero(fields["body"] == self._body)
-        plan = fields["position"][own, :-1]
-        hit = own[self._distance(plan, reached) <= self._half_width]
-        if len(hit) == 0:
-            return
-        table, layout = solver.particles.table(), solver.particles.layout
-        law = solver.materials.laws[fields["material"][hit[0]]]
-        state = law.severed_state()
-        if state is None:
+        law = simulation.law_of_body(self._body)
+        if law.severed_state() is None:
             raise InputError.at("events.body", self._spec.body, f"{law.kind} has no severed state, so it cannot be cut")
-        table[hit[:, None], layout.columns("state").start + np.arange(len(state))] = state
-        table[hit, layout.columns("elastic")] = 0.0
-        table[hit, layout.columns("stress")] = 0.0
-        solver.rewrite(table)
+        simulation.solver.sever(self._piece(max(self._cut_to, 0.0), reached), self._half_width,
+                                simulation.numbers_of_body(self._body), law.severed_state())
+        self._cut_to = reached
+        self.done = reached >= length
 
-    def _distance(self, plan, reached):
-        """Distance in plan [m] from the part of the path that the saw has passed."""
-        best, passed = np.full(len(plan), np.inf), 0.0
-        for a, b in zip(self._path, self._path[1:], strict=False):
-            length = np.linalg.norm(b - a)
-            end = min(1.0, max(0.0, (reached - passed) / length)) if length > 0.0 else 0.0
-            t = np.clip(((plan - a) @ (b - a)) / max(length**2, 1e-300), 0.0, end)
-            best = np.minimum(best, np.linalg.norm(plan - a - t[:, None] * (b - a), axis=1))
-            passed += length
-            if passed >= reached:
-                break
-        return best
+    def _piece(self, start, end):
+        """Corners of the path between two distances along it [m], (k, dim - 1)."""
+        inside = self._at[(self._at > start) & (self._at < end)]
+        along = np.r_[start, inside, end]
+        return np.stack([np.interp(along, self._at, column) for column in self._path.T], axis=1)
 
 
 class Load(Event):

@@ -58,6 +58,15 @@ class Simulation:
     def particles(self):
         return ParticleFields(self.solver, self.model.body_starts)
 
+    def law_of_body(self, body):
+        """Law of the body with this index."""
+        return self.scene.materials[self.scene.bodies[body].material]
+
+    def numbers_of_body(self, body):
+        """First particle number of a body, and one past its last."""
+        ends = [*self.model.body_starts, len(self.model.population.volumes)]
+        return int(ends[body]), int(ends[body + 1])
+
     def step(self, until=None):
         """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
         for event in self.events:

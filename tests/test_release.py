@@ -45,9 +45,12 @@ def test_slab_stays_at_rest_until_the_cut(story):
 
 
 def test_crack_runs_beyond_the_cut_ahead_of_the_slab(story):
-    complete = next(row for row in story["rows"] if row["share"] > 0.75)  # 9 of 11 m of weak layer carry the slab
-    assert complete["broken"].min() < CUT[0] - 2.0 and complete["broken"].max() > CUT[1] + 2.0
-    assert complete["slab_moved"] < 0.1  # less than a cell when the crack is through
+    def through(row):
+        return len(row["broken"]) and row["broken"].min() < CUT[0] - 1.5 and row["broken"].max() > CUT[1] + 1.5
+
+    first = next(row for row in story["rows"] if through(row))
+    assert first["slab_moved"] < 0.1  # less than a cell when the crack has reached both ends of the slab
+    assert story["rows"][-1]["share"] > 0.6  # 9 of 11 m of the weak layer carry the slab
 
 
 def test_slab_slides_off(story):
