@@ -6,7 +6,7 @@ import numpy as np
 import taichi as ti
 
 from .elastic import elastic_trial
-from .ellipse import YIELD_TOLERANCE, return_to_ellipse, sinh_cosh
+from .ellipse import YIELD_TOLERANCE, return_to_ellipse, sinh_positive
 from .hencky import deviation_of_strain
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
@@ -20,11 +20,11 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed):
     prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
     the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
     """
-    K, xi, p_fixed, alpha = prm[0], prm[2], prm[4], prm[7]
+    K, xi, p_fixed, alpha, per_K = prm[0], prm[2], prm[4], prm[7], prm[8]
     softens = alpha > 0.0 and collapsed == 0.0
     beta = ti.select(collapsed == 0.0, prm[3], 0.0)
     shear2 = prm[6] * deviator2
-    sinh, cosh = sinh_cosh(xi * zeta)
+    sinh = sinh_positive(xi * zeta)
     p0 = p_fixed + K * sinh
     w = p_trial - 0.5 * (1.0 - beta) * p0
     radius = 0.5 * (1.0 + beta) * p0
@@ -47,16 +47,16 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed):
             # cohesion. Separated snow that is compacted first closes its gap, without stress.
             through = softens and w > 0.0 and p_trial >= K * collapse
             start = ti.select(through, collapse, ti.max(gap, 0.0))
-            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) / K, ti.max(w / K, gap))
+            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) * per_K, ti.max(w * per_K, gap))
             zeta0, rate = ti.select(through, -collapse, zeta), ti.select(through, 1.0, rate)
-            sinh, cosh = ti.select(through, 0.0, sinh), ti.select(through, 1.0, cosh)
+            sinh = ti.select(through, 0.0, sinh)
             beta = ti.select(through, 0.0, beta)
             collapsed_new = ti.select(through, 1.0, collapsed)
             shape = 1.0 + 2.0 * beta
             p, ratio, iterations = return_to_ellipse(
-                p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, zeta0, rate, sinh, cosh, side, start, end
+                p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, zeta0, rate, sinh, side, start, end
             )
-        zeta_new = zeta0 + rate * ((p_trial - p) / K)
+        zeta_new = zeta0 + rate * ((p_trial - p) * per_K)
     return p, ratio, zeta_new, collapsed_new, iterations, yielded
 
 
@@ -77,11 +77,11 @@ def critical_state_update(prm, h, state, A, dt):
         state_new[0] = zeta
         if ti.static(state.n > 1):
             state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, collapsed)
-        dissipation = p * (p_trial - p) / prm[0] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
+        dissipation = p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
         if ratio == 0.0:
             h_new.fill(0.0)  # separated: stress-free, the common case in a flow
         else:
-            h_new = deviation_of_strain(ratio * deviator, -p / prm[0], ratio * ratio * deviator2)
+            h_new = deviation_of_strain(deviator, -p * prm[8], deviator2, ratio)
     tau = plus_isotropic((2.0 * prm[1] * ratio) * deviator, -p)
     return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
 
@@ -144,10 +144,10 @@ class CriticalStateLaw(Law):
         return {"p0": p0, "damage": 1.0 - np.clip(left, 0.0, 1.0)}
 
     def parameters(self):
-        """K, G, ξ, β, p₀ where it is fixed (ξ = 0) else 0, 3G/M², 6G²/M², α."""
+        """K, G, ξ, β, p₀ where it is fixed (ξ = 0) else 0, 3G/M², 6G²/M², α, 1/K."""
         K, G, slope2 = self.bulk_modulus, self.shear_modulus, self.critical_slope**2
         fixed = self.p0 if self.hardening == 0.0 else 0.0
-        return K, G, self.hardening, self.beta, fixed, 3.0 * G / slope2, 6.0 * G * G / slope2, self.alpha
+        return K, G, self.hardening, self.beta, fixed, 3.0 * G / slope2, 6.0 * G * G / slope2, self.alpha, 1.0 / K
 
     def initial_state(self):
         return (self.initial_zeta,)

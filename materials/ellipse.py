@@ -30,28 +30,26 @@ YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as 
 
 
 @ti.func
-def sinh_cosh(t):
-    """sinh and cosh of max(t, 0), relative accuracy kept for small t; exp is only called beyond 1."""
+def sinh_positive(t):
+    """sinh(max(t, 0)), relative accuracy kept for small t. Beyond any use it stays finite, and so does its square."""
     t = ti.max(t, 0.0)
-    s, c = 1.0, 1.0
+    s = 1.0
     if t < 1.0:
         u = t * t
         for k in ti.static(range(by_precision(5, 9), 0, -1)):
             s = 1.0 + s * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
         s *= t
-        c = ti.sqrt(1.0 + s * s)
     else:
         e = ti.exp(t)
-        s = 0.5 * (e - 1.0 / e)
-        c = e - s
-    return s, c
+        s = ti.min(0.5 * (e - 1.0 / e), ti.static(by_precision(1e12, 1e100)))
+    return s
 
 
 @ti.func
-def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, sinh, cosh, side, start, end):
+def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, sinh, side, start, end):
     """Solve Q(Δz) = 0 between `start` (flow not yet finished) and `end` (p = c reached or passed).
 
-    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; sinh, cosh: of ξ ζ at the start;
+    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; sinh: of ξ ζ at the start;
     side: +1 compacting (p > c), −1 dilating.
     Returns p, the factor q/q_tr = r/√(d² + e²), and the number of iterations, −1 if not converged.
     """
@@ -65,18 +63,18 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
     while converged == 0 and iterations < MAX_ITERATIONS:
         iterations += 1
         growth = xi * rate
-        p0, dp0 = p_fixed + bulk * sinh, bulk * growth * cosh
+        p0, dp0 = p_fixed + bulk * sinh, bulk * growth * ti.sqrt(1.0 + sinh * sinh)
         ddp0 = bulk * growth * growth * sinh
         w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
         d, dd = w + kappa * x, dw + kappa
         square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
         root = ti.sqrt(square)
-        inverse = 1.0 / root
-        inverse2 = inverse * inverse
+        inverse2 = 1.0 / square
+        inverse = root * inverse2  # the division does not wait for the root
         cosine = d * inverse
         radius, dradius, ddradius = half_sum * p0, half_sum * dp0, half_sum * ddp0
         # g = cos θ as a function of d, and the derivatives of Q; in the third one p₀'' is left out
-        dg = e2 / square * inverse
+        dg = e2 * inverse2 * inverse
         ddg, dddg = -3.0 * d * inverse2 * dg, (15.0 * cosine * cosine - 3.0) * inverse2 * dg
         residual = radius * cosine - w
         slope = dradius * cosine + radius * dg * dd - dw
@@ -87,7 +85,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         newton = -residual * per_slope
         bend = 0.5 * newton * (second * per_slope)
         bend += newton * newton * (third * per_slope) * ti.static(1.0 / 6.0) - 2.0 * bend * bend
-        step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, bend)))
+        step = newton - newton * bend
         change = ti.abs(step) * (bulk + ti.abs(dd) + ti.abs(dp0)) * ti.max(1.0, bulk * per_slope)
         small = change <= ti.static(by_precision(*STEP_TOLERANCE)) * ti.min(p0, reach) and ti.abs(
             growth * step
@@ -95,6 +93,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
             converged = 1
         else:
+            step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, bend)))
             reach = ti.select(iterations == 1, root, reach)
             rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
             beyond = side * w < -rounding
@@ -110,8 +109,9 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
             # p₀ and d followed along the last, small step are as good as another evaluation
             p0 += step * (dp0 + 0.5 * step * ddp0)
             d += step * (dd + 0.5 * step * ddw)
-            ratio = half_sum * p0 / ti.sqrt(d * d + e2 + ti.static(by_precision(1e-30, 1e-200)))
+            square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
+            ratio = half_sum * p0 / square * ti.sqrt(square)
             p = half_gap * p0 + ratio * d
         else:
-            sinh, cosh = sinh_cosh(xi * (zeta + rate * x))
+            sinh = sinh_positive(xi * (zeta + rate * x))
     return p, ratio, ti.select(converged == 1, iterations, -1)

@@ -29,6 +29,7 @@ from .symmetric import (
 # the first term left out, norm^order / (order + 1) relative to X for ln, norm^order / (order + 1)! for exp.
 LOG_ORDER = (6, 12)  # float32, float64
 LOG_RADIUS = (0.1, 0.06)
+MEAN_LIMIT = 0.15  # the isotropic part of h up to which its own series is used
 EXP_ORDER = (4, 8)
 EXP_RADIUS = (0.06, 0.05)
 MAX_HALVINGS = 12
@@ -36,11 +37,11 @@ MAX_HALVINGS = 12
 
 @ti.func
 def log1p_series(x):
-    """ln(1 + x) for |x| < 1/4, relative accuracy kept: 2 artanh(x / (2 + x))."""
+    """ln(1 + x) for |x| < MEAN_LIMIT, relative accuracy kept: 2 artanh(x / (2 + x))."""
     t = x / (2.0 + x)
     u = t * t
     poly = 0.0
-    for k in ti.static(range(by_precision(4, 9), 0, -1)):
+    for k in ti.static(range(by_precision(2, 6), 0, -1)):
         poly = poly * u + ti.static(1.0 / (2 * k + 1))
     return 2.0 * t * (1.0 + u * poly)
 
@@ -95,12 +96,15 @@ def hencky_strain(h):
     inverse2 = inverse * inverse
     j2 = 0.5 * trace(D2) * inverse2
     j3 = determinant(D) * inverse2 * inverse
-    # det(I + h) − 1, every term small when h is
-    det_less_one = mean * (3.0 + mean * (3.0 + mean)) + scale * scale * scale * (j3 - j2)
     deviator = D
     volume, deviator2, finite = 0.0, 0.0, 1
-    if j2 < ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2) and ti.abs(det_less_one) < 0.25 and scale > 0.5:
-        volume = 0.5 * log1p_series(det_less_one)
+    if j2 < ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2) and ti.abs(mean) < MEAN_LIMIT:
+        # tr ε = ½ ln det b = (3/2) ln(1 + mean) + ½ ln(1 + j₃ − j₂); the last is a correction, below radius²/4
+        y = j3 - j2
+        poly = 0.0
+        for k in ti.static(range(by_precision(3, 6), 0, -1)):
+            poly = ti.static((-1) ** (k + 1) * 0.5 / k) + poly * y
+        volume = 1.5 * log1p_series(mean) + poly * y
         # ln(I + X) = Σ (−1)^(k+1) X^k / k;  X^k = c0 I + c1 X + c2 X²
         a1, a2 = 0.5, -0.25
         c0, c1, c2 = 0.0, 0.0, 1.0
@@ -119,19 +123,24 @@ def hencky_strain(h):
 
 
 @ti.func
-def deviation_of_strain(deviator, volume, deviator2):
-    """h = exp(2 ε) − I of the Hencky strain with the given deviator e, trace, and e : e."""
-    scale = 2.0
-    norm2 = 4.0 * deviator2 + ti.static(4.0 / 9.0) * volume * volume
+def deviation_of_strain(deviator, volume, deviator2, factor):
+    """h = exp(2 ε) − I of the Hencky strain with deviator `factor` e and the given trace; deviator2: e : e.
+
+    The factor is apart because a return map knows it last: all products of e are formed while it is being found.
+    """
+    scale = 2.0 * factor
+    share = ti.static(2.0 / 3.0) * volume
+    norm2 = scale * scale * deviator2 + share * share
     halvings = 0
     while norm2 > ti.static(by_precision(*EXP_RADIUS) ** 2) and halvings < MAX_HALVINGS:
         norm2 *= 0.25
         scale *= 0.5
+        share *= 0.5
         halvings += 1
-    X = scale * deviator
-    j2 = 0.5 * scale * scale * deviator2
-    j3 = determinant(X)
-    # exp(X) − I = Σ X^k / k!
+    scale2 = scale * scale
+    j2 = 0.5 * scale2 * deviator2
+    j3 = scale2 * scale * determinant(deviator)
+    # exp(X) − I = Σ X^k / k!,  X = scale e
     a0, a1, a2 = 0.0, 1.0, 0.5
     c0, c1, c2 = 0.0, 0.0, 1.0
     for k in ti.static(range(3, by_precision(*EXP_ORDER) + 1)):
@@ -140,8 +149,9 @@ def deviation_of_strain(deviator, volume, deviator2):
         a1 += ti.static(1.0 / factorial(k)) * c1
         a2 += ti.static(1.0 / factorial(k)) * c2
     # exp(X + x I) − I = (1 + g)(exp(X) − I) + g I,  g = exp(x) − 1
-    g = expm1_series(ti.static(1.0 / 3.0) * scale * volume)
-    h = plus_isotropic(((1.0 + g) * a1) * X + ((1.0 + g) * a2) * squared(X), (1.0 + g) * a0 + g)
+    g = expm1_series(share)
+    grown = 1.0 + g
+    h = plus_isotropic((grown * a1 * scale) * deviator + (grown * a2 * scale2) * squared(deviator), grown * a0 + g)
     for _ in range(halvings):
         h = 2.0 * h + squared(h)
     return h

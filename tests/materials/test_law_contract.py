@@ -139,7 +139,7 @@ def test_two_laws_in_one_kernel_with_a_common_table():
             f[0, 0] = -0.1
             for k in ti.static(range(3)):
                 if i == k:
-                    h, tau, internal, work, count = laws[k].update(prm, h, internal, f, 1.0)
+                    h, tau, internal, _work, _count = laws[k].update(prm, h, internal, f, 1.0)
                     for j in ti.static(range(6)):
                         stress[i, j] = tau[j]
             for k in ti.static(range(columns)):
@@ -208,7 +208,8 @@ def test_material_point_fields():
     path = MaterialPoint(A).drive(F)
     assert path.kirchhoff.shape == path.elastic_strain.shape == (20, 3, 3)
     J = np.linalg.det(F)
-    np.testing.assert_allclose(np.trace(path.elastic_strain, axis1=1, axis2=2) + path.plastic_volumetric_strain, np.log(J))
+    elastic_volume = np.trace(path.elastic_strain, axis1=1, axis2=2)
+    np.testing.assert_allclose(elastic_volume + path.plastic_volumetric_strain, np.log(J))
     np.testing.assert_allclose(path.plastic_volumetric_strain, A.initial_zeta - path.state[:, 0], atol=1e-13)
     np.testing.assert_allclose(path.p0, A.p0_at(path.state[:, 0]))
     assert (np.diff(path.dissipation) >= 0.0).all() and path.dissipation[-1] > 0.0
