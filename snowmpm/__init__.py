@@ -8,8 +8,11 @@ Importing the package starts nothing: names below are loaded when first used.
 """
 
 import importlib
+import os
 
 __version__ = "0.1.0"
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not print when it is imported
 
 _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.simulation", "Run": "snowmpm.io",
           "start": "snowmpm.runtime"}

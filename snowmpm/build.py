@@ -207,11 +207,20 @@ def _stress_from_weight(model):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
 
 
+def check_fixed_step(scene, solver):
+    """Refuse a fixed step that is unstable from the start: beyond the whole of the limit, not only the share cfl."""
+    fixed, (limit, _) = scene.solver.dt, solver.stable_dt()
+    if fixed and fixed > limit / scene.solver.cfl:
+        raise InputError.at("solver.dt", fixed, f"unstable: must be at most {limit / scene.solver.cfl:.3g} s here; leave"
+                                                " it out for an adaptive step", scene.source)
+
+
 def describe(scene):
     """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory" [bytes], "bytes_per_particle",
     "fields", "dt" [s], "dt_cause", "steps", "run_time" [s], "domain"}. Raises InputError as `build` does."""
     model = build(scene)
     solver = model.solver()
+    check_fixed_step(scene, solver)
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from snowmpm import runtime
-from snowmpm.build import build
+from snowmpm.build import build, check_fixed_step
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.fields import ParticleFields
@@ -36,7 +36,7 @@ class Simulation:
         self.solver = self.model.solver()
         self.events = self.model.events()
         self.dt, self.dt_cause = 0.0, "elastic"
-        self._check_fixed_step()
+        check_fixed_step(scene, self.solver)
         if scene.initial.stress == "settle" and not settled:
             self.settle()
         self._audit = Audit(self.solver, self.particles, self.model.direction, self.model.population.positions)
@@ -119,13 +119,6 @@ class Simulation:
                                       f" {limit:.3g} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
         return self.solver.stable_dt()
-
-    def _check_fixed_step(self):
-        fixed, (limit, _) = self.scene.solver.dt, self.solver.stable_dt()
-        largest = limit / self.scene.solver.cfl
-        if fixed and fixed > largest:
-            raise InputError.at("solver.dt", fixed, f"unstable: must be at most {largest:.3g} s here; leave it out for an"
-                                                    " adaptive step", self.scene.source)
 
     def settle(self):
         """Relax to rest under gravity with damped nodes, then start the clock at zero.

@@ -1,4 +1,4 @@
-"""Scenes end to end: every library scene takes its first steps, map coordinates cost nothing, loads trigger, data runs."""
+"""Scenes end to end: library scenes take their first steps, map coordinates cost nothing, loads trigger, real data."""
 
 from pathlib import Path
 
@@ -38,7 +38,8 @@ def test_library_scene_takes_its_first_steps(name, tmp_path):
 def moved_release(tmp_path, name, shift):
     """The release scene, `shift` metres along x, run to 0.05 s."""
     text = RELEASE.read_text()
-    for before, after in (("points = [[0.0, 9.375], [12.0, 0.0]]", f"points = [[{shift}, 9.375], [{shift + 12.0}, 0.0]]"),
+    ends = f"points = [[{shift}, 9.375], [{shift + 12.0}, 0.0]]"
+    for before, after in (("points = [[0.0, 9.375], [12.0, 0.0]]", ends),
                           ("x = [0.5, 11.5]", f"x = [{shift + 0.5}, {shift + 11.5}]"),
                           ("x = [1.5, 10.5]", f"x = [{shift + 1.5}, {shift + 10.5}]"),
                           ("path = [[4.0, 6.0], [8.0, 3.0]]", f"path = [[{shift + 4.0}, 6.0], [{shift + 8.0}, 3.0]]")):

@@ -22,4 +22,4 @@ def test_it_is_an_avalanche_path():
     plan = corner + np.array([[180.0, 260.0], [400.0, 260.0], [850.0, 260.0]])
     dip = np.degrees(np.arccos(surface.smooth_normal(plan, 60.0)[:, 2]))
     assert 32.0 < dip[0] < 40.0 and 22.0 < dip[1] < 34.0 and dip[2] < 6.0
-    assert np.isnan(surface.height(corner + [[8.0, 8.0]])).all()  # no-data
+    assert np.isnan(surface.height((corner + 8.0)[None])).all()  # no-data
