@@ -13,7 +13,8 @@ import taichi as ti
 
 from snowmpm import runtime
 
-_SPREAD = 512
+SPREAD = 512
+"""Iterations of a parallel loop that Taichi gives to a thread at a time."""
 CHUNKS_PER_THREAD = 12
 """Chunks each thread gets on average: enough to even out blocks of unequal cost."""
 
@@ -25,16 +26,16 @@ def workers(n_blocks):
 
 @ti.func
 def chunks(workers):
-    return workers * _SPREAD
+    return workers * SPREAD
 
 
 @ti.func
 def is_worker(i):
-    return i % _SPREAD == 0
+    return i % SPREAD == 0
 
 
 @ti.func
 def chunk(i, workers, n):
     """First and one-past-last block of the worker at iteration i."""
-    k = i // _SPREAD
+    k = i // SPREAD
     return n * k // workers, n * (k + 1) // workers

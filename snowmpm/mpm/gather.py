@@ -80,9 +80,18 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         return velocity, gradient
 
     @ti.func
+    def store_box(boxes: ti.template(), b, lowest, highest):
+        """The nodes of the tile that stencils of positions between these touch."""
+        for a in ti.static(range(dim)):
+            first = ti.floor(lowest[a] - 0.5, ti.i32) + 1
+            last = ti.floor(highest[a] - 0.5, ti.i32) + 1 + WIDTH
+            boxes[b, 3 - dim + a] = ti.max(0, first)
+            boxes[b, 6 - dim + a] = ti.min(tile_edge, last)
+
+    @ti.func
     def gather_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
                         law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, dx, flip_ratio):
-        """Advance one particle; -> its report."""
+        """Advance one particle; -> its report, its new position."""
         x = load(reals, p, at["position"], dim)
         base, f, w = quadratic_stencil(x)
         velocity, gradient = interpolate(tiles, b, base, f, w)
@@ -128,7 +137,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         sound = is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum())
         if growth <= 0.0 or excursion > FARTHEST_EXCURSION or not sound:
             report[BAD] = 1.0
-        return report
+        return report, x
 
     @ti.func
     def reduce_report(reports: ti.template(), report: ti.template(), n_tiles):
@@ -143,7 +152,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
 
     @ti.kernel
     def gather_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                      law_of: ti.types.ndarray(), start: ti.types.ndarray(),
+                      law_of: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), changes: ti.types.ndarray(dtype=vec4, ndim=1),
                       dt: real, dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(),
                       n_tiles: int, workers: int):
@@ -153,9 +162,11 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
                 for b in range(first, last):
                     block = ti.Vector.zero(real, N_REPORT)
                     worst = 0
+                    lowest, highest = ti.Vector.zero(real, dim) + 2.0 * edge, ti.Vector.zero(real, dim) - edge
                     for p in range(start[b], start[b + 1]):
-                        one = gather_particle(p, b, reals, integers, materials, law_of, tiles, changes, dt, dx,
-                                              flip_ratio)
+                        one, x = gather_particle(p, b, reals, integers, materials, law_of, tiles, changes, dt, dx,
+                                                 flip_ratio)
+                        lowest, highest = ti.min(lowest, x), ti.max(highest, x)
                         for c in ti.static(range(N_REPORT)):
                             if ti.static(c in _SUMMED):
                                 block[c] += one[c]
@@ -163,6 +174,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
                                 block[c] = ti.max(block[c], one[c])
                         if one[BAD] > 0.0:
                             worst = p + 1
+                    store_box(boxes, b, lowest, highest)
                     for c in ti.static(range(N_REPORT)):
                         reports[b, c] = ti.cast(block[c], ti.f64)
                     reports[b, BAD] = ti.cast(worst, ti.f64)
@@ -172,15 +184,15 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
 
     @ti.kernel
     def gather_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                      law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
+                      law_of: ti.types.ndarray(), block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), changes: ti.types.ndarray(dtype=vec4, ndim=1),
                       dt: real, dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(),
                       n_tiles: int, count: int):
         for b, c in ti.ndrange(n_tiles, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
-            one = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, changes, dt, dx,
-                                              flip_ratio)
+            one, _ = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, changes, dt, dx,
+                                     flip_ratio)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):

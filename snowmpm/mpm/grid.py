@@ -15,7 +15,7 @@ import taichi as ti
 
 from snowmpm.blocks import EDGE, coordinates_of, keys_of, neighbour_steps
 from snowmpm.contact import OPEN, contact_velocity
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, workers
 from snowmpm.runtime import DTYPES
 
 TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
@@ -23,6 +23,11 @@ TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
 
 ON_SURFACE = 1e-5
 """Cells above the ground up to which a node counts as inside: a node exactly on it must not be left to round-off."""
+
+
+def tile_strides(dim):
+    """Distance in memory of neighbour nodes of a tile along each of three axes; 0 along the first in 2-D."""
+    return [0] * (3 - dim) + [TILE[dim] ** (dim - 1 - a) for a in range(dim)]
 
 
 def int_array(values):
@@ -39,7 +44,8 @@ class TileGrid:
     """Tiles of the occupied blocks, and the node blocks that they cover.
 
     tile_of[n, s]: tile of the block one step s from node block n (steps as in `blocks.neighbour_steps`), -1 where that
-    block is empty. walls[node]: outward normal and signed distance to the terrain [cells] at each node of each node block.
+    block is empty. boxes[tile]: first and one-past-last node along each of three axes that its particles reach.
+    walls[node]: outward normal and signed distance to the terrain [cells] at each node of each node block.
     """
 
     def __init__(self, dim, precision, wall_distance=None, flip=False):
@@ -51,7 +57,7 @@ class TileGrid:
         self.flip = flip
         self.node_keys = np.zeros(0, np.int64)
         self._walls = np.zeros((0, EDGE[dim] ** dim, 4))
-        self.tiles = self.impulses = self.walls = None
+        self.tiles = self.impulses = self.walls = self.scratch = None
 
     def fit(self, blocks):
         """Follow a new block map. What is known of the terrain at node blocks seen in the last map is kept."""
@@ -66,6 +72,8 @@ class TileGrid:
         self.start = int_array(blocks.start)
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
+        self.boxes = self._whole_tiles(self.n_tiles)
+        self.scratch = self._room(self.scratch, 2 * edge**dim * workers(self.n_node_blocks))
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
         self.walls = self._room(self.walls, len(keys) * edge**dim if self.wall_distance else 1)
@@ -80,11 +88,18 @@ class TileGrid:
             return array
         return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (int(1.25 * nodes) + 64,))
 
+    def _whole_tiles(self, n):
+        """Boxes that leave no node of a tile out, until the particles tell which ones they reach."""
+        flat = 3 - self.dim
+        return int_array(np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim, (n, 6)))
+
     @property
     def bytes(self):
         """Memory of tiles, walls and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
-        return 4 * real * (self.tiles.shape[0] + self.impulses.shape[0] + self.walls.shape[0]) + 4 * self.tile_of.shape[0] * self.tile_of.shape[1]
+        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.walls.shape[0] + self.scratch.shape[0]
+        integers = sum(np.prod(table.shape) for table in (self.tile_of, self.node_coordinates, self.boxes))
+        return 4 * real * nodes + 4 * int(integers)
 
     def _fit_walls(self, keys, coordinates):
         if not self.wall_distance:
@@ -111,103 +126,152 @@ def grid_kernel(dim, real, with_terrain, flip):
     """Kernel that advances the nodes: v = p / m + dt g, loads, contact; the result replaces the momentum.
 
     flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it.
+
+    A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
+    its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
+    that particles reach are touched. In 2-D the first of three axes is one node wide.
     """
     edge, tile_edge = EDGE[dim], TILE[dim]
     vec4 = ti.types.vector(4, real)
-    corners = 2**dim
+    n_nodes = edge**dim
+    stride = tile_strides(dim)
+    # Nodes of a row that the tile of the block before, the block's own and the tile of the block after hold
+    held = (range(3), range(edge), range(edge - 1, edge))
 
     @ti.func
-    def second_step(r):
-        """Step to the other tile that holds node r of a block along an axis; 0 when there is none."""
-        return ti.select(r <= 2, -1, ti.select(r == edge - 1, 1, 0))
+    def common_box(boxes: ti.template(), tile, s):
+        """First and one-past-last of a block's nodes in the box of the tile at step s from it; the tile's node 0."""
+        first, last, address, code = ti.Vector([0, 0, 0]), ti.Vector([1, 1, 1]), tile * tile_edge**dim, s
+        for a in ti.static(range(2, 2 - dim, -1)):
+            to_tile = 1 - edge * (code % 3 - 1)
+            code = code // 3
+            first[a] = ti.max(0, boxes[tile, a] - to_tile)
+            last[a] = ti.min(edge, boxes[tile, 3 + a] - to_tile)
+            address += to_tile * ti.static(stride[a])
+        return first, last, address
 
     @ti.func
-    def slot(tile_of: ti.template(), n, r, corner: ti.template()):
-        """Address of a node's copy in one of its 2^dim tiles, -1 where that tile does not exist."""
-        code, address, exists = 0, 0, 1
+    def exchange(gathering: ti.template(), n, tile_of: ti.template(), boxes: ti.template(), scratch: ti.template(),
+                 sums, tiles: ti.template()):
+        """Add a node block's copies up in the scratch block, or write them back; -> whether there are any."""
+        found = 0
+        for s in range(3**dim):
+            tile = tile_of[n, s]
+            if tile >= 0:
+                first, last, address = common_box(boxes, tile, s)
+                if (last > first).all():
+                    if gathering and found == 0:
+                        for q in range(n_nodes):
+                            scratch[sums + q] = vec4(0.0)
+                    found = 1
+                    for c in ti.static(range(3)):
+                        if s % 3 == c:
+                            for i in range(first[0], last[0]):
+                                for j in range(first[1], last[1]):
+                                    here = sums + (i * edge + j) * edge
+                                    there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
+                                    for k in ti.static(held[c]):
+                                        if ti.static(gathering):
+                                            scratch[here + k] = scratch[here + k] + tiles[there + k]
+                                        else:
+                                            tiles[there + k] = scratch[here + k]
+        return found
+
+    @ti.func
+    def load_velocity(x, dt, loads: ti.template(), n_loads):
+        """Velocity that the local loads add at a node."""
+        v = ti.Vector.zero(real, dim)
+        for j in range(n_loads):
+            d2 = ti.cast(0.0, real)
+            for a in ti.static(range(dim)):
+                d2 += (x[a] - ti.cast(loads[j, a], real)) ** 2
+            if d2 < ti.cast(loads[j, dim], real) ** 2:
+                for a in ti.static(range(dim)):
+                    v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
+        return v
+
+    @ti.func
+    def side_contact(v, x, sides: ti.template()):
+        """Velocity of a node after the sides of the domain."""
         for a in ti.static(range(dim)):
-            step = 0
-            if ti.static((corner >> a) & 1):
-                step = second_step(r[a])
-                if step == 0:
-                    exists = 0
-            code = code * 3 + step + 1
-            address = address * tile_edge + (r[a] - edge * step + 1)
-        tile = -1
-        if exists == 1:
-            tile = tile_of[n, code]
-        return ti.select(tile >= 0, tile * tile_edge**dim + address, -1)
+            for side in ti.static(range(2)):
+                sign = ti.static(1 - 2 * side)
+                code = ti.cast(sides[a, side, 1], ti.i32)
+                if code != OPEN and sign * (x[a] - ti.cast(sides[a, side, 0], real)) <= 0.0:
+                    v = contact_velocity(v, ti.Vector.unit(dim, a, real) * sign, code, 0.0)
+        return v
+
+    @ti.func
+    def reaches_side(corner, sides: ti.template()):
+        """Whether a node of the block with this first node lies on or beyond a side that is not open."""
+        reaches = 0
+        for a in ti.static(range(dim)):
+            for side in ti.static(range(2)):
+                sign = ti.static(1 - 2 * side)
+                at = corner[a] + ti.static((edge - 1) * side)
+                if sides[a, side, 1] != OPEN and sign * (at - ti.cast(sides[a, side, 0], real)) <= 0.0:
+                    reaches = 1
+        return reaches
 
     @ti.kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                    tile_of: ti.types.ndarray(),
-                    node_coordinates: ti.types.ndarray(), walls: ti.types.ndarray(dtype=vec4, ndim=1),
-                    sides: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.vector(dim, real),
-                    dt: real, keep: real, terrain_code: int, terrain_friction: real,
-                    impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int, n_node_blocks: int,
-                    workers: int):
+                    boxes: ti.types.ndarray(), scratch: ti.types.ndarray(dtype=vec4, ndim=1),
+                    tile_of: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
+                    walls: ti.types.ndarray(dtype=vec4, ndim=1), sides: ti.types.ndarray(), loads: ti.types.ndarray(),
+                    gravity: ti.types.vector(dim, real), dt: real, keep: real, terrain_code: int,
+                    terrain_friction: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
+                    n_node_blocks: int, workers: int):
         for i in range(chunks(workers)):
             if is_worker(i):
                 first, last = chunk(i, workers, n_node_blocks)
+                sums = i // SPREAD * ti.static(2 * n_nodes)
                 for n in range(first, last):
                     impulse, friction_work = ti.Vector.zero(ti.f64, dim), ti.cast(0.0, ti.f64)
-                    for q in range(edge**dim):
-                        r = ti.Vector.zero(ti.i32, dim)
-                        rest = q
-                        for a in ti.static(range(dim - 1, -1, -1)):
-                            r[a] = rest % edge
-                            rest = rest // edge
-                        node, internal = vec4(0.0), vec4(0.0)
-                        for c in ti.static(range(corners)):
-                            s = slot(tile_of, n, r, c)
-                            if s >= 0:
-                                node += tiles[s]
-                                if ti.static(flip):
-                                    internal += impulses[s]
+                    found = exchange(True, n, tile_of, boxes, scratch, sums, tiles)
+                    if ti.static(flip):
+                        exchange(True, n, tile_of, boxes, scratch, sums + n_nodes, impulses)
+                    corner = ti.Vector.zero(real, dim)
+                    for a in ti.static(range(dim)):
+                        corner[a] = ti.cast(edge * node_coordinates[n, a], real)
+                    near_side = reaches_side(corner, sides)
+                    for q in range(n_nodes * found):
+                        node, internal = scratch[sums + q], vec4(0.0)
+                        if ti.static(flip):
+                            internal = scratch[sums + n_nodes + q]
                         if node[3] > 0.0:
                             v = ti.Vector.zero(real, dim)
                             for a in ti.static(range(dim)):
                                 v[a] = (node[a] + internal[a]) / node[3]
                             v = (v + dt * gravity) * keep
-                            free = v
-                            x = ti.Vector.zero(real, dim)
-                            for a in ti.static(range(dim)):
-                                x[a] = ti.cast(edge * node_coordinates[n, a] + r[a], real)
-                            for j in range(n_loads):
-                                d2 = ti.cast(0.0, real)
-                                for a in ti.static(range(dim)):
-                                    d2 += (x[a] - ti.cast(loads[j, a], real)) ** 2
-                                if d2 < ti.cast(loads[j, dim], real) ** 2:
-                                    for a in ti.static(range(dim)):
-                                        v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
-                            before = v
+                            wall = vec4(1.0)
                             if ti.static(with_terrain):
-                                wall = walls[n * edge**dim + q]
-                                if wall[3] < ON_SURFACE:
+                                wall = walls[n * n_nodes + q]
+                            in_wall = wall[3] < ON_SURFACE
+                            # Most nodes are free: only the others pay for their position and the sums in double.
+                            if in_wall or near_side == 1 or n_loads > 0:
+                                free, x = v, corner
+                                for a in ti.static(range(dim)):
+                                    x[a] += ti.cast(q // ti.static(edge ** (dim - 1 - a)) % edge, real)
+                                v += load_velocity(x, dt, loads, n_loads)
+                                before = v
+                                if in_wall:
                                     normal = ti.Vector([wall[a] for a in ti.static(range(dim))])
                                     v = contact_velocity(v, normal, terrain_code, terrain_friction)
-                            for a in ti.static(range(dim)):
-                                for side in ti.static(range(2)):
-                                    sign = ti.static(1 - 2 * side)
-                                    code = ti.cast(sides[a, side, 1], ti.i32)
-                                    if code != OPEN and sign * (x[a] - ti.cast(sides[a, side, 0], real)) <= 0.0:
-                                        normal = ti.Vector.unit(dim, a, real) * sign
-                                        v = contact_velocity(v, normal, code, 0.0)
-                            change = v - free
-                            for a in ti.static(range(dim)):
-                                impulse[a] += ti.cast(node[3] * change[a], ti.f64)
-                            # Force times the velocity at the end of the step, as the scheme itself does work.
-                            friction_work += ti.cast(node[3] * (before - v).dot(v), ti.f64)
+                                v = side_contact(v, x, sides)
+                                impulse += ti.cast(node[3] * (v - free), ti.f64)
+                                # Force times the velocity at the end of the step, as the scheme itself does work.
+                                friction_work += ti.cast(node[3] * (before - v).dot(v), ti.f64)
                             result = vec4(0.0)
                             for a in ti.static(range(dim)):
                                 result[a] = v[a]
                             result[3] = node[3]
-                            for c in ti.static(range(corners)):
-                                s = slot(tile_of, n, r, c)
-                                if s >= 0:
-                                    tiles[s] = result
-                                    if ti.static(flip):
-                                        impulses[s] = result - node / node[3]
+                            scratch[sums + q] = result
+                            if ti.static(flip):
+                                scratch[sums + n_nodes + q] = result - node / node[3]
+                    if found == 1:
+                        exchange(False, n, tile_of, boxes, scratch, sums, tiles)
+                        if ti.static(flip):
+                            exchange(False, n, tile_of, boxes, scratch, sums + n_nodes, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
                     impulse_of[n, dim] = friction_work

@@ -91,21 +91,21 @@ class MpmSolver:
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
-        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.tiles, grid.impulses, dt,
-                      self.dx, self._affine_share, grid.n_tiles, n)
+        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.boxes, grid.tiles,
+                      grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, n)
 
     def update_grid(self, dt):
         grid = self.grid
-        self._update(grid.tiles, grid.impulses, grid.tile_of, grid.node_coordinates, grid.walls, self._sides, self._loads,
-                     ti.Vector(self.gravity), dt, self.keep, self._terrain_code, self._terrain_friction,
+        self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.tile_of, grid.node_coordinates,
+                     grid.walls, self._sides, self._loads, ti.Vector(self.gravity), dt, self.keep, self._terrain_code, self._terrain_friction,
                      self._impulses, self._total, self._n_loads, grid.n_node_blocks, self._workers(grid.n_node_blocks))
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
         report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.tiles,
-                     grid.impulses, dt, self.dx, self._flip_ratio, self._reports, report, grid.n_tiles, n)
+        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
+                     grid.tiles, grid.impulses, dt, self.dx, self._flip_ratio, self._reports, report, grid.n_tiles, n)
         self._read(report)
 
     def stable_dt(self):
