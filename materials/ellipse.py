@@ -86,10 +86,10 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
         bend = 0.5 * newton * (second * per_slope)
         bend += newton * newton * (third * per_slope) * ti.static(1.0 / 6.0) - 2.0 * bend * bend
         step = newton - newton * bend
-        change = ti.abs(step) * (bulk + ti.abs(dd) + ti.abs(dp0)) * ti.max(1.0, bulk * per_slope)
-        small = change <= ti.static(by_precision(*STEP_TOLERANCE)) * ti.min(p0, reach) and ti.abs(
-            growth * step
-        ) <= ti.static(0.03 * by_precision(*STEP_TOLERANCE))
+        # Newton's step is what must be small: the corrected one may vanish where the corrections are not small
+        change = ti.abs(newton) * (bulk + ti.abs(dd) + ti.abs(dp0)) * ti.max(1.0, bulk * per_slope)
+        tolerance = ti.static(by_precision(*STEP_TOLERANCE))
+        small = change <= tolerance * ti.min(p0, reach) and ti.abs(growth * newton) <= 0.03 * tolerance
         if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
             converged = 1
         else:

@@ -242,15 +242,16 @@ def test_closed_elastic_loop_gives_all_energy_back():
     assert np.abs(result.h[:, 3]).max() > 0.1
 
 
+@pytest.mark.parametrize("precision", ["f32", "f64"])
 @pytest.mark.parametrize("law", [*LAWS.values(), STIFF], ids=[*LAWS, "xi=0"])
-def test_100_000_random_trials_of_any_size(law):
+def test_100_000_random_trials_of_any_size(law, precision):
     n, rng = 100_000, np.random.default_rng(12)
     # Trial strains over thirteen decades, all directions in (p, q)
     size, angle = np.exp(rng.uniform(np.log(1e-12), np.log(10.0), n)), rng.uniform(0.0, np.pi, n)
     state = random_state(law, n, rng)
-    p, q, new, iterations, _ = returned(
-        law, 3.0 * law.bulk_modulus * size * np.cos(angle), 3.0 * law.shear_modulus * size * np.sin(angle), state
-    )
+    p_trial, q_trial = 3.0 * law.bulk_modulus * size * np.cos(angle), 3.0 * law.shear_modulus * size * np.sin(angle)
+    p, q, new, iterations, _ = returned(law, p_trial, q_trial, state, precision)
     assert np.isfinite([p, q]).all() and np.isfinite(new).all()
     assert iterations.min() >= 0 and iterations.max() <= 25
-    assert violation(law, p, q, new).max() < 1e-9
+    # Float32: z = (p_trial − p)/K + ... is a difference of numbers up to 30, known to 5e-6, where p0 = K sinh(xi z)
+    assert violation(law, p, q, new).max() < (1e-9 if precision == "f64" else 3e-5)

@@ -165,6 +165,15 @@ def test_uniqueness_lost_still_gives_an_answer():
     assert yielded.mean() > 0.5
 
 
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_far_trial_whose_corrected_step_vanishes(precision):
+    # Newton's step and its correction cancel at the trial state: that is no convergence (found among 10^6 trials)
+    law = changed(A, critical_slope=0.5, cohesion=1.0, hardening=0.1)
+    p, q, state, _, _ = returned(law, -7.791e4, 4781.0, state=[0.199726], precision=precision)
+    assert violation(law, p, q, state)[0] < 1e-5
+    assert p[0] == pytest.approx(-46802.9, rel=1e-4) and q[0] == pytest.approx(396.944, rel=1e-2)  # float64, tight
+
+
 @pytest.mark.parametrize("law", [W1, W2], ids=["W1", "W2"])
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 def test_weak_layer_collapses_within_a_step(law, precision):
