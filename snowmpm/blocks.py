@@ -81,7 +81,7 @@ class BlockMap:
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
         around = self.coordinates[:, None, :] + neighbour_steps(self.dim)[None, :, :]
-        return keys_of(around.reshape(-1, self.dim)).reshape(len(self), -1)
+        return keys_of(around.reshape(-1, self.dim)).reshape(len(self), 3**self.dim)
 
 
 @functools.cache

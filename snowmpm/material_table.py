@@ -14,7 +14,8 @@ class MaterialTable:
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
-        self.classes = tuple(sorted({type(law) for law in laws}, key=lambda law: law.__name__))
+        # Laws that share an update count as one, so that it is compiled once.
+        self.classes = tuple(sorted({law.update: type(law) for law in laws}.values(), key=lambda law: law.__name__))
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
@@ -27,6 +28,7 @@ class MaterialTable:
             numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
-        law_of = np.array([self.classes.index(type(law)) for law in laws], np.int32)
+        updates = [law.update for law in self.classes]
+        law_of = np.array([updates.index(law.update) for law in laws], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)

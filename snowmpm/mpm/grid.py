@@ -68,7 +68,7 @@ class TileGrid:
         self._fit_walls(keys, coordinates)
         self.node_keys = keys
         self.node_coordinates = int_array(coordinates)
-        self.tile_of = int_array(blocks.find(around).reshape(len(keys), -1))
+        self.tile_of = int_array(blocks.find(around).reshape(len(keys), 3**dim))
         self.start = int_array(blocks.start)
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)

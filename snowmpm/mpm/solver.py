@@ -15,6 +15,7 @@ from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array
 from snowmpm.mpm.scatter import scatter_kernel
 from snowmpm.parallel import workers
+from snowmpm.severing import sever_kernel
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.timestep import Extremes, stable_step
 
@@ -241,6 +242,17 @@ class MpmSolver:
     def rewrite(self, table):
         """Put back a changed copy of `particles.table()`; positions and volumes must stay."""
         self.particles.overwrite(table)
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
+        (k, dim - 1) [m]: no stress, and the law's severed `state`."""
+        real, numpy_real = runtime.DTYPES[self.precision]
+        line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
+        store, grid = self.particles, self.grid
+        with runtime.precision(self.precision):
+            return sever_kernel(store.layout, real)(
+                store.reals, store.integers, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
+                np.array(state, numpy_real), grid.n_tiles)
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
