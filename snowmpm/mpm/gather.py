@@ -43,6 +43,11 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
     n_laws = len(laws)
 
     @ti.func
+    def larger(a, b):
+        """Larger number or, entry by entry, vector; b where a is not a number. One instruction, unlike ti.max."""
+        return ti.select(a > b, a, b)
+
+    @ti.func
     def is_finite(x):
         """By the bits of the exponent: fast floating-point mode may optimise a comparison with NaN away."""
         finite = True
@@ -53,8 +58,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         return finite
 
     @ti.func
-    def interpolate(tiles: ti.template(), b, base, f, w):
-        """Velocity [m/s] and its gradient per cell at a particle."""
+    def interpolate(tiles: ti.template(), b, base, f, w, inverse_dx):
+        """Velocity [m/s] and its gradient [1/s] at a particle."""
         v = vec4(0.0)
         moments = [vec4(0.0) for _ in ti.static(range(dim))]
         address = b * tile_edge**dim
@@ -76,8 +81,13 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         for i in ti.static(range(dim)):
             velocity[i] = v[i]
             for a in ti.static(range(dim)):
-                gradient[i, a] = INVERSE_SECOND_MOMENT * (moments[a][i] - f[a] * v[i])
+                gradient[i, a] = (INVERSE_SECOND_MOMENT * inverse_dx) * (moments[a][i] - f[a] * v[i])
         return velocity, gradient
+
+    @ti.func
+    def excursion(lowest, highest):
+        """Largest distance from home [cells] of positions between these."""
+        return ti.max(0.0, (0.5 - lowest).max(), (highest - (edge + 0.5)).max())
 
     @ti.func
     def store_box(boxes: ti.template(), b, lowest, highest):
@@ -90,15 +100,15 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
-                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, dx, flip_ratio):
+                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt,
+                        inverse_dx, flip_ratio):
         """Advance one particle; -> its report, its new position."""
         x = load(reals, p, at["position"], dim)
         base, f, w = quadratic_stencil(x)
-        velocity, gradient = interpolate(tiles, b, base, f, w)
-        grad_v = gradient / dx
-        x += (dt / dx) * velocity
+        velocity, grad_v = interpolate(tiles, b, base, f, w, inverse_dx)
+        x += (dt * inverse_dx) * velocity
         if ti.static(flip):
-            change, _ = interpolate(changes, b, base, f, w)
+            change, _ = interpolate(changes, b, base, f, w, inverse_dx)
             velocity += flip_ratio * (load(reals, p, at["velocity"], dim) + change - velocity)
         A = dt * grad_v
         A = A + 0.5 * A @ A
@@ -125,17 +135,14 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         store(reals, p, at["elastic"], h)
         store(reals, p, at["stress"], tau)
         store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
-        excursion = ti.cast(0.0, real)
-        for a in ti.static(range(dim)):
-            excursion = ti.max(excursion, ti.max(0.5 - x[a], x[a] - (edge + 0.5)))
+        strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + FARTHEST_EXCURSION).any()
         report = ti.Vector.zero(real, N_REPORT)
         report[SPEED2], report[GRADIENT2] = velocity.norm_sqr(), grad_v.norm_sqr()
-        report[STRAIN], report[EXCURSION] = h.norm_sqr(), excursion
-        report[DISSIPATION] = work * volume
+        report[STRAIN], report[DISSIPATION] = h.norm_sqr(), work * volume
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
         report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)
         sound = is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum())
-        if growth <= 0.0 or excursion > FARTHEST_EXCURSION or not sound:
+        if growth <= 0.0 or strayed or not sound:
             report[BAD] = 1.0
         return report, x
 
@@ -164,17 +171,18 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
                     worst = 0
                     lowest, highest = ti.Vector.zero(real, dim) + 2.0 * edge, ti.Vector.zero(real, dim) - edge
                     for p in range(start[b], start[b + 1]):
-                        one, x = gather_particle(p, b, reals, integers, materials, law_of, tiles, changes, dt, dx,
+                        one, x = gather_particle(p, b, reals, integers, materials, law_of, tiles, changes, dt, 1.0 / dx,
                                                  flip_ratio)
-                        lowest, highest = ti.min(lowest, x), ti.max(highest, x)
+                        lowest, highest = -larger(-x, -lowest), larger(x, highest)
                         for c in ti.static(range(N_REPORT)):
                             if ti.static(c in _SUMMED):
                                 block[c] += one[c]
                             else:
-                                block[c] = ti.max(block[c], one[c])
+                                block[c] = larger(one[c], block[c])
                         if one[BAD] > 0.0:
                             worst = p + 1
                     store_box(boxes, b, lowest, highest)
+                    block[EXCURSION] = excursion(lowest, highest)
                     for c in ti.static(range(N_REPORT)):
                         reports[b, c] = ti.cast(block[c], ti.f64)
                     reports[b, BAD] = ti.cast(worst, ti.f64)
@@ -191,8 +199,9 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         for b, c in ti.ndrange(n_tiles, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
-            one, _ = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, changes, dt, dx,
+            one, x = gather_particle(p, block_of[p], reals, integers, materials, law_of, tiles, changes, dt, 1.0 / dx,
                                      flip_ratio)
+            one[EXCURSION] = excursion(x, x)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):

@@ -67,7 +67,7 @@ def scatter_kernel(layout, real, atomic, flip):
         tau = symmetric_matrix(load(reals, p, at["stress"], layout.sym_size))
         volume = load(reals, p, at["volume"], 1)[0]
         mass = volume * materials[integers[p, MATERIAL], DENSITY]
-        internal = (-dt * INVERSE_SECOND_MOMENT * volume / dx) * tau
+        internal = ((-dt * INVERSE_SECOND_MOMENT / dx) * volume) * tau
         affine = ti.Matrix.zero(real, dim, dim)
         for i in ti.static(range(dim)):
             for j in ti.static(range(dim)):
