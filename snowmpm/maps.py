@@ -1,8 +1,43 @@
 """Peak values in plan over a run: what hazard mapping works with."""
 
+import functools
+
 import numpy as np
+import taichi as ti
+
+from snowmpm import runtime
+from snowmpm.blocks import EDGE
+from snowmpm.material_table import DENSITY
+from snowmpm.particles import MATERIAL, accessors
 
 UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
+
+
+@functools.cache
+def totals_kernel(layout, real):
+    """Kernel that adds up volume, mass and mass times speed of the particles over plan cells of `width` grid cells,
+    into totals (columns along x, rows along y, 3). One thread, so that the sums do not depend on their number."""
+    edge, at = EDGE[layout.dim], layout.offsets
+    load, _ = accessors(layout)
+
+    @ti.kernel
+    def add_up(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: int,
+               n_blocks: int):
+        ti.loop_config(serialize=True)
+        for b in range(n_blocks):
+            for p in range(start[b], start[b + 1]):
+                x = load(reals, p, at["position"], 2)
+                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32)
+                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32)
+                if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
+                    volume = load(reals, p, at["volume"], 1)[0]
+                    mass = volume * materials[integers[p, MATERIAL], DENSITY]
+                    totals[i, j, 0] += volume * load(reals, p, at["volume_ratio"], 1)[0]
+                    totals[i, j, 1] += mass
+                    totals[i, j, 2] += mass * load(reals, p, at["velocity"], layout.dim).norm()
+
+    return add_up
 
 
 class PeakMaps:
@@ -12,24 +47,23 @@ class PeakMaps:
     speed [m/s]: mass-weighted mean over the particles of the cell. NaN where no snow ever was.
     """
 
-    def __init__(self, lower, upper, cell):
-        """lower, upper: plan corners (2,) [m]; cell: side of a cell [m]."""
-        self.lower, self.cell = np.asarray(lower, float), float(cell)
-        self.shape = tuple(np.maximum(1, np.ceil((np.asarray(upper) - self.lower) / cell).astype(int)))
+    def __init__(self, solver, width):
+        """width: side of a plan cell in grid cells; the map starts at the solver's origin and covers its domain."""
+        self._solver, self._width = solver, width
+        self.lower, self.cell = solver.origin[:2], width * solver.dx
+        self.shape = tuple(np.maximum(1, np.ceil(solver.upper[:2] / width).astype(int)))
         self.values = {name: np.zeros(self.shape) for name in ("peak_depth", "peak_speed")}
 
-    def see(self, positions, volumes, masses, speeds):
-        """Take in a state: positions (n, 3) [m] in the coordinates of the corners."""
-        index = np.floor((positions[:, :2] - self.lower) / self.cell).astype(np.int64)
-        inside = ((index >= 0) & (index < self.shape)).all(axis=1)
-        flat = np.ravel_multi_index(index[inside].T, self.shape)
-        size = self.shape[0] * self.shape[1]
-
-        def total(weights):
-            return np.bincount(flat, weights[inside], size).reshape(self.shape)
-
-        depth, mass = total(volumes) / self.cell**2, total(masses)
-        speed = total(masses * speeds) / np.maximum(mass, 1e-300)
+    def see(self):
+        """Take in the state that the solver is in."""
+        solver, totals = self._solver, np.zeros((*self.shape, 3))
+        store, grid = solver.particles, solver.grid
+        with runtime.precision(solver.precision):
+            kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
+            kernel(store.reals, store.integers, solver.materials.numbers, grid.start, grid.coordinates, totals,
+                   self._width, grid.n_tiles)
+        depth = totals[:, :, 0] / self.cell**2
+        speed = totals[:, :, 2] / np.maximum(totals[:, :, 1], 1e-300)
         np.maximum(self.values["peak_depth"], depth, out=self.values["peak_depth"])
         np.maximum(self.values["peak_speed"], speed, out=self.values["peak_speed"])
         self.values["deposit_depth"] = depth

@@ -5,6 +5,9 @@ import taichi as ti
 
 from snowmpm.runtime import DTYPES
 
+DENSITY = 0
+"""Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
+
 
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `classes`, never for the numbers.

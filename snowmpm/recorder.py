@@ -31,8 +31,7 @@ class Recorder:
         self._origin = model.lower
         self._maps, self._moved = None, 0.0
         if simulation.scene.dimension == 3:
-            cell = MAP_CELLS * simulation.scene.solver.dx
-            self._maps = maps.PeakMaps(model.lower[:2], model.upper[:2], cell)
+            self._maps = maps.PeakMaps(simulation.solver, MAP_CELLS)
         if state is not None:
             self._restore(state)
         self._writer = self._new_file() if state is None else self._continued_file()
@@ -86,12 +85,11 @@ class Recorder:
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
             if self._moved > self._maps.cell:
-                self._see(simulation.particles)
+                self._see()
 
-    def _see(self, particles):
+    def _see(self):
         self._moved = 0.0
-        self._maps.see(particles["position"], particles["volume"], particles["mass"],
-                       np.linalg.norm(particles["velocity"], axis=1))
+        self._maps.see()
 
     def frame(self):
         """Write the state now: particles, a row of the history, the maps so far."""
@@ -106,7 +104,7 @@ class Recorder:
         self._writer.frame(simulation.time, particles["position"] - self._origin, values)
         self.frames += 1
         if self._maps:
-            self._see(particles)
+            self._see()
 
     def close(self, phases, complete):
         """Write maps and summary and close the run file."""

@@ -13,13 +13,11 @@ import functools
 
 import taichi as ti
 
+from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import MATERIAL, accessors
 from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
-
-DENSITY = 0
-"""Column of the material table that holds the reference density; a law's own parameters follow it."""
 
 
 @functools.cache

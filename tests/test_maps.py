@@ -1,0 +1,29 @@
+"""Peak maps: depth and speed of what stood over a plan cell."""
+
+import numpy as np
+import pytest
+
+from snowmpm.maps import PeakMaps
+from snowmpm.materials import Elastic
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.population import Population
+from tests.mpm.conftest import lattice
+
+
+def test_a_block_that_slides_over_the_map():
+    """A block of 0.8 x 0.4 x 0.6 m at 2 m/s along x: depth 0.6 m and speed 2 m/s wherever it has been in full."""
+    positions, volumes = lattice([1.0, 1.0, 0.2], [1.8, 1.4, 0.8], 0.1)
+    velocities = np.broadcast_to([2.0, 0.0, 0.0], positions.shape).copy()
+    solver = MpmSolver(Population(positions, volumes, 0, velocities),
+                       [Elastic(density=300.0, youngs_modulus=1e5, poisson_ratio=0.3)], dx=0.1, precision="f64",
+                       origin=[0.0] * 3, lower=[0.0] * 3, upper=[4.0, 3.0, 2.0], gravity=[0.0] * 3)
+    peaks = PeakMaps(solver, 2)
+    for _ in range(80):
+        peaks.see()
+        solver.step(0.005)
+    values, x0, y0, cell = peaks.rasters()["peak_depth"]
+    assert (x0, y0, cell) == pytest.approx((0.1, 0.1, 0.2)) and values.shape == (15, 20)
+    assert values[5, 5:12] == pytest.approx(np.full(7, 0.6), rel=1e-6)  # y = 1.1 m, x = 1.1 to 2.3 m
+    assert np.isnan(values[8]).all() and np.isnan(values[5, :5]).all() and np.isnan(values[5, 16:]).all()
+    speed = peaks.rasters()["peak_speed"][0]
+    assert np.nanmax(speed) == pytest.approx(2.0, rel=1e-6)
