@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from snowmpm import runtime
-from snowmpm.blocks import EDGE, home_block, keys_of
 from snowmpm.contact import CODES
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
@@ -211,8 +210,8 @@ def check_fixed_step(scene, solver):
     """Refuse a fixed step that is unstable from the start: beyond the whole of the limit, not only the share cfl."""
     fixed, (limit, _) = scene.solver.dt, solver.stable_dt()
     if fixed and fixed > limit / scene.solver.cfl:
-        raise InputError.at("solver.dt", fixed, f"unstable: must be at most {limit / scene.solver.cfl:.3g} s here; leave"
-                                                " it out for an adaptive step", scene.source)
+        allowed = f"unstable: must be at most {limit / scene.solver.cfl:.3g} s here; leave it out for an adaptive step"
+        raise InputError.at("solver.dt", fixed, allowed, scene.source)
 
 
 def describe(scene):

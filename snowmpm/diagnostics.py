@@ -1,8 +1,8 @@
 """The audit of a run: what is conserved, what is dissipated, how far the snow got.
 
 Energies per run [J] (per metre of width in 2-D): kinetic m v^2 / 2; elastic psi V with the Hencky potential
-psi = (tau : tau - lambda/(3 lambda + 2 mu) (tr tau)^2) / (4 mu); potential -m g.x. The remainder is what the scheme itself takes: start
-minus now, less plastic work, less what contact took.
+psi = (tau : tau - lambda/(3 lambda + 2 mu) (tr tau)^2) / (4 mu); potential -m g.x. The remainder is what the scheme
+itself takes: start minus now, less plastic work, less what contact took.
 """
 
 import numpy as np

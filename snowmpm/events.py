@@ -88,7 +88,8 @@ class Load(Event):
             near = np.linalg.norm(fields["position"] - np.asarray(spec.centre), axis=1) < spec.radius
             mass = float(fields["mass"][near].sum())
             if not (near & (fields["body"] == self._body)).any():
-                raise InputError.at("events.centre", list(spec.centre), f"no snow of {spec.body} within {spec.radius} m")
+                nothing = f"no snow of {spec.body} within {spec.radius} m"
+                raise InputError.at("events.centre", list(spec.centre), nothing)
             self.load = spec.centre, spec.radius, np.asarray(spec.force) / mass
             simulation.follow_loads()
         elif simulation.time >= stop:

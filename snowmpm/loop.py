@@ -18,7 +18,7 @@ PROGRESS_INTERVAL = 0.2
 
 @dataclass
 class Progress:
-    """What a run tells while it goes on: simulated time and end [s], step, size, speed [m/s], front [m], wall time [s]."""
+    """What a run tells while it goes on: simulated time, its end and the step [s], speed [m/s], front [m], wall [s]."""
 
     time: float = 0.0
     end_time: float = 0.0

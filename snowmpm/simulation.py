@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from snowmpm import runtime
 from snowmpm.build import build, check_fixed_step
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
@@ -115,15 +114,15 @@ class Simulation:
             limit, cause = self.solver.stable_dt()
             # The limit includes the safety factor cfl; a fixed step may use the rest of it, not more.
             if cause != "elastic" and fixed > limit / self.scene.solver.cfl:
-                raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit is"
-                                      f" {limit:.3g} s; leave solver.dt out for an adaptive step")
+                raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit"
+                                      f" is {limit:.3g} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
         return self.solver.stable_dt()
 
     def settle(self):
         """Relax to rest under gravity with damped nodes, then start the clock at zero.
 
-        Each step keeps the share 1 - dt c / (10 dx) of the node velocities, which damps waves a few cells long and longer within tens of steps,
+        Each step keeps the share 1 - dt c / (10 dx) of the node velocities, which damps waves within tens of steps,
         until the largest speed stays below `SETTLED_SPEED` sqrt(g D). Raises SimulationError when it does not settle.
         """
         solver, dx = self.solver, self.scene.solver.dx
@@ -138,7 +137,7 @@ class Simulation:
                 break
         else:
             raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": still moving at"
-                                  f" {solver.extremes.speed:.3g} m/s after {SETTLE_STEPS} steps; the scene is not stable"
-                                  " before its trigger")
+                                  f" {solver.extremes.speed:.3g} m/s after {SETTLE_STEPS} steps; the scene is not"
+                                  " stable before its trigger")
         solver.keep = 1.0
         solver.restart_clock()

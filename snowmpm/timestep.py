@@ -1,10 +1,11 @@
 """The largest stable step and what limits it.
 
-    elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e), e the largest elastic compression (Hencky); c_0 = sqrt((K + 4G/3)/rho)
+    elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e),  c_0 = sqrt((K + 4G/3) / rho_0)
     advective    dt <= C dx / |v|
     deformation  dt <= 0.2 / |grad v|
 
-For Hencky elasticity the speed of a wave seen on the grid is sqrt(M (1 - ln F) / rho_0): hence the factor sqrt(1 + e).
+with e the largest elastic compression (Hencky strain): the speed of a wave seen on the grid is sqrt(M (1 - ln F) /
+rho_0), hence the factor sqrt(1 + e).
 """
 
 import math

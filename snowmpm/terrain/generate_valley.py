@@ -13,7 +13,8 @@ COLUMNS, ROWS = 96, 52  # along x (down the valley) and y
 CORNER = (600_000.0, 200_000.0)  # m: map coordinates of the lower left corner
 NO_DATA = -9999.0
 THICKNESS = 1.5  # m, normal to the slope
-RELEASE = [(110.0, 190.0), (150.0, 170.0), (230.0, 185.0), (260.0, 240.0), (235.0, 330.0), (150.0, 345.0), (115.0, 300.0)]
+RELEASE = [(110.0, 190.0), (150.0, 170.0), (230.0, 185.0), (260.0, 240.0), (235.0, 330.0), (150.0, 345.0),
+           (115.0, 300.0)]
 """Corners of the release area [m], relative to CORNER."""
 
 
@@ -33,7 +34,8 @@ def valley():
     xx, yy = np.meshgrid(x, y)
     across = yy - 260.0 - 35.0 * np.sin(2.0 * np.pi * xx / 700.0) * smooth_step((xx - 150.0) / 150.0)
     inside = 1.0 - smooth_step((xx - 560.0) / 200.0)
-    trough = 0.0016 * across**2 * inside - 16.0 * inside * smooth_step((xx - 180.0) / 150.0) * np.exp(-((across / 60.0) ** 2))
+    channel = 16.0 * smooth_step((xx - 180.0) / 150.0) * np.exp(-((across / 60.0) ** 2))
+    trough = 0.0016 * across**2 * inside - inside * channel
     life = 1.5 * np.sin(xx / 37.0 + 0.6) * np.cos(yy / 29.0) + 0.8 * np.sin(xx / 17.0 - yy / 23.0)
     heights = middle[None, :] + trough + life * (0.3 + 0.7 * inside)
     far = np.hypot((xx - xx.mean()) / xx.mean(), (yy - yy.mean()) / yy.mean())
