@@ -110,6 +110,13 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         if ti.static(flip):
             change, _ = interpolate(changes, b, base, f, w, inverse_dx)
             velocity += flip_ratio * (load(reals, p, at["velocity"], dim) + change - velocity)
+        # Stored before the law starts, so that it has the registers
+        store(reals, p, at["position"], x)
+        store(reals, p, at["velocity"], velocity)
+        for i in ti.static(range(dim)):
+            store(reals, p, at["affine"] + i * dim, grad_v[i, :])
+        report = ti.Vector.zero(real, N_REPORT)
+        report[SPEED2], report[GRADIENT2] = velocity.norm_sqr(), grad_v.norm_sqr()
         A = dt * grad_v
         A = A + 0.5 * A @ A
         material = integers[p, MATERIAL]
@@ -127,17 +134,10 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
         volume = load(reals, p, at["volume"], 1)[0]
-        store(reals, p, at["position"], x)
-        store(reals, p, at["velocity"], velocity)
-        for i in ti.static(range(dim)):
-            for j in ti.static(range(dim)):
-                store(reals, p, at["affine"] + i * dim + j, ti.Vector([grad_v[i, j]]))
         store(reals, p, at["elastic"], h)
         store(reals, p, at["stress"], tau)
         store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
         strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + FARTHEST_EXCURSION).any()
-        report = ti.Vector.zero(real, N_REPORT)
-        report[SPEED2], report[GRADIENT2] = velocity.norm_sqr(), grad_v.norm_sqr()
         report[STRAIN], report[DISSIPATION] = h.norm_sqr(), work * volume
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
         report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)

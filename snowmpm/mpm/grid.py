@@ -40,6 +40,14 @@ def int_array(values):
     return array
 
 
+def real_array(values):
+    """Taichi copy of a small table of numbers, float64; cheaper to launch a kernel with than a NumPy array."""
+    values = np.array(values, np.float64)
+    array = ti.ndarray(ti.f64, values.shape)
+    array.from_numpy(values)
+    return array
+
+
 class TileGrid:
     """Tiles of the occupied blocks, and the node blocks that they cover.
 
@@ -218,13 +226,16 @@ def grid_kernel(dim, real, with_terrain, flip):
                     boxes: ti.types.ndarray(), scratch: ti.types.ndarray(dtype=vec4, ndim=1),
                     tile_of: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     walls: ti.types.ndarray(dtype=vec4, ndim=1), sides: ti.types.ndarray(), loads: ti.types.ndarray(),
-                    gravity: ti.types.vector(dim, real), dt: real, keep: real, terrain_code: int,
+                    gravity: ti.types.ndarray(), dt: real, keep: real, terrain_code: int,
                     terrain_friction: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
                     n_node_blocks: int, workers: int):
         for i in range(chunks(workers)):
             if is_worker(i):
                 first, last = chunk(i, workers, n_node_blocks)
                 sums = i // SPREAD * ti.static(2 * n_nodes)
+                pull = ti.Vector.zero(real, dim)
+                for a in ti.static(range(dim)):
+                    pull[a] = ti.cast(gravity[a], real)
                 for n in range(first, last):
                     impulse, friction_work = ti.Vector.zero(ti.f64, dim), ti.cast(0.0, ti.f64)
                     found = exchange(True, n, tile_of, boxes, scratch, sums, tiles)
@@ -242,7 +253,7 @@ def grid_kernel(dim, real, with_terrain, flip):
                             v = ti.Vector.zero(real, dim)
                             for a in ti.static(range(dim)):
                                 v[a] = (node[a] + internal[a]) / node[3]
-                            v = (v + dt * gravity) * keep
+                            v = (v + dt * pull) * keep
                             wall = vec4(1.0)
                             if ti.static(with_terrain):
                                 wall = walls[n * n_nodes + q]

@@ -12,7 +12,7 @@ from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
 from snowmpm.mpm.gather import gather_kernel
-from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array
+from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
 from snowmpm.mpm.scatter import scatter_kernel
 from snowmpm.parallel import workers
 from snowmpm.severing import sever_kernel
@@ -50,6 +50,7 @@ class MpmSolver:
         self._affine_share, self._flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
         self.materials = MaterialTable(laws, precision)
         self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
+        self._gravity = real_array(self.gravity)
         self._sides = self._side_table(sides or [["open", "open"]] * dim)
         self._populate(population)
         self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None,
@@ -98,8 +99,9 @@ class MpmSolver:
     def update_grid(self, dt):
         grid = self.grid
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.tile_of, grid.node_coordinates,
-                     grid.walls, self._sides, self._loads, ti.Vector(self.gravity), dt, self.keep, self._terrain_code, self._terrain_friction,
-                     self._impulses, self._total, self._n_loads, grid.n_node_blocks, self._workers(grid.n_node_blocks))
+                     grid.walls, self._sides, self._loads, self._gravity, dt, self.keep, self._terrain_code,
+                     self._terrain_friction, self._impulses, self._total, self._n_loads, grid.n_node_blocks,
+                     self._workers(grid.n_node_blocks))
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
@@ -218,14 +220,14 @@ class MpmSolver:
         table = np.zeros((self.dim, 2, 2))
         table[:, 0, 0], table[:, 1, 0] = self.lower, self.upper
         table[:, :, 1] = [[CODES[name] for name in pair] for pair in sides]
-        return table
+        return real_array(table)
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
         rows = [[*((np.asarray(centre) - self.origin) / self.dx), radius / self.dx, *acceleration]
                 for centre, radius, acceleration in loads]
         self._n_loads = len(rows)
-        self._loads = np.array(rows or [[0.0] * (2 * self.dim + 1)])
+        self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
