@@ -71,17 +71,31 @@ class BlockMap:
         unique, counts = np.unique(keys, return_counts=True)
         return cls(unique, counts, dim), order, local[order]
 
-    def find(self, keys):
-        """Index of each key among the occupied blocks, -1 where there is none."""
-        if len(self.keys) == 0:
-            return np.full(np.shape(keys), -1, np.int32)
-        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
-        return np.where(self.keys[at] == keys, at, -1).astype(np.int32)
-
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
         around = self.coordinates[:, None, :] + neighbour_steps(self.dim)[None, :, :]
         return keys_of(around.reshape(-1, self.dim)).reshape(len(self), 3**self.dim)
+
+
+    def node_blocks(self):
+        """Blocks that hold nodes of the occupied blocks' particles: -> keys (m,), tile_of (m, 3^dim).
+
+        tile_of[n, s]: index of the occupied block one step s from node block n, -1 where that block is empty.
+        """
+        steps = keys_of(neighbour_steps(self.dim)) - keys_of(np.zeros((1, self.dim)))
+        # A sorted run for each step: a stable sort merges them, three times faster than sorting them
+        around = (steps[:, None] + self.keys).ravel()
+        order = np.argsort(around, kind="stable")
+        ordered = around[order]
+        first = np.ones(len(ordered), bool)
+        first[1:] = ordered[1:] != ordered[:-1]
+        node_block = np.empty(len(around), np.int64)
+        node_block[order] = np.cumsum(first) - 1
+        tile_of = np.full((np.count_nonzero(first), len(steps)), -1, np.int32)
+        # Seen from the node block, the step back to the occupied block is the opposite one: last for first
+        for s, of_step in enumerate(node_block.reshape(len(steps), -1)):
+            tile_of[of_step, len(steps) - 1 - s] = np.arange(len(self))
+        return ordered[first], tile_of
 
 
 @functools.cache

@@ -13,7 +13,7 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.blocks import EDGE, coordinates_of, keys_of, neighbour_steps
+from snowmpm.blocks import EDGE, coordinates_of
 from snowmpm.contact import OPEN, contact_velocity
 from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, workers
 from snowmpm.runtime import DTYPES
@@ -64,19 +64,18 @@ class TileGrid:
         self.wall_distance = wall_distance
         self.flip = flip
         self.node_keys = np.zeros(0, np.int64)
-        self._walls = np.zeros((0, EDGE[dim] ** dim, 4))
+        self._walls = np.zeros((0, EDGE[dim] ** dim, 4), DTYPES[precision][1])
         self.tiles = self.impulses = self.walls = self.scratch = None
 
     def fit(self, blocks):
         """Follow a new block map. What is known of the terrain at node blocks seen in the last map is kept."""
         dim, edge = self.dim, EDGE[self.dim]
-        keys = np.unique(blocks.neighbours())
+        keys, tile_of = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
-        around = keys_of((coordinates[:, None] + neighbour_steps(dim)).reshape(-1, dim))
         self._fit_walls(keys, coordinates)
         self.node_keys = keys
         self.node_coordinates = int_array(coordinates)
-        self.tile_of = int_array(blocks.find(around).reshape(len(keys), 3**dim))
+        self.tile_of = int_array(tile_of)
         self.start = int_array(blocks.start)
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
@@ -86,7 +85,7 @@ class TileGrid:
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
         self.walls = self._room(self.walls, len(keys) * edge**dim if self.wall_distance else 1)
         if self.wall_distance:
-            padded = np.zeros((self.walls.shape[0], 4), DTYPES[self.precision][1])
+            padded = np.zeros((self.walls.shape[0], 4), self._walls.dtype)
             padded[: self._walls.shape[0] * edge**dim] = self._walls.reshape(-1, 4)
             self.walls.from_numpy(padded)
 
@@ -113,7 +112,7 @@ class TileGrid:
         if not self.wall_distance:
             return
         dim, edge = self.dim, EDGE[self.dim]
-        walls = np.empty((len(keys), edge**dim, 4))
+        walls = np.empty((len(keys), edge**dim, 4), self._walls.dtype)
         at = np.searchsorted(self.node_keys, keys)
         known = np.zeros(len(keys), bool)
         inside = at < len(self.node_keys)
