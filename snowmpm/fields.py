@@ -19,7 +19,7 @@ class ParticleFields:
 
     def __init__(self, solver, body_starts=(0,)):
         self._solver = solver
-        self._table = solver.particles.table().astype(np.float64)
+        self._table = solver.particles.table()
         self._labels = solver.particles.labels()
         self._body_starts = np.asarray(body_starts)
 
@@ -32,7 +32,7 @@ class ParticleFields:
         raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted(UNITS))}")
 
     def _column(self, name):
-        return self._table[:, self._solver.particles.layout.columns(name)]
+        return self._table[:, self._solver.particles.layout.columns(name)].astype(np.float64)
 
     def _position(self):
         return self._solver.positions(self._column("position"))
