@@ -1,4 +1,4 @@
-"""Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler, stress from the updated deformation."""
+"""Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
 from dataclasses import asdict
 
@@ -7,7 +7,7 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE, BlockMap, sort_kernels
-from snowmpm.contact import CODES, OPEN
+from snowmpm.contact import CODES
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
@@ -15,8 +15,8 @@ from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
 from snowmpm.mpm.scatter import scatter_kernel
 from snowmpm.parallel import workers
-from snowmpm.severing import sever_kernel
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
+from snowmpm.severing import sever_kernel
 from snowmpm.timestep import Extremes, stable_step
 
 _HOME_LIMIT = 0.999
@@ -27,8 +27,8 @@ class MpmSolver:
     """Particles, their grid, and one step of both.
 
     Lengths inside are cells from `origin` (scene coordinates of grid node 0). Totals since the start: `impulse` of
-    terrain, sides and loads and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return maps, and
-    `removed` (count, mass [kg], momentum [kg m/s]) of the particles that left through open sides.
+    terrain, sides and loads and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return
+    maps, and `removed` (count, mass [kg], momentum [kg m/s]) of the particles that left through open sides.
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
@@ -130,7 +130,8 @@ class MpmSolver:
         identity = self.particles.labels()[p, IDENTITY]
         raise SimulationError(
             f"particle {identity} is no longer finite, turned inside out or crossed more than a cell in a step, at"
-            f" t = {self.time:.6g} s, step {self.steps}, near {np.array2string(x, precision=3)} m:\nlower solver.cfl or check the stiffness of its material")
+            f" t = {self.time:.6g} s, step {self.steps}, near {np.array2string(x, precision=3)} m:\n"
+            "lower solver.cfl or check the stiffness of its material")
 
     # ---- blocks -----------------------------------------------------------------------------------------------
 
