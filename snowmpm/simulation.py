@@ -127,6 +127,7 @@ class Simulation:
         """
         solver, dx = self.solver, self.scene.solver.dx
         wanted = SETTLED_SPEED * math.sqrt(float(np.linalg.norm(solver.gravity)) * max(self.model.depth, dx))
+        flip_ratio, solver.flip_ratio = solver.flip_ratio, 0.0  # FLIP would keep noise that no node sees
         quiet = 0
         for _ in range(SETTLE_STEPS):
             dt, _ = solver.stable_dt()
@@ -139,5 +140,5 @@ class Simulation:
             raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": still moving at"
                                   f" {solver.extremes.speed:.3g} m/s after {SETTLE_STEPS} steps; the scene is not"
                                   " stable before its trigger")
-        solver.keep = 1.0
+        solver.keep, solver.flip_ratio = 1.0, flip_ratio
         solver.restart_clock()

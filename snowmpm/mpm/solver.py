@@ -47,7 +47,7 @@ class MpmSolver:
         self.lower, self.upper = ((np.asarray(b, float) - self.origin) / dx for b in (lower, upper))
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
-        self._affine_share, self._flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
+        self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
         self.materials = MaterialTable(laws, precision)
         self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
         self._gravity = real_array(self.gravity)
@@ -108,7 +108,7 @@ class MpmSolver:
         home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
         report = np.zeros(report_of.N_REPORT)
         self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
-                     grid.tiles, grid.impulses, dt, self.dx, self._flip_ratio, self._reports, report, grid.n_tiles, n)
+                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, n)
         self._read(report)
 
     def stable_dt(self):
