@@ -15,7 +15,7 @@ UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
 
 @functools.cache
 def totals_kernel(layout, real):
-    """Kernel that adds up volume, mass and mass times speed of the particles over plan cells of `width` grid cells,
+    """Kernel that adds up initial volume, mass and mass times speed of the particles over plan cells of `width` grid cells,
     into totals (columns along x, rows along y, 3). One thread, so that the sums do not depend on their number."""
     edge, at = EDGE[layout.dim], layout.offsets
     load, _ = accessors(layout)
@@ -33,7 +33,7 @@ def totals_kernel(layout, real):
                 if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
                     volume = load(reals, p, at["volume"], 1)[0]
                     mass = volume * materials[integers[p, MATERIAL], DENSITY]
-                    totals[i, j, 0] += volume * load(reals, p, at["volume_ratio"], 1)[0]
+                    totals[i, j, 0] += volume
                     totals[i, j, 1] += mass
                     totals[i, j, 2] += mass * load(reals, p, at["velocity"], layout.dim).norm()
 
@@ -43,7 +43,8 @@ def totals_kernel(layout, real):
 class PeakMaps:
     """Largest flow depth and speed that each plan cell has seen.
 
-    depth [m]: volume of snow standing over a cell divided by the cell's plan area, that is measured vertically;
+    depth [m], vertical: what the snow over a cell would fill at its initial density, by the cell's plan area (the volume
+    of loose grains means nothing, their mass does);
     speed [m/s]: mass-weighted mean over the particles of the cell. NaN where no snow ever was.
     """
 

@@ -25,6 +25,9 @@ particles that yielded."""
 
 N_REPORT = 8
 
+LARGEST_RATIO = 1e4
+"""Bound of J: the volume of a grain that flies alone means nothing, and would overflow in the end."""
+
 FARTHEST_EXCURSION = 2.5
 """Cells from home that a sort can still bring back; farther means more than a cell in one step: an unstable one."""
 
@@ -133,6 +136,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         store(reals, p, at["state"], state)
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
+        ratio = ti.select(ratio > LARGEST_RATIO, LARGEST_RATIO, ratio)
         volume = load(reals, p, at["volume"], 1)[0]
         store(reals, p, at["elastic"], h)
         store(reals, p, at["stress"], tau)
