@@ -15,8 +15,8 @@ UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
 
 @functools.cache
 def totals_kernel(layout, real):
-    """Kernel that adds up initial volume, mass and mass times speed of the particles over plan cells of `width` grid cells,
-    into totals (columns along x, rows along y, 3). One thread, so that the sums do not depend on their number."""
+    """Kernel that adds up initial volume, mass and mass times speed of the particles over plan cells of `width` grid
+    cells, into totals (columns along x, rows along y, 3). One thread, so that the sums do not depend on their number."""
     edge, at = EDGE[layout.dim], layout.offsets
     load, _ = accessors(layout)
 
@@ -43,8 +43,8 @@ def totals_kernel(layout, real):
 class PeakMaps:
     """Largest flow depth and speed that each plan cell has seen.
 
-    depth [m], vertical: what the snow over a cell would fill at its initial density, by the cell's plan area (the volume
-    of loose grains means nothing, their mass does);
+    depth [m], vertical: what the snow over a cell would fill at its initial density, by the cell's plan area (the
+    volume of loose grains means nothing, their mass does);
     speed [m/s]: mass-weighted mean over the particles of the cell. NaN where no snow ever was.
     """
 
