@@ -15,8 +15,11 @@ UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
 
 @functools.cache
 def totals_kernel(layout, real):
-    """Kernel that adds up initial volume, mass and mass times speed of the particles over plan cells of `width` grid
-    cells, into totals (columns along x, rows along y, 3). One thread, so that the sums do not depend on their number."""
+    """Kernel that adds up what lies over plan cells of `width` grid cells.
+
+    totals (columns along x, rows along y, 3): initial volume, mass, mass times speed. One thread, so that the sums do
+    not depend on the number of threads.
+    """
     edge, at = EDGE[layout.dim], layout.offsets
     load, _ = accessors(layout)
 
