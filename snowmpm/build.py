@@ -236,6 +236,6 @@ def describe(scene):
         "dt": dt,
         "dt_cause": "fixed" if scene.solver.dt else cause,
         "steps": steps,
-        "run_time": steps * (3e-4 + particles * {2: 50e-9, 3: 100e-9}[scene.dimension]),
+        "run_time": steps * (3e-4 + particles * {2: 75e-9, 3: 130e-9}[scene.dimension]),
         "domain": (model.lower.tolist(), model.upper.tolist()),
     }

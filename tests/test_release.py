@@ -69,7 +69,7 @@ def test_conservation_and_bookkeeping(story):
     assert (np.diff(work) >= 0.0).all() and work[-1] > 0.0
     energy = sum(last[name] for name in ("kinetic_energy", "elastic_energy", "potential_energy", "plastic_work"))
     start = sum(first[name] for name in ("kinetic_energy", "elastic_energy", "potential_energy"))
-    assert energy <= start + 0.01 * abs(last["potential_energy"])  # the scheme may take energy, never make it
+    assert energy <= start  # the scheme may take energy, never make it
 
 
 def test_the_same_bits_with_one_and_two_threads_and_again(tmp_path):
