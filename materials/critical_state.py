@@ -131,7 +131,7 @@ class CriticalStateLaw(Law):
         """β that belongs to state (..., n_state). NumPy."""
         return self.beta
 
-    def yield_function(self, p, q, state):
+    def yield_of_invariants(self, p, q, state):
         """y(p, q) [Pa²] at state (..., n_state), <= 0 where admissible. NumPy."""
         state = np.asarray(state)
         p0, beta = self.p0_at(state[..., 0]), self.beta_at(state)

@@ -6,6 +6,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from .symmetric import invariants
+
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
@@ -93,8 +95,24 @@ class Law(BaseModel):
         values, vectors = np.linalg.eigh(self.hencky_from_stress(stress))
         return np.einsum("...ik,...k,...jk->...ij", vectors, np.expm1(2.0 * values), vectors)
 
-    def yield_function(self, p, q, state):
-        """Yield function of p, q [Pa] and state (..., n_state), <= 0 where admissible. Broadcasts; NumPy."""
+    def elastic_energy(self, stress, state):
+        """Recoverable energy per unit reference volume [J/m³] of Kirchhoff stresses (n, 6), packed [Pa].
+
+        ψ = p²/(2K) + s:s/(4G) for Hencky elasticity, whatever the state (n, n_state). NumPy.
+        """
+        trace = stress[:, :3].sum(axis=1)
+        square = (stress[:, :3] ** 2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
+        return (square - trace**2 / 3.0) / (4.0 * self.shear_modulus) + trace**2 / (18.0 * self.bulk_modulus)
+
+    def yield_function(self, stress, state):
+        """Yield function of Kirchhoff stresses (..., 3, 3) [Pa] and states (..., n_state), <= 0 where admissible.
+
+        Its scale is the law's own (Pa or Pa²); −inf where a law never yields. NumPy.
+        """
+        return self.yield_of_invariants(*invariants(stress), state)
+
+    def yield_of_invariants(self, p, q, state):
+        """Yield function of a law that needs p, q [Pa] and state (..., n_state) only. Broadcasts; NumPy."""
         return np.full(np.broadcast_shapes(np.shape(p), np.shape(q), np.shape(state)[:-1]), -np.inf)
 
     def outputs(self, state):

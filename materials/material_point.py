@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .stress_update import StressUpdate
-from .symmetric import size, unpack
+from .symmetric import invariants, size, unpack
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,12 @@ class MaterialPoint:
     def _path(self, F, followed):
         stress = unpack(followed.stress[0].astype(float))
         strain = self.law.hencky_from_stress(stress)
-        p = -np.trace(stress, axis1=1, axis2=2) / 3.0
-        deviator = stress + p[:, None, None] * np.eye(3)
+        p, q = invariants(stress)
         state = followed.state[0].astype(float)
         return Path(
             kirchhoff=stress,
             p=p,
-            q=np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator)),
+            q=q,
             p0=np.asarray(self.law.outputs(state).get("p0", np.full(len(F), np.nan))),
             elastic_strain=strain,
             plastic_volumetric_strain=np.log(np.linalg.det(F)) - np.trace(strain, axis1=1, axis2=2),

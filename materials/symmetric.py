@@ -32,6 +32,14 @@ def unpack(vector):
     return tensor
 
 
+def invariants(stress):
+    """p = −tr(τ)/3, positive in compression, and q = √(3/2 s:s) of (..., 3, 3) NumPy stresses."""
+    stress = np.asarray(stress)
+    p = -np.trace(stress, axis1=-2, axis2=-1) / 3.0
+    deviator = stress + p[..., None, None] * np.eye(3)
+    return p, np.sqrt(1.5 * np.einsum("...ij,...ij->...", deviator, deviator))
+
+
 @ti.func
 def trace(a):
     return a[0] + a[1] + a[2]

@@ -66,6 +66,10 @@ class ParticleFields:
         tau = self._column("stress")
         return tau if tau.shape[1] == 6 else np.pad(tau, ((0, 0), (0, 2)))
 
+    def state(self):
+        """State of the law of each particle (n, largest number of state variables)."""
+        return self._column("state")
+
     def _stress(self):
         return self.kirchhoff() / self._J()[:, None]
 
@@ -81,6 +85,6 @@ class ParticleFields:
         material, values = self._material(), np.zeros(len(self._labels))
         for m, law in enumerate(self._solver.materials.laws):
             own = material == m
-            state = self._column("state")[own]
+            state = self.state()[own]
             values[own] = law.outputs(state[:, : len(law.STATE)]).get(name, 0.0)
         return values

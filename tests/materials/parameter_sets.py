@@ -76,10 +76,3 @@ def random_rotations(n, rng):
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     return np.array(rows).transpose(2, 0, 1)
-
-
-def invariants(stress):
-    """p and q of (..., 3, 3) stresses."""
-    p = -np.trace(stress, axis1=-2, axis2=-1) / 3.0
-    deviator = stress + p[..., None, None] * np.eye(3)
-    return p, np.sqrt(1.5 * np.einsum("...ij,...ij->...", deviator, deviator))

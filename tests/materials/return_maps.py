@@ -46,4 +46,4 @@ def returned(law, p_trial, q_trial, state=None, precision="f64"):
 def violation(law, p, q, state):
     """Yield function over the larger of the initial and the current p0, squared; <= 0 is admissible."""
     scale = np.maximum(law.p0_at(np.asarray(state)[..., 0]), max(law.p0, 1e-4 * law.bulk_modulus))
-    return law.yield_function(p, q, state) / scale**2
+    return law.yield_of_invariants(p, q, state) / scale**2

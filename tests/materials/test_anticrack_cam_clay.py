@@ -85,7 +85,7 @@ def test_collapsed_layer_compacts_self_similarly(law, ratio):
     switch = x[np.argmax(path.state[:, 1] == 1.0)]
     assert switch == pytest.approx(collapse, abs=3e-5)
     assert path.q[-1] / path.p[-1] == pytest.approx(ratio, rel=3e-4)  # first order: 4000 steps over 0.1, measured 2e-4
-    y = law.yield_function(path.p, path.q, path.state) / law.p0**2
+    y = law.yield_of_invariants(path.p, path.q, path.state) / law.p0**2
     assert y.max() < 1e-9
     assert (np.diff(path.state[:, 1]) >= 0.0).all()  # never heals its bonds
 
@@ -107,7 +107,7 @@ def test_tension_breaks_bonds_for_good():
     assert path.p.min() < -0.25 * law.p0 and path.state[49, 1] == 1.0
     free = (np.arange(len(t)) >= 50) & (t > law.initial_zeta + 1e-6)
     assert free.sum() > 20 and not path.p[free].any()
-    assert path.p[-1] > 0.0 and (law.yield_function(path.p, path.q, path.state) / law.p0**2).max() < 1e-9
+    assert path.p[-1] > 0.0 and (law.yield_of_invariants(path.p, path.q, path.state) / law.p0**2).max() < 1e-9
 
 
 def test_damage_and_severed_state():
@@ -116,4 +116,4 @@ def test_damage_and_severed_state():
     assert damage[0] == 0.0 and damage[-1] == 1.0 and (np.diff(damage) >= 0.0).all()
     severed = np.array([W2.severed_state()])
     assert W2.outputs(severed) == {"p0": [0.0], "damage": [1.0]}
-    assert W2.yield_function(0.0, 0.0, severed) == 0.0 and W2.yield_function(1.0, 1.0, severed) > 0.0
+    assert W2.yield_of_invariants(0.0, 0.0, severed) == 0.0 and W2.yield_of_invariants(1.0, 1.0, severed) > 0.0

@@ -160,7 +160,7 @@ def test_oedometer_has_exactly_the_error_of_backward_euler(name, steps, tau_erro
     errors = np.array([path.p[-1], path.q[-1], path.kirchhoff[-1, 0, 0]]) / limit - 1.0
     # An independent backward Euler printed these; 2e-6 is what the extrapolated limit is good for
     np.testing.assert_allclose(errors, (p_error, q_error, tau_error), rtol=2e-3, atol=2e-6)
-    y = law.yield_function(path.p, path.q, path.state) / law.p0_at(path.state[:, 0]) ** 2
+    y = law.yield_of_invariants(path.p, path.q, path.state) / law.p0_at(path.state[:, 0]) ** 2
     assert y.max() < 1e-9  # admissible at the updated p0, whatever the step
 
 

@@ -122,7 +122,7 @@ def test_perfect_plasticity(precision):
     p_trial, q_trial = np.array([6e4, -5e4, 2e4, 1e6, 1e4]), np.array([0.0, 0.0, 9e4, 3e6, 5e4])
     p, q, state, iterations, yielded = returned(law, p_trial, q_trial, precision=precision)
     assert yielded.all() and (iterations > 0).all()
-    y = law.yield_function(p, q, state) / law.p0**2
+    y = law.yield_of_invariants(p, q, state) / law.p0**2
     np.testing.assert_allclose(y, 0.0, atol=1e-5 if precision == "f32" else 1e-12)
     assert p[0] == pytest.approx(law.p0) and p[1] == pytest.approx(-law.beta * law.p0)
     multiplier = (p_trial - p) / (law.bulk_modulus * law.critical_slope**2 * (2.0 * p - (1.0 - law.beta) * law.p0))
