@@ -11,8 +11,8 @@ from .symmetric import plus_isotropic
 
 
 @ti.func
-def elastic_trial(h, A):
-    """Elastic step f = I + A: stored tensor, Hencky deviator e, trace, e : e, and 1 if the step could be made.
+def trial_state(h, A):
+    """Stored tensor h of the trial state f b fᵀ with f = I + A, and 1 if the step could be made.
 
     A step that is not finite or has det f <= 0 is left out (A = 0) and reported as 0; f b fᵀ alone would not show it.
     """
@@ -24,6 +24,13 @@ def elastic_trial(h, A):
         possible = stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))
         valid = ti.select(possible, 1, 0)
         h_trial = ti.select(possible, h_trial, h)
+    return h_trial, valid
+
+
+@ti.func
+def elastic_trial(h, A):
+    """`trial_state` and its Hencky strain: h, deviator e, trace, e : e, and 1 if the step could be made."""
+    h_trial, valid = trial_state(h, A)
     deviator, volume, deviator2, finite = hencky_strain(h_trial)
     return h_trial, deviator, volume, deviator2, valid * finite
 

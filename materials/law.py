@@ -24,7 +24,7 @@ class StateVariable:
 class Law(BaseModel):
     """Isotropic elastoplastic law at finite strain; frozen data, checked on construction, unknown keys refused.
 
-    Elasticity (every law): Kirchhoff stress τ = λ tr(ε) I + 2μ ε with the Hencky strain ε = ½ ln b, b = Fe Feᵀ.
+    Elasticity, unless a law says otherwise: τ = λ tr(ε) I + 2μ ε (Kirchhoff), Hencky strain ε = ½ ln b, b = Fe Feᵀ.
     Signs: τ > 0 in tension; p = −tr(τ)/3 > 0 in compression; q = √(3/2 s:s), always three-dimensional, also in plane
     strain. A law adds its own fields, its `kind`, STATE, OUTPUTS, `parameters`, and one function:
 
@@ -50,6 +50,7 @@ class Law(BaseModel):
 
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
+    DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
 
     density: Positive  # ρ₀ [kg/m³]
     youngs_modulus: Positive  # E [Pa]
@@ -69,6 +70,18 @@ class Law(BaseModel):
         """Speed of the elastic P-wave at the reference density, √((K + 4G/3) / ρ₀) [m/s]."""
         return float(np.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density))
 
+    def wave_speed_at(self, stress, state):
+        """Bound of the speed of P-waves [m/s] (n,) at Kirchhoff stresses (n, 6), packed [Pa], and states (n, n_state).
+
+        It is `wave_speed` for a law of constant stiffness; a solver whose laws stiffen takes the largest of these.
+        """
+        return np.full(len(stress), self.wave_speed())
+
+    @property
+    def lateral_pressure(self):
+        """K₀ = σ_lateral / σ_axial of a first compression without lateral strain; elastic value ν / (1 − ν) [-]."""
+        return self.poisson_ratio / (1.0 - self.poisson_ratio)
+
     def parameters(self):
         """Numbers that `update` reads from its vector `prm`, in a fixed order and number for the class."""
         raise NotImplementedError
@@ -84,8 +97,11 @@ class Law(BaseModel):
         """
         return None
 
-    def hencky_from_stress(self, stress):
-        """Hencky strain (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa]."""
+    def hencky_from_stress(self, stress, state=None):
+        """Hencky strain (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa]; NaN where a law knows no elastic strain.
+
+        state (..., n_state): read by laws whose stiffness depends on it, the initial one when missing.
+        """
         stress = np.asarray(stress, float)
         mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
         return (stress - mean) / (2.0 * self.shear_modulus) + mean / (3.0 * self.bulk_modulus)

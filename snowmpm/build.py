@@ -192,8 +192,8 @@ def _stress_from_weight(model):
     spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
     load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
                                scene.solver.dx, spacing)
-    nu = np.array([law.poisson_ratio for law in model.laws])[population.material]
-    tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, nu / (1.0 - nu))
+    k0 = np.array([law.lateral_pressure for law in model.laws])[population.material]
+    tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
     if scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
         components = [(0, 0), (1, 1), (2, 2), (0, 1)]
