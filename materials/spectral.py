@@ -8,6 +8,7 @@ hundred ns); kinematics near the identity never gets here. (`ti.sym_eig` is wron
 import taichi as ti
 
 from .precision import by_precision
+from .symmetric import PAIRS
 
 SWEEPS = 10  # Cyclic Jacobi converges quadratically: 5 sweeps reach round-off in practice, the rest is margin.
 
@@ -50,3 +51,25 @@ def eigen(a):
                     V[i, p], V[i, q] = c * x - s * y, s * x + c * y
             sweep += 1
     return w, V
+
+
+@ti.func
+def sorted_eigen(a):
+    """`eigen` with the largest value first."""
+    w, V = eigen(a)
+    for i, j in ti.static(((0, 1), (1, 2), (0, 1))):
+        if w[i] < w[j]:
+            w[i], w[j] = w[j], w[i]
+            for k in ti.static(range(3)):
+                V[k, i], V[k, j] = V[k, j], V[k, i]
+    return w, V
+
+
+@ti.func
+def compose(w, V, like):
+    """Symmetric tensor of eigenvalues w and eigenvectors V, with as many entries as `like`."""
+    result = like
+    for k in ti.static(range(like.n)):
+        i, j = ti.static(PAIRS[k])
+        result[k] = V[i, 0] * V[j, 0] * w[0] + V[i, 1] * V[j, 1] * w[1] + V[i, 2] * V[j, 2] * w[2]
+    return result
