@@ -10,8 +10,13 @@ from pydantic import Field
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
 from .elastic import Elastic
+from .experiments import EXPERIMENTS, measure, measure_path
 from .law import Law, StateVariable
+from .leg import Leg
+from .loading_file import LoadingFile, read_loading
 from .material_point import MaterialPoint, Path
+from .measurement import Measurement
+from .mixed_control import LoadingError, MixedControl
 from .modified_cam_clay import ModifiedCamClay
 from .stress_update import StressUpdate, Updated
 from .symmetric import pack, unpack
@@ -26,18 +31,27 @@ LAWS = {
 }
 
 __all__ = [
+    "EXPERIMENTS",
     "LAWS",
     "AnticrackCamClay",
     "CohesiveCamClay",
     "Elastic",
     "Law",
+    "Leg",
+    "LoadingError",
+    "LoadingFile",
     "Material",
     "MaterialPoint",
+    "Measurement",
+    "MixedControl",
     "ModifiedCamClay",
     "Path",
     "StateVariable",
     "StressUpdate",
     "Updated",
+    "measure",
+    "measure_path",
     "pack",
+    "read_loading",
     "unpack",
 ]

@@ -1,20 +1,22 @@
-"""A single material point driven along a path of deformation."""
+"""A single material point driven along a path of deformation, or of strains and stresses."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .mixed_control import MixedControl
 from .stress_update import StressUpdate
-from .symmetric import invariants, size, unpack
+from .symmetric import invariants, pack, unpack
 
 
 @dataclass(frozen=True)
 class Path:
-    """What a material point did, one row for each deformation gradient of the path.
+    """What a material point did, one row for each step of the path.
 
     kirchhoff (n, 3, 3) [Pa], tension positive; p [Pa], compression positive; q [Pa]; p0 [Pa] (NaN where the law has
-    none); elastic_strain (n, 3, 3), the Hencky strain; plastic_volumetric_strain ln det Fp (compaction negative);
-    state (n, n_state); dissipation, summed from the start [J/m³]; iterations of each step, −1 where one failed.
+    none); elastic_strain (n, 3, 3), the Hencky strain (NaN for a rate law); plastic_volumetric_strain ln det Fp since
+    F = I (compaction negative); state (n, n_state); dissipation, summed from the start [J/m³]; iterations of each step,
+    −1 where one failed; deformation F (n, 3, 3).
     """
 
     kirchhoff: np.ndarray
@@ -26,6 +28,12 @@ class Path:
     state: np.ndarray
     dissipation: np.ndarray
     iterations: np.ndarray
+    deformation: np.ndarray
+
+    @property
+    def cauchy(self):
+        """Cauchy stress σ = τ / det F (n, 3, 3) [Pa]; a path starts in the reference configuration."""
+        return self.kirchhoff / np.linalg.det(self.deformation)[:, None, None]
 
 
 class MaterialPoint:
@@ -35,14 +43,16 @@ class MaterialPoint:
     """
 
     def __init__(self, law, precision="f64", dimension=3):
-        self.law, self.dimension = law, dimension
+        self.law, self.dimension, self.precision = law, dimension, precision
         self._update = StressUpdate(law, dimension, precision)
 
-    def drive(self, F, dt=1.0):
+    def drive(self, F, dt=1.0, stress=None):
         """Follow total deformation gradients F (n, d, d), starting from I with the law's initial state -> `Path`.
 
         Each step uses the exact relative gradient f = F_n F_(n−1)⁻¹; dt is the time of a step [s].
-        Raises ValueError for a path that is not (n, d, d), not finite, or has det F <= 0.
+        stress: initial Kirchhoff stress (3, 3) [Pa], zero by default; rate laws need one.
+        Raises ValueError for a path that is not (n, d, d), not finite, or has det F <= 0, and for an initial stress
+        that the law's initial state does not admit.
         """
         F = np.asarray(F, float)
         d = self.dimension
@@ -52,23 +62,55 @@ class MaterialPoint:
             raise ValueError("F must be finite with det F > 0 all along the path")
         before = np.concatenate([np.eye(d)[None], F[:-1]])
         increments = (F - before) @ np.linalg.inv(before)
-        start = np.zeros((1, size(d)))
-        followed = self._update.follow(start, self._update.initial_state(1), increments[None], dt)
-        return self._path(F, followed)
-
-    def _path(self, F, followed):
-        stress = unpack(followed.stress[0].astype(float))
-        strain = self.law.hencky_from_stress(stress)
-        p, q = invariants(stress)
-        state = followed.state[0].astype(float)
-        return Path(
-            kirchhoff=stress,
-            p=p,
-            q=q,
-            p0=np.asarray(self.law.outputs(state).get("p0", np.full(len(F), np.nan))),
-            elastic_strain=strain,
-            plastic_volumetric_strain=np.log(np.linalg.det(F)) - np.trace(strain, axis1=1, axis2=2),
-            state=state,
-            dissipation=np.cumsum(followed.dissipation[0], dtype=float),
-            iterations=followed.iterations[0],
+        start = self._initial(stress)
+        followed = self._update.follow(
+            pack(self.law.h_from_stress(start), d)[None], self._update.initial_state(1), increments[None], dt
         )
+        whole = np.tile(np.eye(3), (len(F), 1, 1))
+        whole[:, :d, :d] = F
+        entries = (followed.stress, followed.state, followed.dissipation, followed.iterations)
+        return _path(self.law, whole, *(entry[0] for entry in entries), start)
+
+    def load(self, legs, stress=None):
+        """Follow `Leg`s of prescribed strains and Cauchy stresses (mixed control; see `MixedControl`) -> `Path`.
+
+        stress: as in `drive`. Raises LoadingError, which names the step, for a stress that cannot be reached;
+        ValueError for a point in plane strain: prescribe zero strain out of the plane instead.
+        """
+        if self.dimension != 3:
+            raise ValueError("mixed control needs dimension = 3")
+        control, start = MixedControl(self.law, self.precision), self._initial(stress)
+        return path_of(self.law, control.follow(legs, control.at_stress(start)), start)
+
+    def _initial(self, stress):
+        """The initial stress (3, 3), which must be admissible."""
+        stress = np.zeros((3, 3)) if stress is None else np.asarray(stress, float)
+        if stress.any() and not self.law.yield_function(stress, self._update.initial_state(1)[0]) <= 0.0:
+            raise ValueError("the initial stress lies outside the law's yield surface")
+        return stress
+
+
+def path_of(law, rows, start=None):
+    """`Path` of a list of `Reached`, which began at F = I and the Kirchhoff stress `start` (3, 3) [Pa], or none."""
+    start = np.zeros((3, 3)) if start is None else start
+    names = ("deformation", "kirchhoff", "state", "dissipation", "iterations")
+    return _path(law, *(np.array([getattr(row, name) for row in rows]) for name in names), start)
+
+
+def _path(law, F, stress, state, dissipation, iterations, start):
+    stress, state = unpack(np.asarray(stress, float)), np.asarray(state, float)
+    strain = law.hencky_from_stress(stress, state)
+    p, q = invariants(stress)
+    elastic_volume = np.trace(strain, axis1=1, axis2=2) - np.trace(law.hencky_from_stress(start))
+    return Path(
+        kirchhoff=stress,
+        p=p,
+        q=q,
+        p0=np.asarray(law.outputs(state).get("p0", np.full(len(F), np.nan))),
+        elastic_strain=strain,
+        plastic_volumetric_strain=np.log(np.linalg.det(F)) - elastic_volume,
+        state=state,
+        dissipation=np.cumsum(dissipation, dtype=float),
+        iterations=np.asarray(iterations),
+        deformation=F,
+    )

@@ -1,0 +1,120 @@
+"""Element tests: the experiments of a soil and snow laboratory at a single material point.
+
+The axis of the apparatus is z; shear is along x on planes normal to z. A test starts from an isotropic Cauchy pressure
+(see `MixedControl.consolidated`), where its strains are zero. Driven strains are logarithmic; the amount of a
+compression is positive, and a negative amount turns a test round (extension instead of compression).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+
+from .leg import Leg
+from .measurement import Driven, Measurement
+from .mixed_control import MixedControl
+
+AXES = ("xx", "yy", "zz")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A kind of test. legs(amount, pressure, steps, duration) -> its `Leg`s; strain, steps: what it does by default."""
+
+    summary: str
+    driven: Driven
+    strain: float
+    steps: int
+    legs: Callable
+
+
+def _isotropic(amount, pressure, steps, duration):
+    return [Leg(dict.fromkeys(AXES, -amount / 3.0), {}, steps, duration)]
+
+
+def _oedometer(amount, pressure, steps, duration):
+    return [Leg({"zz": -amount}, {}, steps, duration)]
+
+
+def _triaxial(amount, pressure, steps, duration):
+    return [Leg({"zz": -amount}, {"xx": -pressure, "yy": -pressure}, steps, duration)]
+
+
+def _triaxial_constant_volume(amount, pressure, steps, duration):
+    return [Leg({"xx": 0.5 * amount, "yy": 0.5 * amount, "zz": -amount}, {}, steps, duration)]
+
+
+def _simple_shear(amount, pressure, steps, duration):
+    return [Leg({"xz": amount}, {"zz": -pressure}, steps, duration)]
+
+
+def _simple_shear_constant_volume(amount, pressure, steps, duration):
+    return [Leg({"xz": amount}, {}, steps, duration)]
+
+
+def _tension(amount, pressure, steps, duration):
+    # Back through the initial volume and as far into compression, so that a gap closes and carries again
+    out = max(1, round(steps / 3))
+    back = Leg(dict.fromkeys(AXES, -amount / 3.0), {}, max(1, steps - out), 2.0 * duration)
+    return [Leg(dict.fromkeys(AXES, amount / 3.0), {}, out, duration), back]
+
+
+COMPRESSION = Driven("volumetric_strain", -1.0, "volumetric compression −ln J [-]")
+EXPANSION = Driven("volumetric_strain", 1.0, "volumetric expansion ln J [-]")
+SHORTENING = Driven("strain_zz", -1.0, "axial shortening −ε_zz [-]")
+SHEAR = Driven("strain_xz", 1.0, "shear γ_xz [-]")
+
+EXPERIMENTS = {
+    "isotropic": Experiment("compression, equal in all directions", COMPRESSION, 0.1, 200, _isotropic),
+    "oedometer": Experiment("axial compression, no lateral strain", SHORTENING, 0.1, 200, _oedometer),
+    "triaxial": Experiment("drained: axial compression, lateral stress held", SHORTENING, 0.2, 200, _triaxial),
+    "triaxial_constant_volume": Experiment(
+        "undrained: axial compression at constant volume", SHORTENING, 0.2, 200, _triaxial_constant_volume
+    ),
+    "simple_shear": Experiment("shear, normal stress held", SHEAR, 10.0, 1000, _simple_shear),
+    "simple_shear_constant_volume": Experiment(
+        "shear at constant volume", SHEAR, 10.0, 1000, _simple_shear_constant_volume
+    ),
+    "tension": Experiment("isotropic expansion, then back into compression (healing)", EXPANSION, 0.05, 300, _tension),
+}
+
+
+def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, precision="f64"):
+    """Run the experiment `name` of EXPERIMENTS on a law -> `Measurement`.
+
+    strain: amount of the driven strain [-]; pressure: isotropic Cauchy pressure at the start [Pa]; steps: of the test;
+    rate: of the driven strain [1/s], read by rate-dependent laws only. Defaults: the experiment's own.
+    Raises ValueError for a wrong argument, LoadingError (which names the step) for a stress out of reach.
+    """
+    if name not in EXPERIMENTS:
+        raise ValueError(f"no test {name}: one of {', '.join(EXPERIMENTS)}")
+    experiment = EXPERIMENTS[name]
+    amount = experiment.strain if strain is None else strain
+    steps = experiment.steps if steps is None else steps
+    if amount == 0.0 or not isfinite(amount):
+        raise ValueError(f"strain = {amount}: must be finite and not zero")
+    if not rate > 0.0 or not isfinite(rate):
+        raise ValueError(f"rate = {rate}: must be > 0")
+    legs = experiment.legs(amount, _checked(pressure), steps, abs(amount) / rate)
+    control = MixedControl(law, precision)
+    start = control.consolidated(pressure)
+    return Measurement(name, law, experiment.driven, [start, *control.follow(legs, start)])
+
+
+def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
+    """Follow a `LoadingFile`, with `steps` equal steps from each of its rows to the next -> `Measurement`.
+
+    Strains, stresses and F change linearly between rows. Raises as `measure` does.
+    """
+    control = MixedControl(law, precision)
+    start = control.consolidated(_checked(pressure))
+    if loading.deformation is None:
+        rows = control.follow(loading.legs(steps), start)
+    else:
+        rows = control.follow_deformation(*loading.subdivided(steps), start)
+    return Measurement(loading.name, law, Driven("step", 1.0, "step"), [start, *rows])
+
+
+def _checked(pressure):
+    if not pressure >= 0.0 or not isfinite(pressure):
+        raise ValueError(f"pressure = {pressure}: must be >= 0")
+    return float(pressure)
