@@ -121,10 +121,10 @@ def sort_kernels(layout):
     @ti.kernel
     def count_moves(reals: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
                     lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64),
-                    counts: ti.types.ndarray(), workers: int):
-        for i in range(chunks(workers)):
+                    counts: ti.types.ndarray(), shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
             if is_worker(i):
-                first, last = chunk(i, workers, start.shape[0] - 1)
+                first, last = chunk(i, shares)
                 for b in range(first, last):
                     for s in range(3**dim):
                         counts[b, s] = 0
@@ -137,10 +137,10 @@ def sort_kernels(layout):
     def move(reals: ti.types.ndarray(), integers: ti.types.ndarray(), new_reals: ti.types.ndarray(),
              new_integers: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
              lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64),
-             target: ti.types.ndarray(), workers: int):
-        for i in range(chunks(workers)):
+             target: ti.types.ndarray(), shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
             if is_worker(i):
-                first, last = chunk(i, workers, start.shape[0] - 1)
+                first, last = chunk(i, shares)
                 for b in range(first, last):
                     for p in range(start[b], start[b + 1]):
                         x = load(reals, p, at_position, dim)

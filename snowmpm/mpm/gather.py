@@ -166,10 +166,10 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
                       law_of: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), changes: ti.types.ndarray(dtype=vec4, ndim=1),
                       dt: real, dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(),
-                      n_tiles: int, workers: int):
-        for i in range(chunks(workers)):
+                      n_tiles: int, shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
             if is_worker(i):
-                first, last = chunk(i, workers, n_tiles)
+                first, last = chunk(i, shares)
                 for b in range(first, last):
                     block = ti.Vector.zero(real, N_REPORT)
                     worst = 0

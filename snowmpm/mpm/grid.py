@@ -15,14 +15,18 @@ import taichi as ti
 
 from snowmpm.blocks import EDGE, coordinates_of
 from snowmpm.contact import OPEN, contact_velocity
-from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, workers
+from snowmpm.mpm.walls import FREE, ON_SURFACE, Walls
+from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
 from snowmpm.runtime import DTYPES
+
+BLOCK_COST = 8
+"""Cost of a block beside that of its particles, in particles: clearing its tile, and its share of cache misses."""
+
+NODE_BLOCK_COST = 2
+"""Cost of a node block beside that of adding up its tiles, in tiles."""
 
 TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
 """Nodes per tile edge."""
-
-ON_SURFACE = 1e-5
-"""Cells above the ground up to which a node counts as inside: a node exactly on it must not be left to round-off."""
 
 
 def tile_strides(dim):
@@ -53,7 +57,8 @@ class TileGrid:
 
     tile_of[n, s]: tile of the block one step s from node block n (steps as in `blocks.neighbour_steps`), -1 where that
     block is empty. boxes[tile]: first and one-past-last node along each of three axes that its particles reach.
-    walls[node]: outward normal and signed distance to the terrain [cells] at each node of each node block.
+    wall_slot[n]: where `walls` keeps the terrain at the nodes of node block n. shares, node_shares: the tiles and the
+    node blocks, cut into chunks of about equal work.
     """
 
     def __init__(self, dim, precision, wall_distance=None, flip=False):
@@ -61,33 +66,27 @@ class TileGrid:
         wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
         self.dim = dim
         self.precision = precision
-        self.wall_distance = wall_distance
         self.flip = flip
-        self.node_keys = np.zeros(0, np.int64)
-        self._walls = np.zeros((0, EDGE[dim] ** dim, 4), DTYPES[precision][1])
-        self.tiles = self.impulses = self.walls = self.scratch = None
+        self.walls = Walls(dim, precision, wall_distance)
+        self.tiles = self.impulses = None
+        self.scratch = self._room(None, 2 * EDGE[dim] ** dim * most_workers())
 
     def fit(self, blocks):
-        """Follow a new block map. What is known of the terrain at node blocks seen in the last map is kept."""
-        dim, edge = self.dim, EDGE[self.dim]
+        """Follow a new block map."""
+        dim = self.dim
         keys, tile_of = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
-        self._fit_walls(keys, coordinates)
-        self.node_keys = keys
+        self.wall_slot = int_array(self.walls.slots(keys, coordinates))
         self.node_coordinates = int_array(coordinates)
         self.tile_of = int_array(tile_of)
         self.start = int_array(blocks.start)
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
+        self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
+        self.node_shares = int_array(shares((tile_of >= 0).sum(axis=1) + NODE_BLOCK_COST))
         self.boxes = self._whole_tiles(self.n_tiles)
-        self.scratch = self._room(self.scratch, 2 * edge**dim * workers(self.n_node_blocks))
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
-        self.walls = self._room(self.walls, len(keys) * edge**dim if self.wall_distance else 1)
-        if self.wall_distance:
-            padded = np.zeros((self.walls.shape[0], 4), self._walls.dtype)
-            padded[: self._walls.shape[0] * edge**dim] = self._walls.reshape(-1, 4)
-            self.walls.from_numpy(padded)
 
     def _room(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""
@@ -104,28 +103,9 @@ class TileGrid:
     def bytes(self):
         """Memory of tiles, walls and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
-        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.walls.shape[0] + self.scratch.shape[0]
+        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.walls.array.shape[0] + self.scratch.shape[0]
         integers = sum(np.prod(table.shape) for table in (self.tile_of, self.node_coordinates, self.boxes))
         return 4 * real * nodes + 4 * int(integers)
-
-    def _fit_walls(self, keys, coordinates):
-        if not self.wall_distance:
-            return
-        dim, edge = self.dim, EDGE[self.dim]
-        walls = np.empty((len(keys), edge**dim, 4), self._walls.dtype)
-        at = np.searchsorted(self.node_keys, keys)
-        known = np.zeros(len(keys), bool)
-        inside = at < len(self.node_keys)
-        known[inside] = self.node_keys[at[inside]] == keys[inside]
-        walls[known] = self._walls[at[known]]
-        if not known.all():
-            nodes = np.stack(np.meshgrid(*[np.arange(edge)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
-            points = (edge * coordinates[~known][:, None] + nodes).reshape(-1, dim)
-            distance, normal = self.wall_distance(points.astype(np.float64))
-            fresh = np.zeros((len(points), 4))
-            fresh[:, :dim], fresh[:, 3] = normal, distance
-            walls[~known] = fresh.reshape(-1, edge**dim, 4)
-        self._walls = walls
 
 
 @functools.cache
@@ -224,13 +204,13 @@ def grid_kernel(dim, real, with_terrain, flip):
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                     boxes: ti.types.ndarray(), scratch: ti.types.ndarray(dtype=vec4, ndim=1),
                     tile_of: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
-                    walls: ti.types.ndarray(dtype=vec4, ndim=1), sides: ti.types.ndarray(), loads: ti.types.ndarray(),
-                    gravity: ti.types.ndarray(), dt: real, keep: real, terrain_code: int,
-                    terrain_friction: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
-                    n_node_blocks: int, workers: int):
-        for i in range(chunks(workers)):
+                    wall_slot: ti.types.ndarray(), walls: ti.types.ndarray(dtype=vec4, ndim=1),
+                    sides: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
+                    keep: real, terrain_code: int, terrain_friction: real, impulse_of: ti.types.ndarray(),
+                    total: ti.types.ndarray(), n_loads: int, n_node_blocks: int, shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
             if is_worker(i):
-                first, last = chunk(i, workers, n_node_blocks)
+                first, last = chunk(i, shares)
                 sums = i // SPREAD * ti.static(2 * n_nodes)
                 pull = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
@@ -243,7 +223,7 @@ def grid_kernel(dim, real, with_terrain, flip):
                     corner = ti.Vector.zero(real, dim)
                     for a in ti.static(range(dim)):
                         corner[a] = ti.cast(edge * node_coordinates[n, a], real)
-                    near_side = reaches_side(corner, sides)
+                    near_side, slot = reaches_side(corner, sides), wall_slot[n]
                     for q in range(n_nodes * found):
                         node, internal = scratch[sums + q], vec4(0.0)
                         if ti.static(flip):
@@ -254,8 +234,9 @@ def grid_kernel(dim, real, with_terrain, flip):
                                 v[a] = (node[a] + internal[a]) / node[3]
                             v = (v + dt * pull) * keep
                             wall = vec4(1.0)
-                            if ti.static(with_terrain):
-                                wall = walls[n * n_nodes + q]
+                            if ti.static(with_terrain):  # noqa: SIM102 (one is compile time)
+                                if slot != FREE:
+                                    wall = walls[slot * n_nodes + q]
                             in_wall = wall[3] < ON_SURFACE
                             # Most nodes are free: only the others pay for their position and the sums in double.
                             if in_wall or near_side == 1 or n_loads > 0:

@@ -108,10 +108,10 @@ def scatter_kernel(layout, real, atomic, flip):
     def scatter_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
                        start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                       dt: real, dx: real, affine_share: real, n_tiles: int, workers: int):
-        for i in range(chunks(workers)):
+                       dt: real, dx: real, affine_share: real, n_tiles: int, shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
             if is_worker(i):
-                first, last = chunk(i, workers, n_tiles)
+                first, last = chunk(i, shares)
                 for b in range(first, last):
                     clear_box(tiles, boxes, b)
                     if ti.static(flip):

@@ -14,7 +14,6 @@ from snowmpm.mpm import gather as report_of
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
 from snowmpm.mpm.scatter import scatter_kernel
-from snowmpm.parallel import workers
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.severing import sever_kernel
 from snowmpm.timestep import Extremes, stable_step
@@ -92,23 +91,23 @@ class MpmSolver:
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
-        home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
+        home, work = self._work()
         self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.boxes, grid.tiles,
-                      grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, n)
+                      grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, work)
 
     def update_grid(self, dt):
         grid = self.grid
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.tile_of, grid.node_coordinates,
-                     grid.walls, self._sides, self._loads, self._gravity, dt, self.keep, self._terrain_code,
-                     self._terrain_friction, self._impulses, self._total, self._n_loads, grid.n_node_blocks,
-                     self._workers(grid.n_node_blocks))
+                     grid.wall_slot, grid.walls.array, self._sides, self._loads, self._gravity, dt, self.keep,
+                     self._terrain_code, self._terrain_friction, self._impulses, self._total, self._n_loads,
+                     grid.n_node_blocks, grid.node_shares)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
-        home, n = (self._block_of, store.count) if self.atomic else (grid.start, self._workers(grid.n_tiles))
+        home, work = self._work()
         report = np.zeros(report_of.N_REPORT)
         self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
-                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, n)
+                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, work)
         self._read(report)
 
     def stable_dt(self):
@@ -140,8 +139,8 @@ class MpmSolver:
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
         lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
-        n = self._workers(len(blocks))
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, counts, n)
+        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, counts,
+                          self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < store.count:
@@ -155,7 +154,7 @@ class MpmSolver:
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   int_array(target), n)
+                   int_array(target), self.grid.shares)
         store.swap(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
         self._follow_blocks()
@@ -182,8 +181,9 @@ class MpmSolver:
         self.mass -= float(mass.sum())
         self.removed["momentum"] += mass @ self.column("velocity")[gone]
 
-    def _workers(self, n):
-        return workers(n)
+    def _work(self):
+        """Particles by block and the shares of the CPU's threads, or the block of each particle and their number."""
+        return (self._block_of, self.particles.count) if self.atomic else (self.grid.start, self.grid.shares)
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 

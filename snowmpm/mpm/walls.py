@@ -1,0 +1,91 @@
+"""Where the terrain is at the nodes of the grid, kept for the node blocks that reach into it."""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.blocks import EDGE
+from snowmpm.runtime import DTYPES
+
+ON_SURFACE = 1e-5
+"""Cells above the ground up to which a node counts as inside: a node exactly on it must not be left to round-off."""
+
+FREE = -1
+"""Slot of a node block that is all above the ground."""
+
+
+class Walls:
+    """Outward normal and signed distance to the terrain [cells] at each node of the node blocks met so far.
+
+    Only blocks with a node in the ground take a slot in `array`: most blocks are free air, and need nothing. A terrain
+    does not move, so what is known stays known, and memory goes with the ground that the snow has reached.
+    """
+
+    def __init__(self, dim, precision, wall_distance):
+        """wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
+        self.dim, self.wall_distance = dim, wall_distance
+        self._real, self._dtype = DTYPES[precision]
+        self._n_nodes = EDGE[dim] ** dim
+        self._keys = np.zeros(0, np.int64)
+        self._slots = np.zeros(0, np.int32)
+        self._used = 0
+        self.array = self._allocate(64 if wall_distance else 1)
+
+    def _allocate(self, slots):
+        return ti.ndarray(ti.types.vector(4, self._real), (slots * self._n_nodes,))
+
+    def slots(self, keys, coordinates):
+        """Slot of each node block, or FREE; keys sorted (n,), coordinates (n, dim)."""
+        if not self.wall_distance:
+            return np.full(len(keys), FREE, np.int32)
+        at = np.searchsorted(self._keys, keys)
+        known = np.zeros(len(keys), bool)
+        inside = at < len(self._keys)
+        known[inside] = self._keys[at[inside]] == keys[inside]
+        slots = np.empty(len(keys), np.int32)
+        slots[known] = self._slots[at[known]]
+        if not known.all():
+            slots[~known] = self._learn(coordinates[~known])
+            self._keys = np.insert(self._keys, at[~known], keys[~known])
+            self._slots = np.insert(self._slots, at[~known], slots[~known])
+        return slots
+
+    def _learn(self, coordinates):
+        """Ask the terrain about blocks not met before; -> their slots."""
+        dim, edge = self.dim, EDGE[self.dim]
+        nodes = np.stack(np.meshgrid(*[np.arange(edge)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
+        points = (edge * coordinates[:, None] + nodes).reshape(-1, dim)
+        distance, normal = self.wall_distance(points.astype(np.float64))
+        walls = np.zeros((len(points), 4), self._dtype)
+        walls[:, :dim], walls[:, 3] = normal, distance
+        walls = walls.reshape(len(coordinates), self._n_nodes, 4)
+        solid = (walls[:, :, 3] < ON_SURFACE).any(axis=1)
+        slots = np.full(len(coordinates), FREE, np.int32)
+        slots[solid] = self._used + np.arange(solid.sum())
+        self._append(walls[solid])
+        return slots
+
+    def _append(self, walls):
+        first, end = self._used * self._n_nodes, (self._used + len(walls)) * self._n_nodes
+        if end > self.array.shape[0]:
+            old, self.array = self.array, self._allocate(2 * (self._used + len(walls)))
+            _copy_kernel(self._real)(old, self.array, 0, first)
+        if len(walls):
+            fresh = ti.ndarray(ti.types.vector(4, self._real), (end - first,))
+            fresh.from_numpy(walls.reshape(-1, 4))
+            _copy_kernel(self._real)(fresh, self.array, first, end - first)
+        self._used += len(walls)
+
+
+@functools.cache
+def _copy_kernel(real):
+    vec4 = ti.types.vector(4, real)
+
+    @ti.kernel
+    def copy(source: ti.types.ndarray(dtype=vec4, ndim=1), target: ti.types.ndarray(dtype=vec4, ndim=1), first: int,
+             n: int):
+        for q in range(n):
+            target[first + q] = source[q]
+
+    return copy
