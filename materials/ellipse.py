@@ -34,9 +34,9 @@ def sinh_positive(t):
     """sinh(max(t, 0)), relative accuracy kept for small t. Beyond any use it stays finite, and so does its square."""
     t = ti.max(t, 0.0)
     s = 1.0
-    if t < 1.0:
+    if t < 0.25:
         u = t * t
-        for k in ti.static(range(by_precision(5, 9), 0, -1)):
+        for k in ti.static(range(by_precision(2, 5), 0, -1)):
             s = 1.0 + s * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
         s *= t
     else:

@@ -6,44 +6,47 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from .precision import working_precision
+from .precision import DTYPES, working_precision
 from .symmetric import size
+
+STRETCH = 32
+"""Consecutive points that one iteration of the parallel loop takes."""
 
 
 @functools.cache
 def _update_kernel(update, dimension, precision, n_parameters, n_state):
     """One kernel per law, dimension and precision; shapes and parameters are run-time values."""
-    n = size(dimension)
+    real = DTYPES[precision][0]
+    # Vector entries, not longer shapes: their strides are then known when the kernel is compiled
+    tensor = ti.types.vector(size(dimension), real)
+    internal = ti.types.vector(n_state, real)
+    gradient = ti.types.matrix(dimension, dimension, real)
 
     @ti.kernel
     def update_all(
         parameters: ti.types.ndarray(),
-        h: ti.types.ndarray(),
-        state: ti.types.ndarray(),
-        increments: ti.types.ndarray(),
+        h: ti.types.ndarray(dtype=tensor, ndim=1),
+        state: ti.types.ndarray(dtype=internal, ndim=1),
+        increments: ti.types.ndarray(dtype=gradient, ndim=2),
         dt: float,
-        h_path: ti.types.ndarray(),
-        stress: ti.types.ndarray(),
-        state_path: ti.types.ndarray(),
-        dissipation: ti.types.ndarray(),
-        iterations: ti.types.ndarray(),
+        h_path: ti.types.ndarray(dtype=tensor, ndim=2),
+        stress: ti.types.ndarray(dtype=tensor, ndim=2),
+        state_path: ti.types.ndarray(dtype=internal, ndim=2),
+        dissipation: ti.types.ndarray(dtype=real, ndim=2),
+        iterations: ti.types.ndarray(dtype=ti.i32, ndim=2),
     ):
-        for i in range(increments.shape[0]):
+        # A stretch of points an iteration: Taichi calls a function for each, which costs as much as a simple law
+        for stretch in range((increments.shape[0] + STRETCH - 1) // STRETCH):
             prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
-            h_i = ti.Vector([h[i, k] for k in ti.static(range(n))])
-            state_i = ti.Vector([state[i, k] for k in ti.static(range(n_state))])
-            for step in range(increments.shape[1]):
-                A = ti.Matrix.zero(float, dimension, dimension)
-                for j, k in ti.static(ti.ndrange(dimension, dimension)):
-                    A[j, k] = increments[i, step, j, k]
-                h_i, tau, state_i, work, count = update(prm, h_i, state_i, A, dt)
-                for k in ti.static(range(n)):
-                    h_path[i, step, k] = h_i[k]
-                    stress[i, step, k] = tau[k]
-                for k in ti.static(range(n_state)):
-                    state_path[i, step, k] = state_i[k]
-                dissipation[i, step] = work
-                iterations[i, step] = count
+            for i in range(stretch * STRETCH, ti.min(increments.shape[0], (stretch + 1) * STRETCH)):
+                h_i, state_i = h[i], state[i]
+                for step in range(increments.shape[1]):
+                    h_i, tau, state_i, work, count = update(prm, h_i, state_i, increments[i, step], dt)
+                    h_path[i, step] = h_i
+                    stress[i, step] = tau
+                    state_path[i, step] = state_i
+                    dissipation[i, step] = work
+                    iterations[i, step] = count
 
     return update_all
 
