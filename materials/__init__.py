@@ -18,16 +18,18 @@ from .material_point import MaterialPoint, Path
 from .measurement import Measurement
 from .mixed_control import LoadingError, MixedControl
 from .modified_cam_clay import ModifiedCamClay
+from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated
 from .symmetric import pack, unpack
 
 Material = Annotated[
-    Elastic | ModifiedCamClay | CohesiveCamClay | AnticrackCamClay,
+    Elastic | ModifiedCamClay | CohesiveCamClay | AnticrackCamClay | StomakhinSnow,
     Field(discriminator="kind"),
 ]
 
 LAWS = {
-    law.model_fields["kind"].default: law for law in (Elastic, ModifiedCamClay, CohesiveCamClay, AnticrackCamClay)
+    law.model_fields["kind"].default: law
+    for law in (Elastic, ModifiedCamClay, CohesiveCamClay, AnticrackCamClay, StomakhinSnow)
 }
 
 __all__ = [
@@ -47,6 +49,7 @@ __all__ = [
     "ModifiedCamClay",
     "Path",
     "StateVariable",
+    "StomakhinSnow",
     "StressUpdate",
     "Updated",
     "measure",
