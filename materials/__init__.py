@@ -12,11 +12,11 @@ from .cohesive_cam_clay import CohesiveCamClay
 from .elastic import Elastic
 from .experiments import EXPERIMENTS, measure, measure_path
 from .law import Law, StateVariable
-from .leg import Leg
+from .leg import Leg, LoadingError
 from .loading_file import LoadingFile, read_loading
 from .material_point import MaterialPoint, Path
 from .measurement import Measurement
-from .mixed_control import LoadingError, MixedControl
+from .mixed_control import MixedControl
 from .modified_cam_clay import ModifiedCamClay
 from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated

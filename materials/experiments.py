@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
-from .leg import Leg
+from .leg import Leg, LoadingError
 from .measurement import Driven, Measurement
 from .mixed_control import MixedControl
 
@@ -83,17 +83,17 @@ def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, preci
 
     strain: amount of the driven strain [-]; pressure: isotropic Cauchy pressure at the start [Pa]; steps: of the test;
     rate: of the driven strain [1/s], read by rate-dependent laws only. Defaults: the experiment's own.
-    Raises ValueError for a wrong argument, LoadingError (which names the step) for a stress out of reach.
+    Raises LoadingError for a wrong argument, and, naming the step, for a stress out of reach or where the law fails.
     """
     if name not in EXPERIMENTS:
-        raise ValueError(f"no test {name}: one of {', '.join(EXPERIMENTS)}")
+        raise LoadingError(f"no test {name}: one of {', '.join(EXPERIMENTS)}")
     experiment = EXPERIMENTS[name]
     amount = experiment.strain if strain is None else strain
     steps = experiment.steps if steps is None else steps
     if amount == 0.0 or not isfinite(amount):
-        raise ValueError(f"strain = {amount}: must be finite and not zero")
+        raise LoadingError(f"strain = {amount}: must be finite and not zero")
     if not rate > 0.0 or not isfinite(rate):
-        raise ValueError(f"rate = {rate}: must be > 0")
+        raise LoadingError(f"rate = {rate}: must be > 0")
     legs = experiment.legs(amount, _checked(pressure), steps, abs(amount) / rate)
     control = MixedControl(law, precision)
     start = control.consolidated(pressure)
@@ -116,5 +116,5 @@ def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
 
 def _checked(pressure):
     if not pressure >= 0.0 or not isfinite(pressure):
-        raise ValueError(f"pressure = {pressure}: must be >= 0")
+        raise LoadingError(f"pressure = {pressure}: must be >= 0")
     return float(pressure)

@@ -17,6 +17,14 @@ from .symmetric import PAIRS
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 
 
+class LoadingError(ValueError):
+    """A test that cannot be made as asked for. `step`, counted from 1: the one that failed, None if none was begun."""
+
+    def __init__(self, message, step=None):
+        super().__init__(message)
+        self.step = step
+
+
 @dataclass(frozen=True)
 class Leg:
     """A part of a test along which prescribed strains and stresses change in proportion.
@@ -35,14 +43,14 @@ class Leg:
         for name, values in (("strain", self.strain), ("stress", self.stress)):
             for component, value in values.items():
                 if component not in COMPONENTS:
-                    raise ValueError(f"{name} {component}: a component is one of {', '.join(COMPONENTS)}")
+                    raise LoadingError(f"{name} {component}: a component is one of {', '.join(COMPONENTS)}")
                 if not isfinite(value):
-                    raise ValueError(f"{name} {component} = {value}: must be finite")
+                    raise LoadingError(f"{name} {component} = {value}: must be finite")
         both = [component for component in self.strain if component in self.stress]
         if both:
-            raise ValueError(f"strain and stress {both[0]}: only one of them can be prescribed")
+            raise LoadingError(f"strain and stress {both[0]}: only one of them can be prescribed")
         if self.steps < 1 or not (self.duration > 0.0 and isfinite(self.duration)):
-            raise ValueError("a leg takes at least one step and some time")
+            raise LoadingError("a leg takes at least one step and some time")
 
     def targets(self, strain):
         """(6,) strains and (6,) stresses at the end of the leg, NaN where free, for a leg that starts at `strain`."""

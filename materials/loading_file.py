@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .leg import COMPONENTS, Leg
+from .leg import COMPONENTS, Leg, LoadingError
 
 DEFORMATION = tuple(f"F_{i}{j}" for i in "xyz" for j in "xyz")
 STRAINS = tuple(f"strain_{component}" for component in COMPONENTS)
@@ -41,7 +41,7 @@ class LoadingFile:
         F = np.concatenate([(1.0 - shares) * a + shares * b for a, b in pairwise(ends)])
         folded = np.flatnonzero(np.linalg.det(F) <= 0.0)
         if len(folded):
-            raise ValueError(f"{self.name}: det F <= 0 on the way to row {folded[0] // steps + 1}: give rows between")
+            raise LoadingError(f"{self.name}: det F <= 0 on the way to row {folded[0] // steps + 1}: give rows between")
         return F, np.repeat(self.durations / steps, steps)
 
 
@@ -56,16 +56,16 @@ def read_loading(file):
     A component with neither keeps its strain; with both, each row fills in one of the two. In either form
         duration [s]                            time of the row, 1 s without it
     Units in brackets may be left out. Lines that are empty or begin with # are skipped.
-    Raises ValueError, which names the file, the line and the column; OSError for a file that cannot be read.
+    Raises LoadingError, which names the file, the line and the column; OSError for a file that cannot be read.
     """
     file = Path(file)
     try:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise ValueError(f"{file}: not a text file (UTF-8)") from None
+        raise LoadingError(f"{file}: not a text file (UTF-8)") from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if len(lines) < 2:
-        raise ValueError(f"{file}: needs a line of column names and at least one row of numbers")
+        raise LoadingError(f"{file}: needs a line of column names and at least one row of numbers")
     columns = _columns(file, _cells(lines[0][1]))
     rows = [_row(file, n, columns, _cells(line)) for n, line in lines[1:]]
     durations = np.array([row.pop("duration", 1.0) for _, row in rows])
@@ -85,35 +85,35 @@ def _columns(file, cells):
         if name not in UNITS:
             near = difflib.get_close_matches(name, UNITS, n=1)
             hint = f"did you mean {near[0]}?" if near else "known are F_xx, strain_xx, stress_xx ... and duration"
-            raise ValueError(f"{file}: column {cell!r} is not known; {hint}")
+            raise LoadingError(f"{file}: column {cell!r} is not known; {hint}")
         if unit is not None and unit != UNITS[name]:
-            raise ValueError(f"{file}: column {name}: the unit must be [{UNITS[name]}], not [{unit}]")
+            raise LoadingError(f"{file}: column {name}: the unit must be [{UNITS[name]}], not [{unit}]")
         if name in names:
-            raise ValueError(f"{file}: column {name} comes twice")
+            raise LoadingError(f"{file}: column {name} comes twice")
         names.append(name)
     if set(names) & set(DEFORMATION) and set(names) & set(STRAINS + STRESSES):
-        raise ValueError(f"{file}: columns F_* describe the whole deformation: no strain_* or stress_* beside them")
+        raise LoadingError(f"{file}: columns F_* describe the whole deformation: no strain_* or stress_* beside them")
     if not set(names) - {"duration"}:
-        raise ValueError(f"{file}: no column says what to do: F_xx, strain_xx or stress_xx ...")
+        raise LoadingError(f"{file}: no column says what to do: F_xx, strain_xx or stress_xx ...")
     return names
 
 
 def _row(file, n, columns, cells):
     """Line number and the numbers of a row by column; empty cells are left out."""
     if len(cells) != len(columns):
-        raise ValueError(f"{file}: line {n}: {len(cells)} values for {len(columns)} columns")
+        raise LoadingError(f"{file}: line {n}: {len(cells)} values for {len(columns)} columns")
     values = {}
     for name, cell in zip(columns, cells, strict=True):
         if not cell:
             if name in STRAINS + STRESSES:
                 continue
-            raise ValueError(f"{file}: line {n}, column {name}: empty")
+            raise LoadingError(f"{file}: line {n}, column {name}: empty")
         try:
             values[name] = float(cell)
         except ValueError:
             values[name] = float("nan")
         if not isfinite(values[name]) or (name == "duration" and values[name] <= 0.0):
-            raise ValueError(f"{file}: line {n}, column {name} = {cell}: must be a {_wanted(name)}")
+            raise LoadingError(f"{file}: line {n}, column {name} = {cell}: must be a {_wanted(name)}")
     return n, values
 
 
@@ -126,7 +126,7 @@ def _deformation(file, n, row):
     for name, value in row.items():
         F["xyz".index(name[2]), "xyz".index(name[3])] = value
     if not np.linalg.det(F) > 0.0:
-        raise ValueError(f"{file}: line {n}: det F = {np.linalg.det(F):.4g}: must be > 0")
+        raise LoadingError(f"{file}: line {n}: det F = {np.linalg.det(F):.4g}: must be > 0")
     return F
 
 
@@ -135,7 +135,7 @@ def _targets(file, n, columns, row):
         pair = [name for name in (f"strain_{component}", f"stress_{component}") if name in columns]
         if pair and sum(name in row for name in pair) != 1:
             problem = "is empty" if len(pair) == 1 else "and its strain: exactly one of the two must be given"
-            raise ValueError(f"{file}: line {n}, column {pair[-1]} {problem}")
+            raise LoadingError(f"{file}: line {n}, column {pair[-1]} {problem}")
     split = {"strain": {}, "stress": {}}
     for name, value in row.items():
         kind, component = name.split("_")

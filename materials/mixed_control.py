@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .leg import COMPONENTS, Leg, deformation_of
+from .leg import COMPONENTS, Leg, LoadingError, deformation_of
 from .stress_update import StressUpdate
 from .symmetric import pack
 
@@ -24,14 +24,6 @@ MAX_CORRECTIONS = 30
 MAX_HALVINGS = 6  # of a step that does not converge: 64 parts
 LONGEST = 0.2  # strain of one correction: far from the solution a tangent may point anywhere
 FRACTIONS = 0.5 ** np.arange(11)  # of a correction, to choose from
-
-
-class LoadingError(ValueError):
-    """A step that cannot be made: the prescribed stress cannot be reached, or the law failed. `step` counts from 1."""
-
-    def __init__(self, message, step):
-        super().__init__(message)
-        self.step = step
 
 
 @dataclass(frozen=True)
@@ -89,7 +81,7 @@ class MixedControl:
         """
         if not stress_free_start(self.law):
             if not pressure > 0.0:
-                raise ValueError("this law starts from a state under stress: the pressure must be > 0")
+                raise LoadingError("this law starts from a state under stress: the pressure must be > 0")
             return self.at_stress(-pressure * np.eye(3))
         point = self.at_stress()
         if pressure == 0.0:
@@ -97,7 +89,7 @@ class MixedControl:
         try:
             point = self.follow([Leg(stress=dict.fromkeys(("xx", "yy", "zz"), -pressure), steps=10)], point)[-1]
         except LoadingError as error:
-            raise LoadingError(f"the pressure of {pressure:g} Pa cannot be applied: {error}", 0) from None
+            raise LoadingError(f"the pressure of {pressure:g} Pa cannot be applied: {error}") from None
         return Reached(
             np.zeros(6), point.deformation, point.deformation, point.h, point.kirchhoff, point.state, np.full(6, np.nan)
         )

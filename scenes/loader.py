@@ -28,9 +28,9 @@ def load_scene(name_or_path, overrides=None):
     Raises InputError, which names file, key, value and what is allowed.
     """
     path = find_scene(name_or_path)
-    data = _parse(path)
+    data = parse(path)
     for key, value in (overrides or {}).items():
-        _override(data, key, value, path)
+        override(data, key, value, path)
     base_dir = path.resolve().parent
     try:
         with surroundings(base_dir=base_dir):
@@ -59,7 +59,8 @@ def find_scene(name_or_path):
     return path
 
 
-def _parse(path):
+def parse(path):
+    """Tables of a TOML file. Raises InputError, which names the file."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
@@ -74,7 +75,7 @@ def _parse(path):
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def _override(data, key, value, path):
+def override(data, key, value, path):
     """Set one dotted key, making the tables on its way; entries of lists are addressed by their index."""
     parts = key.split(".")
     here = data

@@ -35,7 +35,7 @@ def test_any_text_survives(scene_file, text, tmp_path):
 
     path = tmp_path / "text.toml"
     path.write_text(f"x = {_value(text)}", encoding="utf-8")
-    assert loader._parse(path) == {"x": text}
+    assert loader.parse(path) == {"x": text}
 
 
 def test_overrides(scene_file):
