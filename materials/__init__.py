@@ -1,6 +1,6 @@
 """Constitutive library: laws as data, their stress update as a Taichi function, and a material point to drive them."""
 
-from typing import Annotated
+from typing import Annotated, get_args
 
 if __name__ != "snowmpm.materials":
     raise ImportError("import this package as snowmpm.materials")
@@ -9,6 +9,7 @@ from pydantic import Field
 
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
+from .drucker_prager import DruckerPrager
 from .elastic import Elastic
 from .experiments import EXPERIMENTS, measure, measure_path
 from .law import Law, StateVariable
@@ -18,25 +19,34 @@ from .material_point import MaterialPoint, Path
 from .measurement import Measurement
 from .mixed_control import MixedControl
 from .modified_cam_clay import ModifiedCamClay
+from .mohr_coulomb import MohrCoulomb
+from .mu_i import MuI
 from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated
 from .symmetric import pack, unpack
+from .von_mises import VonMises
 
 Material = Annotated[
-    Elastic | ModifiedCamClay | CohesiveCamClay | AnticrackCamClay | StomakhinSnow,
+    Elastic
+    | VonMises
+    | DruckerPrager
+    | MohrCoulomb
+    | MuI
+    | ModifiedCamClay
+    | CohesiveCamClay
+    | AnticrackCamClay
+    | StomakhinSnow,
     Field(discriminator="kind"),
 ]
 
-LAWS = {
-    law.model_fields["kind"].default: law
-    for law in (Elastic, ModifiedCamClay, CohesiveCamClay, AnticrackCamClay, StomakhinSnow)
-}
+LAWS = {law.model_fields["kind"].default: law for law in get_args(get_args(Material)[0])}
 
 __all__ = [
     "EXPERIMENTS",
     "LAWS",
     "AnticrackCamClay",
     "CohesiveCamClay",
+    "DruckerPrager",
     "Elastic",
     "Law",
     "Leg",
@@ -47,11 +57,14 @@ __all__ = [
     "Measurement",
     "MixedControl",
     "ModifiedCamClay",
+    "MohrCoulomb",
+    "MuI",
     "Path",
     "StateVariable",
     "StomakhinSnow",
     "StressUpdate",
     "Updated",
+    "VonMises",
     "measure",
     "measure_path",
     "pack",

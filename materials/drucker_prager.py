@@ -1,0 +1,216 @@
+"""Drucker-Prager plasticity: friction, dilation and cohesion on a circular cone, with separation at its apex."""
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+import taichi as ti
+from pydantic import Field, model_validator
+
+from .cohesion_softening import softening_multiplier, strain_of_loss, strength_left, strength_share
+from .cone import Cone, cone_slope, dilation_slope
+from .elastic import elastic_trial
+from .invariant_return import h_of_invariants, stress_of_invariants
+from .law import Law, NonNegative, Positive, StateVariable
+from .separation import GAP, close_gap
+from .von_mises import PLASTIC_STRAIN
+
+NEVER = 1e30  # a plastic strain that no material reaches, within float32
+
+
+@ti.func
+def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
+    """Return map in (p, q): p, q, plastic strain κ, gap, dissipation, iterations (0: elastic).
+
+    prm: `DruckerPrager.parameters`; the trial state lies behind the gap that was there (see separation.py).
+    """
+    K, alpha, alpha_psi = prm[0], prm[3], prm[4]
+    k_left, k_loss, per_strain = prm[6], prm[7], prm[8]
+    k = k_left + k_loss * strength_share(strain, per_strain)[0]
+    p, q, kappa, opened, dissipation, iterations = p_trial, q_trial, strain, gap, 0.0, 0
+    if q_trial > alpha * p_trial + k:
+        shear = q_trial * prm[5]  # plastic shear strain that leaves no q
+        k_without = k_left + k_loss * strength_share(strain + shear, per_strain)[0]
+        p_without = p_trial + K * alpha_psi * shear
+        if alpha * p_without + k_without < 0.0:
+            # Still in tension when all shear has flowed: the apex. Opening beyond dilation breaks bonds like shear does
+            drive, loss = -p_without - k_left / alpha, k_loss / alpha
+            more, iterations = softening_multiplier(drive, K, loss, strain + shear, per_strain)
+            bonds = ti.max(prm[9] - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
+            opened = gap + ti.max(more - bonds, 0.0)
+            kappa = strain + shear + ti.select(k_loss > 0.0, ti.min(more, bonds), 0.0)
+            k = k_left + k_loss * strength_share(kappa, per_strain)[0]
+            p = ti.select(more > bonds, 0.0, -k / alpha)
+            q = 0.0
+            dissipation = -p * (alpha_psi * shear + more)
+        else:
+            drive = q_trial - alpha * p_trial - k_left
+            gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain)
+            kappa = strain + gamma
+            k = k_left + k_loss * strength_share(kappa, per_strain)[0]
+            # p not below the apex and q from the surface: admissible to round-off, however far away the trial state is
+            p = ti.max(p_trial + K * alpha_psi * gamma, prm[12] * k)
+            q = alpha * p + k
+            dissipation = gamma * ((alpha - alpha_psi) * p + k)
+    return p, q, kappa, opened, dissipation, iterations
+
+
+@ti.func
+def drucker_prager_update(prm, h, state, A, dt):
+    """See `Law`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
+    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
+    p_trial, factor, gap = close_gap(-prm[0] * volume, state[1], prm[0])
+    state_new = state
+    state_new[1] = gap
+    p, dissipation, iterations, changed = p_trial, 0.0, 0, factor < 1.0
+    if factor > 0.0:
+        q_trial = factor * ti.sqrt(prm[11] * deviator2)
+        p, q, kappa, gap_new, work, count = drucker_prager_return(prm, p_trial, q_trial, state[0], gap)
+        if count != 0:
+            changed = True
+            factor *= ti.select(q > 0.0, q / q_trial, 0.0)
+            state_new[0], state_new[1] = kappa, gap_new
+            dissipation, iterations = work, count
+    if changed:
+        h_new = h_of_invariants(prm[10], deviator, deviator2, p, factor)
+    tau = stress_of_invariants(prm[1], deviator, p, factor)
+    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
+
+
+class DruckerPrager(Law):
+    """Drucker-Prager cone with non-associated flow, cohesion and an apex, on Hencky elasticity.
+
+        y(p, q) = q − α p − k <= 0,    k = α c cot φ
+        flow: dε_v^p = α_ψ dε_s^p (dilation), α_ψ from the dilation angle ψ <= φ; at the apex p = −c cot φ, q = 0 any
+        dilation beyond that
+
+    Fávero Neto & Borja (2018), doi:10.1007/s11440-018-0700-3, eqs. 30-32; de Souza Neto, Perić & Owen, Computational
+    Methods for Plasticity (2008), section 8.3. Angles in degrees; α, α_ψ follow from them by the cone's matching
+    (`cone.py`), and `alpha`, `k`, `tensile_apex` report what the law works with: quote α, not only φ. k is such that
+    the apex lies at the Coulomb line's c cot φ for every cone. φ = 0 is von Mises' law of σ_y = k.
+
+    Backward Euler in closed form, exact for straight steps of any size: with κ the plastic shear strain ε_s,
+
+        cone   Δκ = (q_tr − α p_tr − k) / (3G + K α α_ψ),  q = q_tr − 3G Δκ,  p = p_tr + K α_ψ Δκ
+        apex   where the cone would leave q < 0
+
+    Softening (optional, `softening_strain` κ_c): k follows c(κ) of cohesion_softening.py, down to `residual_cohesion`;
+    one concave equation for Δκ, Newton from its outer side. At the apex the opening beyond dilation counts in κ too, so
+    tension breaks bonds. Under strain control the softening is single-valued while k₀ − k_r < κ_c (3G + K α α_ψ).
+
+    Separation: without cohesion (c = 0, or all of it lost) the apex is at p = 0 and what opens there is a gap that must
+    close before stress comes back (separation.py). With cohesion left the apex stress is kept, perfectly plastic, and
+    its opening is plastic flow like any other: it is not undone by compression, since the bonds held. Both dissipate
+    nothing negative: on the cone Δκ ((α − α_ψ) p + k) >= 0 for 0 <= ψ <= φ; at the apex c cot φ times the dilation;
+    in a gap nothing.
+    Deviation: dilation does not end at a critical density; for large shear take ψ = 0.
+    Validity: a circle fits the hexagon of Mohr-Coulomb at one kind of corner: the triaxial compression cone of φ = 37°
+    is 60° strong in plane strain.
+    """
+
+    STATE: ClassVar[tuple[StateVariable, ...]] = (PLASTIC_STRAIN, GAP)
+    OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-", "gap": "-", "damage": "-"}
+
+    kind: Literal["drucker_prager"] = "drucker_prager"
+    friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ [deg]
+    dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # ψ [deg]
+    cohesion: NonNegative = 0.0  # Coulomb's c [Pa]
+    cone: Cone = "triaxial_compression"
+    softening_strain: Positive | None = None  # κ_c [-]; none: the cohesion stays
+    residual_cohesion: NonNegative = 0.0  # c_r [Pa], what softening leaves
+
+    update = staticmethod(drucker_prager_update)
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.dilation_angle > self.friction_angle:
+            raise ValueError("dilation_angle must not exceed friction_angle: flow would create energy")
+        if self.residual_cohesion > self.cohesion:
+            raise ValueError("residual_cohesion must not exceed cohesion")
+        if self.friction_angle == 0.0 and not self._least_cohesion > 0.0:
+            raise ValueError(
+                "friction_angle 0 needs cohesion, and some that softening leaves"
+            )
+        return self
+
+    @property
+    def alpha(self):
+        """α = q / (p + c cot φ) at yield [-]."""
+        return float(cone_slope(self.friction_angle, self.cone, self.dilation_angle))
+
+    @property
+    def alpha_psi(self):
+        """α_ψ: plastic dilation over plastic shear strain [-]."""
+        return float(dilation_slope(self.dilation_angle, self.cone))
+
+    @property
+    def k(self):
+        """k: q at yield for p = 0 and intact bonds [Pa]."""
+        return self.cohesion * self._k_per_cohesion
+
+    @property
+    def tensile_apex(self):
+        """c cot φ [Pa]: the isotropic tension that intact bonds carry; inf for φ = 0."""
+        if self.cohesion == 0.0:
+            return 0.0
+        return self.k / self.alpha if self.alpha > 0.0 else np.inf
+
+    @property
+    def _k_per_cohesion(self):
+        """α cot φ, which has a limit at φ = 0."""
+        angle = max(self.friction_angle, 1e-6)
+        return float(cone_slope(angle, self.cone, self.dilation_angle) / np.tan(np.radians(angle)))
+
+    @property
+    def _least_cohesion(self):
+        return self.cohesion if self.softening_strain is None else self.residual_cohesion
+
+    def k_at(self, strain):
+        """k [Pa] after the plastic strain κ. NumPy."""
+        if self.softening_strain is None:
+            return np.full(np.shape(strain), self.k)
+        left = self._least_cohesion * self._k_per_cohesion
+        return left + (self.k - left) * strength_left(strain, self.softening_strain)
+
+    def yield_of_invariants(self, p, q, state):
+        """y [Pa]; where a gap is open, no stress but zero is admissible: |p| + q. NumPy."""
+        state = np.asarray(state)
+        closed = np.asarray(q) - self.alpha * np.asarray(p) - self.k_at(state[..., 0])
+        return np.where(state[..., 1] > 0.0, np.abs(p) + q, closed)
+
+    def outputs(self, state):
+        """plastic_strain, gap, and damage: the share of the cohesion that is lost."""
+        state = np.asarray(state)
+        lost = 1.0 - self.k_at(state[..., 0]) / self.k if self.k > 0.0 else np.zeros(state.shape[:-1])
+        return {"plastic_strain": state[..., 0], "gap": state[..., 1], "damage": lost}
+
+    def parameters(self):
+        """K, G, 3G + K α α_ψ, α, α_ψ, 1/(3G), residual k, k lost on the way to it, 1/κ_c, κ at which no cohesion is
+        left, 1/K, 6G², −1/α."""
+        K, G, alpha, softens = self.bulk_modulus, self.shear_modulus, self.alpha, self.softening_strain is not None
+        left = self._least_cohesion * self._k_per_cohesion
+        broken = NEVER if self._least_cohesion > 0.0 else 0.0
+        if softens and broken == 0.0 and self.cohesion > 0.0:
+            broken = strain_of_loss(self.softening_strain)
+        return (
+            K,
+            G,
+            3.0 * G + K * alpha * self.alpha_psi,
+            alpha,
+            self.alpha_psi,
+            1.0 / (3.0 * G),
+            left,
+            self.k - left,
+            1.0 / self.softening_strain if softens else 0.0,
+            broken,
+            1.0 / K,
+            6.0 * G * G,
+            -1.0 / alpha if alpha > 0.0 else -NEVER,
+        )
+
+    def initial_state(self):
+        return 0.0, 0.0
+
+    def severed_state(self):
+        if self.softening_strain is None:
+            return None
+        return strain_of_loss(self.softening_strain), 0.0
