@@ -58,10 +58,10 @@ def _tension(amount, pressure, steps, duration):
     return [Leg(dict.fromkeys(AXES, amount / 3.0), {}, out, duration), back]
 
 
-COMPRESSION = Driven("volumetric_strain", -1.0, "volumetric compression −ln J [-]")
-EXPANSION = Driven("volumetric_strain", 1.0, "volumetric expansion ln J [-]")
-SHORTENING = Driven("strain_zz", -1.0, "axial shortening −ε_zz [-]")
-SHEAR = Driven("strain_xz", 1.0, "shear γ_xz [-]")
+COMPRESSION = Driven("volumetric_strain", -1.0, "volumetric compression [-]")
+EXPANSION = Driven("volumetric_strain", 1.0, "volumetric expansion [-]")
+SHORTENING = Driven("strain_zz", -1.0, "axial shortening [-]")
+SHEAR = Driven("strain_xz", 1.0, "shear γ [-]")
 
 EXPERIMENTS = {
     "isotropic": Experiment("compression, equal in all directions", COMPRESSION, 0.1, 200, _isotropic),

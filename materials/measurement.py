@@ -10,6 +10,7 @@ from .material_point import path_of
 from .symmetric import invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
+ROUND_OFF = 1e-6  # of the largest p: a q below it, everywhere, is none
 STEADY = 1e-3  # by how much p and q may change there, relative to themselves
 TRIAXIAL = np.diag([1.0, 1.0, -2.0]) / 3.0  # deviator of unit q in axial compression
 SECTION_POINTS = 241
@@ -27,15 +28,16 @@ class Driven:
 
 @dataclass(frozen=True)
 class Characteristics:
-    """Numbers of a test; rows count steps, 0 is the start. `p`, `q` are Cauchy invariants [Pa].
+    """Numbers of a test; rows count steps, 0 is the start.
 
-    yield_row: first step with plastic flow, None when there is none; peak_row: largest q; steady: whether p and q stay
-    the same to one part in a thousand over the last tenth of the test, which is then at critical state (if it shears).
+    yield_row: first step with plastic flow, None when there is none; peak_row: largest q, None for a test without
+    shear; critical_ratio: q/p of the Cauchy stress at the end if that is a critical state, plastic flow at p and q that
+    stay the same to one part in a thousand over the last tenth of the test; else None.
     """
 
     yield_row: int | None
-    peak_row: int
-    steady: bool
+    peak_row: int | None
+    critical_ratio: float | None
 
 
 @dataclass(frozen=True)
@@ -121,11 +123,15 @@ class Measurement:
     def characteristics(self):
         """`Characteristics` of the test."""
         p, q = self.cauchy_invariants
-        plastic = np.flatnonzero(self.path.iterations[1:] > 0)
+        plastic = self.path.iterations > 0
         last = max(2, round(STEADY_SHARE * len(p)))
-        steady = all(np.ptp(x[-last:]) <= STEADY * abs(x[-1]) for x in (p, q)) and q[-1] > 0.0
-        yield_row = int(plastic[0]) + 1 if len(plastic) else None
-        return Characteristics(yield_row, int(np.argmax(q)), bool(steady and yield_row is not None))
+        steady = all(np.ptp(x[-last:]) <= STEADY * abs(x[-1]) for x in (p, q)) and plastic[-last:].all()
+        sheared = q.max() > ROUND_OFF * np.abs(p).max()
+        return Characteristics(
+            yield_row=int(np.argmax(plastic)) if plastic.any() else None,
+            peak_row=int(np.argmax(q)) if sheared else None,
+            critical_ratio=float(q[-1] / p[-1]) if steady and sheared and p[-1] > 0.0 else None,
+        )
 
     def yield_section(self):
         """`YieldSection` around the test's path, or None for a law that never yields."""
@@ -147,13 +153,18 @@ class Measurement:
         ladder = np.concatenate([[0.0], limit * np.geomspace(1e-6, 1.0, 121)])
         line = np.concatenate([-ladder[:0:-1], ladder])
         inside = np.any([f <= 0.0 for f in functions(*np.meshgrid(line, ladder))], axis=0)
-        p_in, q_in = line[inside.any(axis=0)], ladder[inside.any(axis=1)]
+        low, high = _extent(line, inside.any(axis=0))
+        top = _extent(ladder, inside.any(axis=1))[1]
         # An open surface reaches the limit; the path then says how much of it is worth showing
-        high = min(p_in.max(initial=0.0), limit if p_in.max(initial=0.0) < limit else 1.5 * scale)
-        low = max(p_in.min(initial=0.0), -0.5 * scale)
-        top = min(q_in.max(initial=0.0), limit if q_in.max(initial=0.0) < limit else 1.5 * scale)
+        low, high, top = (1.5 * np.sign(x) * scale if abs(x) == limit else x for x in (low, high, top))
         p_range = np.array([min(low, p.min()), max(high, p.max())])
         margin = 0.08 * max(np.ptp(p_range), 1e-12)
         grid_p = np.linspace(p_range[0] - margin, p_range[1] + margin, SECTION_POINTS)
         grid_q = np.linspace(0.0, 1.08 * max(top, q.max(), 1e-12), SECTION_POINTS)
         return YieldSection(grid_p, grid_q, *functions(*np.meshgrid(grid_p, grid_q)))
+
+
+def _extent(line, inside):
+    """Where the entries of `line` that are inside begin and end, rounded outward; (0, 0) if there are none."""
+    found = np.flatnonzero(inside)
+    return (line[max(found[0] - 1, 0)], line[min(found[-1] + 1, len(line) - 1)]) if len(found) else (0.0, 0.0)

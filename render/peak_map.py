@@ -1,10 +1,6 @@
 """Rasters of a run over the shaded terrain, in map coordinates: peak depth, peak speed ..."""
 
-import os
-from pathlib import Path
-
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
@@ -13,6 +9,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light
 from snowmpm.render.colour import SNOW_WHITE_LOW
+from snowmpm.render.figure import check_ending, save
 from snowmpm.render.overlay import ticks
 from snowmpm.render.relief import build_relief
 
@@ -30,8 +27,7 @@ def render_map(run_path, name, output, *, dpi=150):
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     if name not in run.maps:
         raise InputError.at("map", name, f"must be one of {', '.join(run.maps) or '(the run has none)'}", file=run.path)
-    if Path(output).suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise InputError.at("output", str(output), "must end in .png, .pdf or .svg")
+    check_ending(output)
     raster = run.maps[name]
     filled = np.argwhere(np.isfinite(raster.values) & (raster.values > 0.0))
     if not len(filled):
@@ -43,7 +39,7 @@ def render_map(run_path, name, output, *, dpi=150):
         _draw_terrain(axes, run, lower, upper)
     _draw_raster(figure, axes, run, raster, name)
     _draw_frame(figure, axes, run, name, lower, upper)
-    return _save(figure, Path(output), dpi)
+    return save(figure, output, dpi)
 
 
 def _box(raster, filled, terrain):
@@ -144,14 +140,3 @@ def attribution(record):
     elif isinstance(record, list):
         found = [attribution(value) for value in record]
     return "; ".join(dict.fromkeys(text for text in found if text))
-
-
-def _save(figure, path, dpi):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
-    try:
-        FigureCanvasAgg(figure).print_figure(draft, dpi=dpi, bbox_inches="tight", pad_inches=0.15)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
-    return path

@@ -10,6 +10,11 @@ INLINE = {"shape", "region", "motion", "boundary"}
 def to_toml(scene):
     """Text of the resolved scene. File names become absolute, so that the text means the same in any folder."""
     data = _absolute(scene.model_dump(exclude_none=True), scene.base_dir)
+    return table_text(data)
+
+
+def table_text(data):
+    """Tables by name as TOML text."""
     return "\n".join(_table(data, ())).strip() + "\n"
 
 

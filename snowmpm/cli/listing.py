@@ -2,14 +2,17 @@
 
 
 def list_library():
-    """List library scenes and kinds of material."""
-    from snowmpm.materials import LAWS
+    """List library scenes, kinds of material and tests of a material."""
+    from snowmpm.materials import EXPERIMENTS, LAWS
     from snowmpm.scenes import library
 
     laws = {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())}
     _print_table("Scenes (snowmpm run NAME)", library())
     print()
     _print_table("Materials (kind = NAME in a scene)", laws)
+    print()
+    tests = {name: experiment.summary for name, experiment in EXPERIMENTS.items()}
+    _print_table("Tests of a material at one point (snowmpm element NAME)", tests)
 
 
 def _first_sentence(law):

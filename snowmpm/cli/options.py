@@ -42,14 +42,20 @@ def scene_overrides(settings, precision=None):
 
     A value is read as TOML (a number, true, [..], "..."); what is no TOML value is text, so quotes may be left out.
     """
+    overrides = setting_values(settings)
+    if precision is not None:
+        overrides["solver.precision"] = precision.value
+    return overrides
+
+
+def setting_values(settings):
+    """Key -> value from the texts KEY=VALUE of `--set`, read as `scene_overrides` says."""
     overrides = {}
     for setting in settings or ():
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
             raise InputError(f"--set {setting}: must be KEY=VALUE, such as solver.dx=0.05")
         overrides[key.strip()] = _value(text.strip())
-    if precision is not None:
-        overrides["solver.precision"] = precision.value
     return overrides
 
 
