@@ -19,7 +19,7 @@ from .symmetric import pack
 
 PERTURBATION = {"f32": 3e-5, "f64": 1e-7}  # of a strain, for differences: square root of its rounding, about
 RELATIVE = {"f32": 1e-5, "f64": 1e-11}  # accuracy of a prescribed stress, of the largest stress there is
-ROUNDING = {"f32": 1e-7, "f64": 1e-15}  # of a strain of the order of one; times stiffness, what stress can resolve
+ROUNDING = {"f32": 1e-8, "f64": 1e-15}  # of an elastic strain; times the stiffness of P-waves, of a stress
 MAX_CORRECTIONS = 30
 MAX_HALVINGS = 6  # of a step that does not converge: 64 parts
 LONGEST = 0.2  # strain of one correction: far from the solution a tangent may point anywhere
@@ -64,6 +64,7 @@ class MixedControl:
     def __init__(self, law, precision="f64"):
         self.law, self.precision = law, precision
         self._update = StressUpdate(law, 3, precision)
+        self._resolution = ROUNDING[precision] * law.density * law.wave_speed() ** 2  # [Pa]
 
     def at_stress(self, stress=None):
         """Point with the law's initial state at a Kirchhoff stress (3, 3) [Pa], zero by default; F = I there."""
@@ -160,25 +161,23 @@ class MixedControl:
         # First guess: as in the step before, or no change at all where that is nearer, as where the loading turns round
         guesses = np.tile(np.where(np.isfinite(strain), strain, point.strain), (2, 1))
         guesses[0, free] += change[free]
-        stiffness = 0.0
         trials = guesses if len(free) else guesses[:1]
         before = np.inf
         for corrections in range(MAX_CORRECTIONS + 1):
             updated, cauchy = self._evaluate(point, trials, dt)
             misfit = np.linalg.norm(cauchy[:, free] - wanted, axis=1)
-            misfit[np.isnan(misfit)] = np.inf
+            misfit[np.isnan(cauchy).any(axis=1)] = np.inf
             # Newton's correction, as long as it halves the misfit; then the best fraction of it
             best = 0 if corrections and misfit[0] < 0.5 * before else np.argmin(misfit)
             if not misfit[best] < before:
                 return None
             before, residual = misfit[best], cauchy[best, free] - wanted
-            if np.abs(residual).max(initial=0.0) <= self._tolerance(cauchy[best], wanted, stiffness):
+            if np.abs(residual).max(initial=0.0) <= self._tolerance(cauchy[best], wanted):
                 there = replace(point, strain=trials[best], prescribed=stress, duration=dt, corrections=corrections)
                 return _updated(there, deformation_of(trials[best]) @ point.origin, updated, best)
             tangent = self._tangent(point, trials[best], cauchy[best], free, residual, dt)
             if tangent is None:
                 return None
-            stiffness = np.abs(tangent).max()
             correction = -np.linalg.lstsq(tangent, residual, rcond=1e-12)[0]
             correction *= min(1.0, LONGEST / max(np.abs(correction).max(), 1e-300))
             trials = np.tile(trials[best], (len(FRACTIONS), 1))
@@ -207,9 +206,9 @@ class MixedControl:
         cauchy[(updated.iterations < 0) | ~np.isfinite(cauchy).all(axis=1)] = np.nan
         return updated, cauchy
 
-    def _tolerance(self, cauchy, wanted, stiffness):
+    def _tolerance(self, cauchy, wanted):
         largest = max(np.abs(cauchy).max(), np.abs(wanted).max(initial=0.0))
-        return RELATIVE[self.precision] * largest + ROUNDING[self.precision] * stiffness
+        return RELATIVE[self.precision] * largest + self._resolution
 
 
 def _updated(point, F, updated, row):
