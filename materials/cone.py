@@ -12,7 +12,7 @@ different slopes α (sandy φ = 37°: 1.51, 1.00, 1.04). s = sin φ, p and q thr
 
 The first two: e.g. de Souza Neto, Perić & Owen, Computational Methods for Plasticity (2008), section 6.4.4, which
 also has ψ = φ of the third. In between from the flow rule at the limit state, where no plastic strain is left along
-the third axis: s_zz = −(2/9) α_ψ q.
+the third axis: s_zz = −(2/9) α_ψ q (so does the Abaqus manual, extended Drucker-Prager models).
 α_ψ is the slope of dilation: plastic volume growth over plastic shear strain ε_s, in the matching of the same name.
 """
 
