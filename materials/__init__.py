@@ -9,9 +9,11 @@ from pydantic import Field
 
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
+from .critical_state_hypoplastic import CriticalStateHypoplastic
 from .drucker_prager import DruckerPrager
 from .elastic import Elastic
 from .experiments import EXPERIMENTS, measure, measure_path
+from .hypoplastic import Hypoplastic
 from .law import Law, StateVariable
 from .leg import Leg, LoadingError
 from .loading_file import LoadingFile, read_loading
@@ -35,7 +37,9 @@ Material = Annotated[
     | ModifiedCamClay
     | CohesiveCamClay
     | AnticrackCamClay
-    | StomakhinSnow,
+    | StomakhinSnow
+    | Hypoplastic
+    | CriticalStateHypoplastic,
     Field(discriminator="kind"),
 ]
 
@@ -46,8 +50,10 @@ __all__ = [
     "LAWS",
     "AnticrackCamClay",
     "CohesiveCamClay",
+    "CriticalStateHypoplastic",
     "DruckerPrager",
     "Elastic",
+    "Hypoplastic",
     "Law",
     "Leg",
     "LoadingError",

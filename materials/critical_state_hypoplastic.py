@@ -1,0 +1,114 @@
+"""Hypoplasticity that knows its density: dense sand is strong and softens, loose sand is weak, to one void ratio."""
+
+from functools import cached_property
+from typing import ClassVar, Literal
+
+import numpy as np
+import taichi as ti
+from pydantic import Field, model_validator
+
+from .hypoplastic import RateLaw
+from .hypoplastic_calibration import stress_ratio, triaxial_failure
+from .law import NonNegative, Positive
+from .rate_integration import rate_update
+from .symmetric import contract, plus_isotropic, squared
+
+STRONGEST_ANGLE = 60.0  # friction angle [deg] of the densest state that the density factor may stand for
+LOOSEST_FACTOR = 2.0  # upper bound of the density factor
+
+
+@ti.func
+def density_factor(prm, log_p, void_ratio):
+    """f_d, bounded; prm[8:]: `CriticalStateHypoplastic.parameters`."""
+    total = 3.0 * ti.exp(log_p)
+    critical = prm[8] + prm[9] * ti.exp(-total * prm[10])
+    change = prm[11] * ti.exp(-total * prm[12])
+    share = (critical - void_ratio) / (critical - prm[13])
+    return ti.max(prm[14], ti.min(1.0 - change * share, LOOSEST_FACTOR))
+
+
+@ti.func
+def critical_state_rate(prm, r, log_p, void_ratio, direction):
+    """G of `CriticalStateHypoplastic`, see rate_integration.py; prm[4:8]: C1 .. C4."""
+    deviator = plus_isotropic(r, ti.static(-1.0 / 3.0))
+    friction = prm[6] * squared(r) + prm[7] * squared(deviator)
+    linear = prm[4] * direction + (prm[5] * contract(r, direction)) * r
+    return linear + density_factor(prm, log_p, void_ratio) * friction
+
+
+class CriticalStateHypoplastic(RateLaw):
+    """Hypoplastic sand of Wu and Bauer with critical void ratio.
+
+        σ° = C₁ tr(σ) D + C₂ [tr(σ D)/tr σ] σ + f_d (C₃ σ² + C₄ (dev σ)²) |D| / tr σ                       [W 23]
+        f_d = (a − 1) D_c + 1,   D_c = (e_crt − e)/(e_crt − e_min)                                         [W 19-20]
+        e_crt = p₁ + p₂ exp(p₃ |tr σ|),   a = 1 + q₂ exp(q₃ |tr σ|)                                        [W 21-22]
+        de/dt = (1 + e) tr D
+
+    [W] Wu, Wang, Alipour, "Constitutive modelling for fast granular flow", ALERT Doctoral School 2020, eqs. 15-23: the
+    law of Wu and Bauer (1994) with the density factor of Wu, Bauer and Kolymbas (1996). Names here: e_crt from
+    critical_void_ratio_limit (p₁, at high pressure) and critical_void_ratio_drop (p₂, what is above it at p = 0), over
+    pressure_scale = −1/p₃ [Pa]; density_effect = −q₂ over density_effect_scale = −1/q₃ [Pa]; pressures are |tr σ| = 3p.
+    f_d = 1 is the critical state, where the test at `reference_pressure` holds.
+
+    The failure cone is not circular (φ = 30°: q/p = 1.200 in compression, 1.130 in extension), and neither the angle
+    nor the dilation is exactly that of the triaxial test in other shears. Deviation: f_d is a strong lever (0.62 leaves
+    no failure surface at φ = 30°), so it is kept between the value that stands for 60 degrees, found by following the
+    triaxial path, and 2. The constants printed in table 1 of [W] jam at 2 degrees and are refused.
+    """
+
+    kind: Literal["critical_state_hypoplastic"] = "critical_state_hypoplastic"
+
+    OUTPUTS: ClassVar[dict[str, str]] = {"void_ratio": "-", "gap": "-"}
+
+    void_ratio: Positive  # initial e [-], that of `density`
+    least_void_ratio: NonNegative  # e_min [-]
+    critical_void_ratio_limit: Positive  # p₁ [-]
+    critical_void_ratio_drop: NonNegative  # p₂ [-]
+    pressure_scale: Positive = 1e7  # −1/p₃ [Pa]
+    density_effect: NonNegative = Field(le=0.4)  # −q₂ [-]
+    density_effect_scale: Positive = 1e7  # −1/q₃ [Pa]
+
+    update = staticmethod(rate_update(critical_state_rate))
+
+    @model_validator(mode="after")
+    def _ordered(self):
+        if not self.least_void_ratio < self.critical_void_ratio_limit:
+            raise ValueError("least_void_ratio must be below critical_void_ratio_limit")
+        return self
+
+    @staticmethod
+    def terms(stress, rate):
+        total, deviator = stress.sum(-1, keepdims=True), stress - stress.mean(-1, keepdims=True)
+        along = (stress * rate).sum(-1, keepdims=True) / total
+        size = np.sqrt((rate**2).sum(-1, keepdims=True)) / total
+        return np.stack([total * rate, along * stress, size * stress**2, size * deviator**2], axis=-1)
+
+    @cached_property
+    def least_factor(self):
+        """Smallest f_d: a triaxial test of fixed f_d then fails at 60 degrees."""
+        low, high = 0.0, 1.0
+        limit = stress_ratio(STRONGEST_ANGLE)
+        for _ in range(20):
+            middle = 0.5 * (low + high)
+            scaled = np.array(self.coefficients) * [1.0, 1.0, middle, middle]
+            low, high = (low, middle) if triaxial_failure(self.terms, scaled, limit, 1001) <= limit else (middle, high)
+        return high
+
+    def critical_void_ratio(self, pressure):
+        """e_crt at the mean pressure p [Pa]."""
+        return self.critical_void_ratio_limit + self.critical_void_ratio_drop * np.exp(
+            -3.0 * pressure / self.pressure_scale
+        )
+
+    def parameters(self):
+        """Those of `RateLaw`, p₁, p₂, −p₃, −q₂, −q₃, e_min, smallest f_d."""
+        return (
+            *super().parameters(),
+            self.critical_void_ratio_limit,
+            self.critical_void_ratio_drop,
+            1.0 / self.pressure_scale,
+            self.density_effect,
+            1.0 / self.density_effect_scale,
+            self.least_void_ratio,
+            self.least_factor,
+        )
