@@ -58,17 +58,19 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
 def drucker_prager_update(prm, h, state, A, dt):
     """See `Law`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
     h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p_trial, factor, gap = close_gap(-prm[0] * volume, state[1], prm[0])
+    p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
     state_new = state
-    state_new[1] = gap
-    p, dissipation, iterations, changed = p_trial, 0.0, 0, factor < 1.0
-    if factor > 0.0:
+    dissipation, iterations, changed = 0.0, 0, factor < 1.0
+    if changed:
+        state_new[1] = gap
+    if valid == 1 and factor > 0.0:
         q_trial = factor * ti.sqrt(prm[11] * deviator2)
-        p, q, kappa, gap_new, work, count = drucker_prager_return(prm, p_trial, q_trial, state[0], gap)
+        p_new, q, kappa, opened, work, count = drucker_prager_return(prm, p, q_trial, state[0], gap)
         if count != 0:
             changed = True
+            p = p_new
             factor *= ti.select(q > 0.0, q / q_trial, 0.0)
-            state_new[0], state_new[1] = kappa, gap_new
+            state_new[0], state_new[1] = kappa, opened
             dissipation, iterations = work, count
     if changed:
         h_new = h_of_invariants(prm[10], deviator, deviator2, p, factor)

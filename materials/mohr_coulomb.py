@@ -69,13 +69,14 @@ def mohr_coulomb_return(prm, strain, p_trial):
 def mohr_coulomb_update(prm, h, state, A, dt):
     """See `Law`. prm: `MohrCoulomb.parameters`; state: plastic strain, gap."""
     h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p, factor, gap = close_gap(-prm[0] * volume, state[1], prm[0])
+    p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
     state_new = state
-    state_new[1] = gap
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
+    if changed:
+        state_new[1] = gap
     # Within the cone inscribed in the pyramid nothing yields: no eigenvectors for most of a body at rest
     inner = ti.max(prm[13] * p + prm[14], 0.0)
-    if factor > 0.0 and prm[15] * factor * factor * deviator2 >= inner * inner:
+    if valid == 1 and factor > 0.0 and prm[15] * factor * factor * deviator2 >= inner * inner:
         w, V = sorted_eigen(deviator)
         w *= factor
         s, work, opened, yielded = mohr_coulomb_return(prm, w, p)
@@ -86,7 +87,7 @@ def mohr_coulomb_update(prm, h, state, A, dt):
             p = -(s[0] + s[1] + s[2]) / 3.0
             after = (s + p) * prm[16]
             state_new[0] += ti.sqrt((w - after).norm_sqr() * ti.static(2.0 / 3.0))
-            state_new[1] += opened * prm[17]
+            state_new[1] = gap + opened * prm[17]
             deviator, deviator2, factor = compose(after, V, deviator), after.norm_sqr(), 1.0
     if changed:
         h_new = h_of_invariants(prm[12], deviator, deviator2, p, factor)

@@ -18,12 +18,14 @@ from .von_mises import PLASTIC_STRAIN
 def mu_i_update(prm, h, state, A, dt):
     """See `Law`. prm: `MuI.parameters`; state: plastic strain, gap, shear rate."""
     h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p_trial, factor, gap = close_gap(-prm[0] * volume, state[1], prm[0])
-    p = ti.max(p_trial, 0.0)
+    p_trial, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
+    p = p_trial
     state_new = state
-    state_new[1], state_new[2] = gap, 0.0
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if factor > 0.0:
+    if valid == 1:
+        p = ti.max(p_trial, 0.0)
+        state_new[1], state_new[2] = gap, 0.0
+    if valid == 1 and factor > 0.0:
         q_trial = factor * ti.sqrt(prm[2] * deviator2)
         at_rest, limit = prm[3] * p, prm[4] * p
         if p_trial < 0.0 or q_trial > at_rest:

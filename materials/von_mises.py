@@ -21,7 +21,7 @@ def von_mises_update(prm, h, state, A, dt):
     state_new = state
     ratio, dissipation, iterations = 1.0, 0.0, 0
     strength = prm[2] + prm[3] * state[0]
-    if q_trial > strength:
+    if valid == 1 and q_trial > strength:
         gamma = (q_trial - strength) * prm[4]
         # From the strength, not from q_trial: the surface is met to round-off, however far away the trial state is
         q = strength + prm[3] * gamma

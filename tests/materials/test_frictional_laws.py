@@ -152,3 +152,29 @@ def test_float32_follows_float64(name):
     # The step turns by any angle, so terms of order 1 are rounded to 1e-7, whatever the strain
     np.testing.assert_allclose(single.stress(), double.stress(), atol=2e-6 * double.law.bulk_modulus)
     np.testing.assert_allclose(single.result.state[:, :2], double.result.state[:, :2], atol=4e-6)
+
+
+@precisions
+@pytest.mark.parametrize("dimension", [2, 3])
+@everything
+def test_impossible_steps_leave_everything_as_it_was(name, dimension, precision):
+    law = LAWS[name]
+    broken = [
+        np.full((3, 3), np.nan),
+        np.diag([0.0, np.inf, 0.0]),
+        np.diag([-2.5, 0.0, 0.0]),
+        np.diag([-1.0, 0.0, 0.0]),
+    ]
+    A = np.array(broken)[:, :dimension, :dimension]
+    # On the surface, and with a gap that a step without meaning may not close
+    h = pack(law.h_from_stress(np.diag([-5e3, -4e3, -4e3])), dimension)
+    update = StressUpdate(law, dimension, precision)
+    for state in (update.initial_state(4), update.initial_state(4) + 0.01):
+        result = update(np.tile(h, (4, 1)), state, A)
+        np.testing.assert_array_equal(result.iterations, -1)
+        np.testing.assert_array_equal(result.h, np.tile(h, (4, 1)).astype(result.h.dtype))
+        np.testing.assert_array_equal(result.state, state.astype(result.state.dtype))
+        # Float32: 6e-8 of 1 on strains of 1e-4, times the P-wave modulus
+        expected = np.tile(np.diag([-5e3, -4e3, -4e3]), (4, 1, 1))
+        np.testing.assert_allclose(unpack(result.stress), expected, atol=2.0 if precision == "f32" else 1e-8)
+        assert not result.dissipation.any()
