@@ -7,6 +7,7 @@ import numpy as np
 
 from .leg import COMPONENTS
 from .material_point import path_of
+from .mixed_control import stress_free_start
 from .symmetric import invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
@@ -30,9 +31,10 @@ class Driven:
 class Characteristics:
     """Numbers of a test; rows count steps, 0 is the start.
 
-    yield_row: first step with plastic flow, None when there is none; peak_row: largest q, None for a test without
-    shear; critical_ratio: q/p of the Cauchy stress at the end if that is a critical state, plastic flow at p and q that
-    stay the same to one part in a thousand over the last tenth of the test; else None.
+    yield_row: first step with plastic flow, None when there is none, and for a rate law, which has no elastic range;
+    peak_row: largest q, None for a test without shear; critical_ratio: q/p of the Cauchy stress at the end if that is a
+    critical state, plastic flow at p and q that stay the same to one part in a thousand over the last tenth of the
+    test; else None.
     """
 
     yield_row: int | None
@@ -44,10 +46,12 @@ class Characteristics:
 class YieldSection:
     """Yield function (n_q, n_p) over p (n_p,), q (n_q,) [Pa, Cauchy] at the start and at the end of a test.
 
+    A law without a yield surface that knows where it fails (`failure_function`) shows that; `name` says which it is.
     The section goes through the direction of the test's own deviator, so that the path lies in it at its end whatever
     the shape of the surface. −inf: never yields.
     """
 
+    name: str
     p: np.ndarray
     q: np.ndarray
     initial: np.ndarray
@@ -128,7 +132,7 @@ class Measurement:
         steady = all(np.ptp(x[-last:]) <= STEADY * abs(x[-1]) for x in (p, q)) and plastic[-last:].all()
         sheared = q.max() > ROUND_OFF * np.abs(p).max()
         return Characteristics(
-            yield_row=int(np.argmax(plastic)) if plastic.any() else None,
+            yield_row=int(np.argmax(plastic)) if plastic.any() and stress_free_start(self.law) else None,
             peak_row=int(np.argmax(q)) if sheared else None,
             critical_ratio=float(q[-1] / p[-1]) if steady and sheared and p[-1] > 0.0 else None,
         )
@@ -142,10 +146,12 @@ class Measurement:
         deviator = self.path.cauchy[row] + p[row] * np.eye(3)
         direction = deviator / q[row] if q[row] > 1e-3 * scale else TRIAXIAL
 
+        fails = getattr(self.law, "failure_function", None)
+        function = fails or self.law.yield_function
+
         def functions(p, q):
             stress = q[..., None, None] * direction - p[..., None, None] * np.eye(3)
-            pairs = zip((0, -1), volume, strict=True)
-            return [self.law.yield_function(J * stress, self.path.state[end]) for end, J in pairs]
+            return [function(J * stress, self.path.state[end]) for end, J in zip((0, -1), volume, strict=True)]
 
         limit = SECTION_LIMIT * scale or 1e9
         if not np.isfinite(functions(np.zeros(1), np.full(1, limit))).any():
@@ -154,14 +160,16 @@ class Measurement:
         line = np.concatenate([-ladder[:0:-1], ladder])
         inside = np.any([f <= 0.0 for f in functions(*np.meshgrid(line, ladder))], axis=0)
         low, high = _extent(line, inside.any(axis=0))
-        top = _extent(ladder, inside.any(axis=1))[1]
         # An open surface reaches the limit; the path then says how much of it is worth showing
-        low, high, top = (1.5 * np.sign(x) * scale if abs(x) == limit else x for x in (low, high, top))
+        low, high = (1.5 * np.sign(x) * scale if abs(x) == limit else x for x in (low, high))
+        top = _extent(ladder, inside[:, (line >= low) & (line <= high)].any(axis=1))[1]
+        top = 1.5 * scale if top == limit else top
         p_range = np.array([min(low, p.min()), max(high, p.max())])
         margin = 0.08 * max(np.ptp(p_range), 1e-12)
         grid_p = np.linspace(p_range[0] - margin, p_range[1] + margin, SECTION_POINTS)
         grid_q = np.linspace(0.0, 1.08 * max(top, q.max(), 1e-12), SECTION_POINTS)
-        return YieldSection(grid_p, grid_q, *functions(*np.meshgrid(grid_p, grid_q)))
+        name = "failure surface" if fails else "yield surface"
+        return YieldSection(name, grid_p, grid_q, *functions(*np.meshgrid(grid_p, grid_q)))
 
 
 def _extent(line, inside):

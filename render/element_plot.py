@@ -18,7 +18,7 @@ class ElementCurves:
 
     strain: the driven one; p, q [Pa]; volumetric and plastic (or None) logarithmic volume changes, expansion positive;
     hardening: name, unit and values of what describes the state, or None; yield_row, peak_row: rows to mark, or None;
-    section: p (m,), q (k,) [Pa] and the yield functions (k, m) at the start and at the end, or None.
+    section: name of the surface, p (m,), q (k,) [Pa], its functions (k, m) at the start and at the end; or None.
     """
 
     title: str
@@ -60,15 +60,15 @@ def _draw_path(axes, curves):
     """Path in the plane of p and q, over the yield surface as it was and as it became."""
     scale, unit = _prefix(curves.p, curves.q)
     if curves.section is not None:
-        p, q, *functions = curves.section
+        surface, p, q, *functions = curves.section
         styles = [("initial", "--", 1.2), ("final", "-", 1.6)]
-        for function, (name, style, width) in zip(functions, styles, strict=True):
+        for function, (when, style, width) in zip(functions, styles, strict=True):
             # A cohesionless surface that has shrunk to a point, or no surface at all, has no line
             if np.nanmin(function) <= 0.0 < np.nanmax(function) and np.isfinite(function).any():
                 finite = np.where(np.isfinite(function), function, np.nan)
                 options = {"colors": SURFACE, "linestyles": style, "linewidths": width}
                 axes.contour(p / scale, q / scale, finite, levels=[0.0], **options)
-                axes.plot([], [], color=SURFACE, ls=style, lw=width, label=f"{name} yield surface")
+                axes.plot([], [], color=SURFACE, ls=style, lw=width, label=f"{when} {surface}")
     axes.plot(curves.p / scale, curves.q / scale, color=PATH, lw=2.0, label="path", zorder=3)
     _mark(axes, curves, curves.p / scale, curves.q / scale, legend=True)
     axes.axvline(0.0, color="0.75", lw=0.8, zorder=0)

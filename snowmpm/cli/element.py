@@ -12,7 +12,10 @@ from snowmpm.cli.run import start_taichi
 from snowmpm.cli.table import print_facts
 from snowmpm.errors import InputError
 
-MATERIAL = "kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME such as slab_release:slab."
+MATERIAL = (
+    "A material card (`snowmpm list`), kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME such"
+    " as slab_release:slab."
+)
 TestName = Annotated[
     str, typer.Argument(metavar="TEST", help="A test (`snowmpm list` names them), or a path to follow: a .csv file.")
 ]
@@ -56,7 +59,7 @@ def element(
     measured = _measure(test, law, strain, pressure, steps, rate, precision.value)
     folder = output or Path("runs") / f"{Path(measured.name).stem}_{name}"
     written = _write(folder, name, law, measured)
-    print_facts(f"{measured.name}: {name} ({law.kind})", _facts(measured))
+    print_facts(_title(measured, name, law), _facts(measured))
     print_facts("written", written)
 
 
@@ -102,7 +105,7 @@ def _write(folder, name, law, measured):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([f"{column} [{unit}]" if unit else column for column, (unit, _) in columns.items()])
         writer.writerows(zip(*(_cells(values) for _, values in columns.values()), strict=True))
-    paths["material"].write_text(table_text({"material": law.model_dump()}), encoding="utf-8")
+    paths["material"].write_text(table_text({"material": law.model_dump(exclude_none=True)}), encoding="utf-8")
     render_element(_curves(name, law, measured, columns), paths["plot"])
     return {kind: str(path) for kind, path in paths.items()}
 
@@ -127,7 +130,7 @@ def _curves(name, law, measured, columns):
     plastic = columns.get("plastic_volumetric_strain")
     described = next(iter(law.OUTPUTS), None) or "dissipation"
     return ElementCurves(
-        title=f"{measured.name}: {name} ({law.kind})".replace("_", " "),
+        title=_title(measured, name, law).replace("_", " "),
         strain_label=measured.driven.label,
         strain=measured.driven_strain,
         p=p,
@@ -137,8 +140,12 @@ def _curves(name, law, measured, columns):
         hardening=(described, *columns[described]),
         yield_row=found.yield_row,
         peak_row=found.peak_row,
-        section=None if section is None else (section.p, section.q, section.initial, section.final),
+        section=None if section is None else (section.name, section.p, section.q, section.initial, section.final),
     )
+
+
+def _title(measured, name, law):
+    return f"{measured.name}: {name}" + (f" ({law.kind})" if name != law.kind else "")
 
 
 def _facts(measured):
@@ -150,7 +157,10 @@ def _facts(measured):
         return f"step {row}: {column} = {strain[row]:.4g}, {_stresses(measured, row)}"
 
     facts = {"start": _stresses(measured, 0)}
-    facts["yield"] = "none" if found.yield_row is None else state(found.yield_row)
+    if found.yield_row is not None:
+        facts["yield"] = state(found.yield_row)
+    elif not measured.path.iterations.any():
+        facts["yield"] = "none"
     if found.peak_row is not None:
         facts["peak_q"] = state(found.peak_row)
     facts["end"] = state(len(strain) - 1)
