@@ -55,6 +55,7 @@ class Law(BaseModel):
     density: Positive  # ρ₀ [kg/m³]
     youngs_modulus: Positive  # E [Pa]
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
+    card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
 
     @property
     def bulk_modulus(self):

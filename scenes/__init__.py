@@ -1,10 +1,11 @@
-"""Scenes of snowmpm: the schema of scene files, their loader, and the library that comes with the program."""
+"""Scenes of snowmpm: schema and loader of scene files, and what comes with the program: scenes and material cards."""
 
 if __name__ != "snowmpm.scenes":
     raise ImportError("import this package as snowmpm.scenes")
 
+from snowmpm.scenes.cards import MaterialCard, material_card, material_cards
 from snowmpm.scenes.library import library
 from snowmpm.scenes.loader import load_scene
 from snowmpm.scenes.schema import Scene
 
-__all__ = ["Scene", "library", "load_scene"]
+__all__ = ["MaterialCard", "Scene", "library", "load_scene", "material_card", "material_cards"]

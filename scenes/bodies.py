@@ -13,7 +13,7 @@ class Body(Spec):
 
     name: Name
     material: str
-    """name of one of the scene's materials"""
+    """name of one of the scene's materials, or of a material card"""
     shape: BodyShape
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity [m/s]"""

@@ -1,23 +1,19 @@
 """From a name or a TOML file to a validated scene."""
 
+import contextlib
 import difflib
-import sys
 from pathlib import Path
 
 from pydantic import ValidationError
+from pydantic_core import PydanticCustomError
 
 from snowmpm.errors import InputError
+from snowmpm.scenes.cards import with_cards
 from snowmpm.scenes.library import FOLDER, library
 from snowmpm.scenes.messages import describe, shown
 from snowmpm.scenes.schema import Scene
 from snowmpm.scenes.space import surroundings
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-MAX_BYTES = 16 << 20  # a scene is text written by hand; more is some other file
+from snowmpm.scenes.toml import parse
 
 
 def load_scene(name_or_path, overrides=None):
@@ -31,6 +27,9 @@ def load_scene(name_or_path, overrides=None):
     data = parse(path)
     for key, value in (overrides or {}).items():
         override(data, key, value, path)
+    # Before validation, so that a message finds the numbers that a card gave; what is wrong with one, validation says
+    with contextlib.suppress(PydanticCustomError):
+        data = with_cards(data)
     base_dir = path.resolve().parent
     try:
         with surroundings(base_dir=base_dir):
@@ -57,22 +56,6 @@ def find_scene(name_or_path):
     if not path.is_file():
         raise InputError(f"{path}: no such file" if not path.is_dir() else f"{path}: a folder, not a scene file")
     return path
-
-
-def parse(path):
-    """Tables of a TOML file. Raises InputError, which names the file."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file (UTF-8)") from None
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def override(data, key, value, path):

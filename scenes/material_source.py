@@ -3,12 +3,15 @@
 from pathlib import Path
 
 from pydantic import RootModel, ValidationError
+from pydantic_core import PydanticCustomError
 
 from snowmpm.errors import InputError
 from snowmpm.materials import LAWS, Material
+from snowmpm.scenes.cards import cards_near, expanded_material, material_cards
 from snowmpm.scenes.library import library
-from snowmpm.scenes.loader import find_scene, override, parse
+from snowmpm.scenes.loader import find_scene, override
 from snowmpm.scenes.messages import describe, shown
+from snowmpm.scenes.toml import parse
 
 
 class Named(RootModel[dict[str, Material]]):
@@ -18,8 +21,8 @@ class Named(RootModel[dict[str, Material]]):
 def load_material(source, overrides=None):
     """(name, law) of a material.
 
-    source: "kind=KIND" (its numbers then come from `overrides`); "FILE.toml", with a table [material] or one material
-    under [materials]; "FILE.toml:NAME" or "SCENE:NAME", a material of a scene.
+    source: a material card; "kind=KIND" (its numbers then come from `overrides`); "FILE.toml", with a table [material]
+    or one material under [materials]; "FILE.toml:NAME" or "SCENE:NAME", a material of a scene.
     overrides: key of the material -> value. Raises InputError, which names file, key, value and what is allowed.
     """
     if source.startswith("kind="):
@@ -27,13 +30,18 @@ def load_material(source, overrides=None):
         if name not in LAWS:
             raise InputError(f"--material {source}: must be one of {', '.join(shown(kind) for kind in sorted(LAWS))}")
         file, data = f"--material {source}", {"kind": name}
+    elif source in material_cards():
+        file, name, data = f"--material {source}", source, {"card": source}
     else:
         file, name, data = _from_file(source)
     data = dict(data)
     for key, value in (overrides or {}).items():
         override(data, key, value, file)
     try:
+        data = expanded_material(name, data)
         return name, Named.model_validate({name: data}).root[name]
+    except PydanticCustomError as error:
+        raise InputError(f"{file}: {name}.card = {shown(data['card'])}: {error.context['allowed']}") from None
     except ValidationError as error:
         raise InputError(describe(error, {name: data}, Named, file)) from None
 
@@ -44,8 +52,10 @@ def _from_file(source):
     if not colon or name.endswith(".toml"):
         place, name = source, None
     if not place.endswith(".toml") and place not in library():
-        forms = "kind=KIND, FILE.toml, FILE.toml:NAME or SCENE:NAME, such as slab_release:slab"
-        raise InputError(f"--material {source}: must be {forms}")
+        near = cards_near(source)
+        forms = "a material card, kind=KIND, FILE.toml, FILE.toml:NAME or SCENE:NAME, such as slab_release:slab"
+        hint = f"; did you mean {near}?" if near else ""
+        raise InputError(f"--material {source}: must be {forms}{hint}")
     path = find_scene(place)
     tables = parse(path)
     materials = tables.get("materials", {})

@@ -7,6 +7,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
+from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.space import Vector, by_type, surroundings
@@ -39,8 +40,8 @@ class Scene(Spec):
     """at least dx, the grid spacing"""
     domain: Domain | None = None
     terrain: Terrain | None = None
-    materials: Annotated[dict[Name, Material], Field(min_length=1)]
-    """one table a material"""
+    materials: dict[Name, Material] = Field(default_factory=dict)
+    """one table a material, its numbers given here or taken from the material card `card`"""
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
@@ -56,7 +57,7 @@ class Scene(Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            return validate(data)
+            return validate(with_cards(data))
 
     @model_validator(mode="after")
     def _names_exist(self):
@@ -95,8 +96,10 @@ def _check_references(scene):
             seen.add(item.name)
     for i, body in enumerate(scene.bodies):
         if body.material not in scene.materials:
-            known = ", ".join(scene.materials)
-            raise refuse(f"must be one of the materials: {known}", f"bodies.{i}.material", body.material)
+            known = ", ".join(scene.materials) or "none"
+            near = cards_near(body.material)
+            hint = f"; or a material card: did you mean {near}?" if near else ""
+            raise refuse(f"must be one of the materials: {known}{hint}", f"bodies.{i}.material", body.material)
         if body.shape.kind == "layer" and scene.terrain is None:
             raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
     bodies = [body.name for body in scene.bodies]

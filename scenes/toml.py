@@ -1,10 +1,36 @@
-"""A scene as TOML text."""
+"""A scene as TOML text, and tables from TOML files."""
 
 import json
+import sys
 from pathlib import Path
+
+from snowmpm.errors import InputError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+MAX_BYTES = 16 << 20  # a scene is text written by hand; more is some other file
 
 # Tables that read best on one line; every other table gets a header.
 INLINE = {"shape", "region", "motion", "boundary"}
+
+
+def parse(path):
+    """Tables of a TOML file. Raises InputError, which names the file."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file (UTF-8)") from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def to_toml(scene):

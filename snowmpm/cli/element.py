@@ -13,8 +13,8 @@ from snowmpm.cli.table import print_facts
 from snowmpm.errors import InputError
 
 MATERIAL = (
-    "A material card (`snowmpm list`), kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME such"
-    " as slab_release:slab."
+    "A material card (`snowmpm list`), kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME"
+    " such as slab_release:slab."
 )
 TestName = Annotated[
     str, typer.Argument(metavar="TEST", help="A test (`snowmpm list` names them), or a path to follow: a .csv file.")

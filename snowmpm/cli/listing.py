@@ -2,12 +2,15 @@
 
 
 def list_library():
-    """List library scenes, kinds of material and tests of a material."""
+    """List library scenes, material cards, kinds of material and tests of a material."""
     from snowmpm.materials import EXPERIMENTS, LAWS
-    from snowmpm.scenes import library
+    from snowmpm.scenes import library, material_cards
 
     laws = {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())}
     _print_table("Scenes (snowmpm run NAME)", library())
+    print()
+    cards = {name: card.description for name, card in material_cards().items()}
+    _print_table("Material cards (material = NAME in a scene)", cards)
     print()
     _print_table("Materials (kind = NAME in a scene)", laws)
     print()
