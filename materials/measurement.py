@@ -11,7 +11,7 @@ from .mixed_control import stress_free_start
 from .symmetric import invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
-ROUND_OFF = 1e-6  # of the largest p: a q below it, everywhere, is none
+ROUND_OFF = 1e-6  # of the largest stress
 STEADY = 1e-3  # by how much p and q may change there, relative to themselves
 TRIAXIAL = np.diag([1.0, 1.0, -2.0]) / 3.0  # deviator of unit q in axial compression
 SECTION_POINTS = 241
@@ -32,9 +32,9 @@ class Characteristics:
     """Numbers of a test; rows count steps, 0 is the start.
 
     yield_row: first step with plastic flow, None when there is none, and for a rate law, which has no elastic range;
-    peak_row: largest q, None for a test without shear; critical_ratio: q/p of the Cauchy stress at the end if that is a
-    critical state, plastic flow at p and q that stay the same to one part in a thousand over the last tenth of the
-    test; else None.
+    peak_row: largest q, where it is first reached, None for a test without shear; critical_ratio: q/p of the Cauchy
+    stress at the end if that is a critical state, plastic flow at p and q that stay the same to one part in a thousand
+    over the last tenth of the test; else None.
     """
 
     yield_row: int | None
@@ -133,7 +133,7 @@ class Measurement:
         sheared = q.max() > ROUND_OFF * np.abs(p).max()
         return Characteristics(
             yield_row=int(np.argmax(plastic)) if plastic.any() and stress_free_start(self.law) else None,
-            peak_row=int(np.argmax(q)) if sheared else None,
+            peak_row=int(np.argmax(q >= (1.0 - ROUND_OFF) * q.max())) if sheared else None,
             critical_ratio=float(q[-1] / p[-1]) if steady and sheared and p[-1] > 0.0 else None,
         )
 
@@ -147,7 +147,10 @@ class Measurement:
         direction = deviator / q[row] if q[row] > 1e-3 * scale else TRIAXIAL
 
         fails = getattr(self.law, "failure_function", None)
-        function = fails or self.law.yield_function
+
+        def function(stress, state):
+            admissible = self.law.yield_function(stress, state)
+            return admissible if fails is None else np.where(admissible > 0.0, 1.0, fails(stress, state))
 
         def functions(p, q):
             stress = q[..., None, None] * direction - p[..., None, None] * np.eye(3)

@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from snowmpm.render.figure import check_ending, save
 
 PATH, SECOND, SURFACE, MARK = "#1d4f91", "#d9642a", "#8a949e", "#11161c"
+SAME = 1e-3  # of the plane of p and q: surfaces that differ by less, as by the change of J alone, are drawn as one
 FLAT = 1e-6  # of the largest stress: a smaller q is round-off
 
 
@@ -60,15 +61,18 @@ def _draw_path(axes, curves):
     """Path in the plane of p and q, over the yield surface as it was and as it became."""
     scale, unit = _prefix(curves.p, curves.q)
     if curves.section is not None:
-        surface, p, q, *functions = curves.section
-        styles = [("initial", "--", 1.2), ("final", "-", 1.6)]
-        for function, (when, style, width) in zip(functions, styles, strict=True):
+        surface, p, q, initial, final = curves.section
+        same = np.mean((initial > 0.0) != (final > 0.0)) < SAME
+        drawn = [(final, surface, "-", 1.6)]
+        if not same:
+            drawn = [(initial, f"initial {surface}", "--", 1.2), (final, f"final {surface}", "-", 1.6)]
+        for function, name, style, width in drawn:
             # A cohesionless surface that has shrunk to a point, or no surface at all, has no line
             if np.nanmin(function) <= 0.0 < np.nanmax(function) and np.isfinite(function).any():
                 finite = np.where(np.isfinite(function), function, np.nan)
                 options = {"colors": SURFACE, "linestyles": style, "linewidths": width}
                 axes.contour(p / scale, q / scale, finite, levels=[0.0], **options)
-                axes.plot([], [], color=SURFACE, ls=style, lw=width, label=f"{when} {surface}")
+                axes.plot([], [], color=SURFACE, ls=style, lw=width, label=name)
     axes.plot(curves.p / scale, curves.q / scale, color=PATH, lw=2.0, label="path", zorder=3)
     _mark(axes, curves, curves.p / scale, curves.q / scale, legend=True)
     axes.axvline(0.0, color="0.75", lw=0.8, zorder=0)
