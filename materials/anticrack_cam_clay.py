@@ -35,6 +35,7 @@ class AnticrackCamClay(CriticalStateLaw):
     )
     kind: Literal["anticrack_cam_clay"] = "anticrack_cam_clay"
     hardening: Positive  # ξ [-]
+    hardening_law: Literal["sinh"] = "sinh"  # bonds are used up at ζ = 0, which an exponential never reaches
     cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
     softening: Positive  # α [-]
 

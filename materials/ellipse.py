@@ -1,6 +1,6 @@
 """Implicit return to a Cam-Clay ellipse whose size p₀ hardens or softens with plastic volume change.
 
-    y(p, q) = q² (1 + 2β) + M² (p + β p₀)(p − p₀) <= 0        p₀ = p_fixed + K sinh(ξ max(ζ, 0))
+    y(p, q) = q² (1 + 2β) + M² (p + β p₀)(p − p₀) <= 0        p₀ = p_fixed + S v(ξ ζ), see `hardening.py`
 
 Associated flow and backward Euler (the flow direction and p₀ both at the end of the step):
 
@@ -22,6 +22,7 @@ where the normal becomes purely deviatoric (p = c), so there is always a bracket
 
 import taichi as ti
 
+from .hardening import hardening_value
 from .precision import by_precision
 
 MAX_ITERATIONS = 50
@@ -30,26 +31,10 @@ YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as 
 
 
 @ti.func
-def sinh_positive(t):
-    """sinh(max(t, 0)), relative accuracy kept for small t. Beyond any use it stays finite, and so does its square."""
-    t = ti.max(t, 0.0)
-    s = 1.0
-    if t < 0.25:
-        u = t * t
-        for k in ti.static(range(by_precision(2, 5), 0, -1)):
-            s = 1.0 + s * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
-        s *= t
-    else:
-        e = ti.exp(t)
-        s = ti.min(0.5 * (e - 1.0 / e), ti.static(by_precision(1e12, 1e100)))
-    return s
-
-
-@ti.func
-def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, sinh, side, start, end):
+def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end):
     """Solve Q(Δz) = 0 between `start` (flow not yet finished) and `end` (p = c reached or passed).
 
-    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; sinh: of ξ ζ at the start;
+    e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; value: v at the start;
     side: +1 compacting (p > c), −1 dilating.
     Returns p, the factor q/q_tr = r/√(d² + e²), and the number of iterations, −1 if not converged.
     """
@@ -63,8 +48,8 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
     while converged == 0 and iterations < MAX_ITERATIONS:
         iterations += 1
         growth = xi * rate
-        p0, dp0 = p_fixed + bulk * sinh, bulk * growth * ti.sqrt(1.0 + sinh * sinh)
-        ddp0 = bulk * growth * growth * sinh
+        p0, dp0 = p_fixed + scale * value, scale * growth * ti.sqrt(offset + value * value)
+        ddp0 = scale * growth * growth * value
         w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
         d, dd = w + kappa * x, dw + kappa
         square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
@@ -113,5 +98,5 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, zeta, rate, s
             ratio = half_sum * p0 / square * ti.sqrt(square)
             p = half_gap * p0 + ratio * d
         else:
-            sinh = sinh_positive(xi * (zeta + rate * x))
+            value = hardening_value(xi * (zeta + rate * x), offset)
     return p, ratio, ti.select(converged == 1, iterations, -1)

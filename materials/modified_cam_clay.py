@@ -11,7 +11,8 @@ class ModifiedCamClay(CriticalStateLaw):
         y(p, q) = q² + M² p (p − p₀) <= 0,   p₀ = K sinh(ξ max(z, 0)),   z = −ln det Fp
 
     No tension: the ellipse passes through the origin. Critical state: p = p₀/2, q = M p.
-    Deviation: p₀ follows the sinh law of [G 57], not the exponential of the compression index.
+    hardening_law "exponential" is the classical law of clays, p₀ = p₀(0) exp(ξ Δz), with ξ = 1 / (λ* − κ*) of the
+    compression and swelling indices in ln J; the default is the sinh law of [G 57].
     """
 
     kind: Literal["modified_cam_clay"] = "modified_cam_clay"

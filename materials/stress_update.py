@@ -89,7 +89,7 @@ class StressUpdate:
             np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
-            type(self.law).update, self.dimension, self.precision, len(self._parameters), self.n_state
+            self.law.update, self.dimension, self.precision, len(self._parameters), self.n_state
         )
 
         def run():

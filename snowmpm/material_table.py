@@ -10,15 +10,16 @@ DENSITY = 0
 
 
 class MaterialTable:
-    """Numbers of every material of a scene; kernels are compiled for `classes`, never for the numbers.
+    """Numbers of every material of a scene; kernels are compiled for `updates`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `classes`.
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `updates`.
     """
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
-        # Laws that share an update count as one, so that it is compiled once.
-        self.classes = tuple(sorted({law.update: type(law) for law in laws}.values(), key=lambda law: law.__name__))
+        # Laws that share an update count as one, so that it is compiled once; in an order of names, not of the scene.
+        kinds = {law.update: (law.kind, law.model_dump_json()) for law in reversed(laws)}
+        self.updates = tuple(sorted(kinds, key=kinds.get))
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
@@ -31,7 +32,6 @@ class MaterialTable:
             numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
-        updates = [law.update for law in self.classes]
-        law_of = np.array([updates.index(law.update) for law in laws], np.int32)
+        law_of = np.array([self.updates.index(law.update) for law in laws], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)

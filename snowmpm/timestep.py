@@ -2,7 +2,7 @@
 
     elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e),  c_0 = sqrt((K + 4G/3) / rho_0)
     advective    dt <= C dx / |v|
-    deformation  dt <= 0.2 / |grad v|
+    deformation  dt <= 0.2 / |grad v|,  0.6 / |grad v| for snow without stress
 
 with e the largest elastic compression (Hencky strain): the speed of a wave seen on the grid is sqrt(M (1 - ln F) /
 rho_0), hence the factor sqrt(1 + e).
@@ -14,6 +14,10 @@ from dataclasses import dataclass
 DEFORMATION_LIMIT = 0.2
 """Largest |dt grad v| of a step (Frobenius norm)."""
 
+FREE_LIMIT = 0.6
+"""The same for a grain that carries no stress: only its volume follows from it, to |dt grad v|^3 / 6 a step. One grain
+in the air would else set the step of all. Below 1.4 the second-order exponential cannot turn it inside out."""
+
 
 @dataclass(frozen=True)
 class Extremes:
@@ -22,7 +26,7 @@ class Extremes:
     speed: float = 0.0
     """Largest particle speed [m/s]."""
     gradient: float = 0.0
-    """Largest |grad v| [1/s]."""
+    """Largest |grad v| [1/s]; that of grains without stress counts DEFORMATION_LIMIT / FREE_LIMIT of it."""
     elastic_deviation: float = 0.0
     """Largest |be - I| [-]."""
 

@@ -17,13 +17,17 @@ from snowmpm.mpm.grid import TILE
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import MATERIAL, accessors
 from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
+from snowmpm.timestep import DEFORMATION_LIMIT, FREE_LIMIT
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC = range(8)
-"""Columns of a block's report: largest |v|^2, |grad v|^2, |be - I| and excursion from home [cells]; sums of plastic
-work [J] and of particles whose return map failed; index + 1 of a particle that is not finite or inverted; number of
-particles that yielded."""
+"""Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| and excursion from home
+[cells]; sums of plastic work [J] and of particles whose return map failed; index + 1 of a particle that is not finite
+or inverted; number of particles that yielded."""
 
 N_REPORT = 8
+
+FREE_SHARE = (DEFORMATION_LIMIT / FREE_LIMIT) ** 2
+"""What the squared velocity gradient of a grain without stress counts."""
 
 LARGEST_RATIO = 1e4
 """Bound of J: the volume of a grain that flies alone means nothing, and would overflow in the end."""
@@ -35,15 +39,15 @@ _SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
 
 
 @functools.cache
-def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
-    """Kernel of the second half of a step for these law classes. atomic as in `scatter_kernel`."""
+def gather_kernel(layout, real, updates, n_parameters, atomic, flip):
+    """Kernel of the second half of a step for the update functions of these laws. atomic as in `scatter_kernel`."""
     dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
     load, store = accessors(layout)
     at = layout.offsets
     vec4 = ti.types.vector(4, real)
     rows = [(i,) for i in range(WIDTH)] if dim == 2 else [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
     stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
-    n_laws = len(laws)
+    n_laws = len(updates)
 
     @ti.func
     def larger(a, b):
@@ -119,7 +123,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         for i in ti.static(range(dim)):
             store(reals, p, at["affine"] + i * dim, grad_v[i, :])
         report = ti.Vector.zero(real, N_REPORT)
-        report[SPEED2], report[GRADIENT2] = velocity.norm_sqr(), grad_v.norm_sqr()
+        report[SPEED2] = velocity.norm_sqr()
         A = dt * grad_v
         A = A + 0.5 * A @ A
         material = integers[p, MATERIAL]
@@ -132,7 +136,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
             parameters[c] = materials[material, 1 + c]
         for k in ti.static(range(n_laws)):
             if law_of[material] == k:
-                h, tau, state, work, iterations = laws[k].update(parameters, h, state, A, dt)
+                h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
         store(reals, p, at["state"], state)
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
@@ -143,6 +147,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip):
         store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
         strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + FARTHEST_EXCURSION).any()
         report[STRAIN], report[DISSIPATION] = h.norm_sqr(), work * volume
+        report[GRADIENT2] = grad_v.norm_sqr() * ti.select(tau.norm_sqr() > 0.0, 1.0, FREE_SHARE)
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
         report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)
         sound = is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum())

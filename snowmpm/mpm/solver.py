@@ -207,7 +207,7 @@ class MpmSolver:
         layout = self.particles.layout
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip)
         self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
-        self._gather = gather_kernel(layout, real, self.materials.classes,
+        self._gather = gather_kernel(layout, real, self.materials.updates,
                                      self.materials.n_parameters, self.atomic, self.flip)
         self._count_moves, self._move = sort_kernels(layout)
 

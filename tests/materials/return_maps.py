@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.materials.critical_state import critical_state_return
+from snowmpm.materials.critical_state_return import critical_state_return
 from snowmpm.materials.precision import working_precision
 
 
@@ -14,9 +14,9 @@ def _kernel(precision):
     @ti.kernel
     def return_all(parameters: ti.types.ndarray(), trial: ti.types.ndarray(), found: ti.types.ndarray()):
         for i in range(trial.shape[0]):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(9))])
+            prm = ti.Vector([parameters[k] for k in ti.static(range(13))])
             p, ratio, zeta, collapsed, iterations, yielded = critical_state_return(
-                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3]
+                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False
             )
             found[i, 0] = p
             found[i, 1] = ratio

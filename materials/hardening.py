@@ -1,0 +1,71 @@
+"""How the size p₀ of a yield surface follows its hardening variable ζ: one formula, three laws.
+
+    p₀ = p_fixed + S v(ξ ζ),      dv/dt = √(o + v²),   d²v/dt² = v
+
+    sinh         v = sinh(max(t, 0)), S = K, o = 1     snow: no strength left at ζ = 0, where grains part
+    exponential  v = exp(t),          S = p₀(0), o = 0   clay, and the limit of sinh when compacted far
+    none         p₀ = p_fixed                          perfect plasticity
+
+Numbers, not code, tell the three apart, so one compiled return map serves all.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import taichi as ti
+
+from .precision import by_precision
+
+HardeningKind = Literal["sinh", "exponential"]
+
+FAINTEST = 20.0
+"""−t at which exponential hardening counts as gone: e^−20 = 2e-9 of the initial strength."""
+
+
+@ti.func
+def hardening_value(t, o):
+    """v(t). sinh keeps its relative accuracy for small t; beyond any use v stays finite, and so does its square."""
+    v = 1.0
+    if o > 0.0:
+        t = ti.max(t, 0.0)
+        if t < 0.25:
+            u = t * t
+            for k in ti.static(range(by_precision(2, 5), 0, -1)):
+                v = 1.0 + v * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
+            v *= t
+        else:
+            e = ti.exp(t)
+            v = ti.min(0.5 * (e - 1.0 / e), ti.static(by_precision(1e12, 1e100)))
+    else:
+        v = ti.min(ti.exp(ti.max(t, -FAINTEST)), ti.static(by_precision(1e12, 1e100)))
+    return v
+
+
+@dataclass(frozen=True)
+class Hardening:
+    """p₀(ζ) of one material: `fixed` p_fixed [Pa], `scale` S [Pa], `offset` o, `rate` ξ, `start` ζ at the initial p₀,
+    `end` ζ at which the strength is gone (−∞ if never)."""
+
+    fixed: float
+    scale: float
+    offset: float
+    rate: float
+    start: float
+    end: float
+
+    @classmethod
+    def of(cls, kind, bulk_modulus, rate, p0):
+        """The part that a law's parameters ask for: kind "sinh" or "exponential"; rate ξ = 0 is none."""
+        if rate == 0.0:
+            return cls(fixed=p0, scale=0.0, offset=1.0, rate=0.0, start=0.0, end=-np.inf)
+        if kind == "exponential":
+            return cls(fixed=0.0, scale=p0, offset=0.0, rate=rate, start=0.0, end=-FAINTEST / rate)
+        start = float(np.arcsinh(p0 / bulk_modulus) / rate)
+        return cls(fixed=0.0, scale=bulk_modulus, offset=1.0, rate=rate, start=start, end=0.0)
+
+    def p0(self, zeta):
+        """p₀ [Pa] at ζ. NumPy."""
+        t = self.rate * np.asarray(zeta, float)
+        v = np.sinh(np.maximum(t, 0.0)) if self.offset else np.exp(np.maximum(t, -FAINTEST))
+        return self.fixed + self.scale * v
