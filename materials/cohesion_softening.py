@@ -8,6 +8,8 @@ Deviation: an exponential never reaches zero, and separated material must be kno
 the strength is cut off.
 """
 
+from math import log
+
 import numpy as np
 import taichi as ti
 
@@ -26,15 +28,18 @@ def strength_left(strain, softening_strain):
 
 def strain_of_loss(softening_strain):
     """κ at which s = 0."""
-    return softening_strain * float(np.log(1.0 / CUT))
+    return softening_strain * log(1.0 / CUT)
 
 
 @ti.func
 def strength_share(strain, per_strain):
-    """s(κ) and −ds/dκ; per_strain: 1/κ_c, 0 where nothing softens."""
-    decay = ti.exp(-strain * per_strain)
-    share = (decay - CUT) * ti.static(1.0 / (1.0 - CUT))
-    return ti.max(share, 0.0), ti.select(share > 0.0, decay * per_strain * ti.static(1.0 / (1.0 - CUT)), 0.0)
+    """s(κ) and −ds/dκ; per_strain: 1/κ_c."""
+    share, fall = 0.0, 0.0
+    if strain * per_strain < ti.static(log(1.0 / CUT)):
+        decay = ti.exp(-strain * per_strain)
+        share = ti.max(decay - CUT, 0.0) * ti.static(1.0 / (1.0 - CUT))
+        fall = decay * per_strain * ti.static(1.0 / (1.0 - CUT))
+    return share, fall
 
 
 @ti.func

@@ -18,6 +18,15 @@ NEVER = 1e30  # a plastic strain that no material reaches, within float32
 
 
 @ti.func
+def _strength(prm, strain):
+    """k(κ) [Pa]; no exponential where nothing softens."""
+    k = prm[6]
+    if prm[7] > 0.0:
+        k += prm[7] * strength_share(strain, prm[8])[0]
+    return k
+
+
+@ti.func
 def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
     """Return map in (p, q): p, q, plastic strain κ, gap, dissipation, iterations (0: elastic).
 
@@ -25,11 +34,11 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
     """
     K, alpha, alpha_psi = prm[0], prm[3], prm[4]
     k_left, k_loss, per_strain = prm[6], prm[7], prm[8]
-    k = k_left + k_loss * strength_share(strain, per_strain)[0]
+    k = _strength(prm, strain)
     p, q, kappa, opened, dissipation, iterations = p_trial, q_trial, strain, gap, 0.0, 0
     if q_trial > alpha * p_trial + k:
         shear = q_trial * prm[5]  # plastic shear strain that leaves no q
-        k_without = k_left + k_loss * strength_share(strain + shear, per_strain)[0]
+        k_without = _strength(prm, strain + shear)
         p_without = p_trial + K * alpha_psi * shear
         if alpha * p_without + k_without < 0.0:
             # Still in tension when all shear has flowed: the apex. Opening beyond dilation breaks bonds like shear does
@@ -38,7 +47,7 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
             bonds = ti.max(prm[9] - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
             opened = gap + ti.max(more - bonds, 0.0)
             kappa = strain + shear + ti.select(k_loss > 0.0, ti.min(more, bonds), 0.0)
-            k = k_left + k_loss * strength_share(kappa, per_strain)[0]
+            k = _strength(prm, kappa)
             p = ti.select(more > bonds, 0.0, -k / alpha)
             q = 0.0
             dissipation = -p * (alpha_psi * shear + more)
@@ -46,7 +55,7 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
             drive = q_trial - alpha * p_trial - k_left
             gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain)
             kappa = strain + gamma
-            k = k_left + k_loss * strength_share(kappa, per_strain)[0]
+            k = _strength(prm, kappa)
             # p not below the apex and q from the surface: admissible to round-off, however far away the trial state is
             p = ti.max(p_trial + K * alpha_psi * gamma, prm[12] * k)
             q = alpha * p + k
