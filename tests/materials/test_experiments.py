@@ -12,9 +12,11 @@ from snowmpm.materials import (
     EXPERIMENTS,
     DruckerPrager,
     Elastic,
+    Hypoplastic,
     LoadingError,
     MaterialPoint,
     MohrCoulomb,
+    MuI,
     VonMises,
     measure,
     measure_path,
@@ -75,9 +77,9 @@ def test_oedometer(name, x, p, q, cauchy):
         return np.array([found.path.p[-1], found.path.q[-1], found.table()["stress_zz"][1][-1]])
 
     coarse, fine = run(1000), run(2000)
-    # First order: extrapolation leaves the part of the step in which it yields, measured below 5e-5
-    np.testing.assert_allclose(2.0 * fine - coarse, (p, q, cauchy), rtol=1e-4)
-    np.testing.assert_allclose(fine, (p, q, cauchy), rtol=2e-3)  # backward Euler's own error
+    # First order: extrapolation leaves the part of the step in which it yields, and eight digits are printed
+    np.testing.assert_allclose(2.0 * fine - coarse, (p, q, cauchy), rtol=2e-7)  # measured 4e-8
+    np.testing.assert_allclose(fine, (p, q, cauchy), rtol=2e-5)  # backward Euler's own error, measured 8e-6
 
 
 CRITICAL = [
@@ -209,6 +211,56 @@ def test_drained_triaxial_strength_of_mohr_coulomb_and_von_mises():
     np.testing.assert_allclose(found.table()["stress_yy"][1], -2e4, rtol=1e-9)
     found = measure(VonMises(**SOIL, yield_stress=2e4), "triaxial", pressure=2e4, strain=0.03, steps=100)
     assert found.path.q[-1] == pytest.approx(2e4, rel=1e-9)
+
+
+SAND = Hypoplastic(density=1500.0, youngs_modulus=2e7, poisson_ratio=0.2, friction_angle=35.0)
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_drained_triaxial_of_hypoplastic_sand_gives_its_parameters_back(precision):
+    # The law's parameters are those of this very test; a rate law starts under its pressure
+    lateral = SAND.reference_pressure
+    found = measure(SAND, "triaxial", pressure=lateral, strain=0.1, precision=precision)
+    table, rough = found.table(), precision == "f32"
+    np.testing.assert_allclose(table["stress_xx"][1], -lateral, rtol=2e-4 if rough else 1e-9)
+    sine = np.sin(np.radians(SAND.friction_angle))
+    ratio = 6.0 * sine / (3.0 - sine)
+    # What is left of the exponential approach to failure at 10 %: measured 2e-6
+    assert found.characteristics().critical_ratio == pytest.approx(ratio, rel=1e-5)
+    assert found.characteristics().yield_row is None
+    start = measure(SAND, "triaxial", pressure=lateral, strain=1e-6, steps=2).table()
+    modulus = (start["stress_zz"][1][-1] + lateral) / start["strain_zz"][1][-1]
+    # Slope and ratio change over the strain of 1e-6: measured 1e-5 and 8e-5
+    assert modulus == pytest.approx(SAND.youngs_modulus, rel=5e-5)
+    ratio = -start["strain_xx"][1][-1] / start["strain_zz"][1][-1]
+    assert ratio == pytest.approx(SAND.poisson_ratio, rel=4e-4)
+
+
+def test_hypoplastic_sand_in_other_tests():
+    # Oedometer: K0 = c4 / (3 c1 + c4), approached to 3e-5; constant volume: void ratio and J stay
+    table = measure(SAND, "oedometer", pressure=1e4, strain=0.05).table()
+    assert table["stress_xx"][1][-1] / table["stress_zz"][1][-1] == pytest.approx(SAND.lateral_pressure, rel=2e-4)
+    table = measure(SAND, "simple_shear_constant_volume", pressure=1e4, strain=1.0, steps=200).table()
+    np.testing.assert_allclose(table["void_ratio"][1], SAND.void_ratio, rtol=1e-10)
+    found = measure(SAND, "triaxial", pressure=1e4)
+    section = found.yield_section()
+    p, q = found.cauchy_invariants
+    row, column = np.argmin(np.abs(section.q - q[-1])), np.argmin(np.abs(section.p - p[-1]))
+    near = section.final[row - 2 : row + 3, column - 2 : column + 3]
+    assert section.name == "failure surface" and near.min() < 0.0 < near.max()
+    with pytest.raises(LoadingError, match="pressure must be > 0"):
+        measure(SAND, "triaxial")
+
+
+def test_rate_of_shear_reaches_mu_of_inertial_number():
+    law = MuI(**SOIL, static_friction=0.38, limit_friction=0.64, grain_diameter=1e-3, grain_density=2500.0)
+    for rate in (0.1, 10.0, 100.0):
+        found = measure(law, "simple_shear_constant_volume", pressure=1e3, strain=1.0, steps=1000, rate=rate)
+        assert found.table()["time"][1][-1] == pytest.approx(1.0 / rate)
+        p, q = found.path.p[-1], found.path.q[-1]
+        inertial = rate * law.grain_diameter / np.sqrt(p / law.grain_density)
+        mu = law.static_friction + (law.limit_friction - law.static_friction) / (1.0 + law.inertial_number / inertial)
+        assert q / p == pytest.approx(np.sqrt(3.0) * mu, rel=1e-7)  # elastic strain rates are gone by then
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
