@@ -94,6 +94,18 @@ class CriticalStateHypoplastic(RateLaw):
             low, high = (low, middle) if triaxial_failure(self.terms, scaled, limit, 1001) <= limit else (middle, high)
         return high
 
+    def density_factor(self, pressure, void_ratio):
+        """f_d, bounded, at the mean pressure p [Pa]. NumPy."""
+        critical = self.critical_void_ratio(pressure)
+        change = self.density_effect * np.exp(-3.0 * pressure / self.density_effect_scale)
+        share = (critical - void_ratio) / (critical - self.least_void_ratio)
+        return np.clip(1.0 - change * share, self.least_factor, LOOSEST_FACTOR)
+
+    def coefficients_at(self, mean, state):
+        """C₁, C₂, f_d C₃, f_d C₄ at the mean stress [Pa] and the void ratio."""
+        factor = self.density_factor(-np.asarray(mean), np.asarray(state, float)[..., 0])
+        return np.stack(np.broadcast_arrays(1.0, 1.0, factor, factor), axis=-1) * self.coefficients
+
     def critical_void_ratio(self, pressure):
         """e_crt at the mean pressure p [Pa]."""
         return self.critical_void_ratio_limit + self.critical_void_ratio_drop * np.exp(

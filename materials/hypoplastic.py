@@ -20,6 +20,7 @@ from .separation import GAP
 from .symmetric import contract, plus_isotropic, trace, unpack
 
 JAMMED_ANGLE = 5.0  # no granular material fails below this friction angle [deg]
+FARTHEST_RATIO = 100.0  # principal over mean stress, above which a stress has failed by any measure
 VOID_RATIO = StateVariable("void_ratio", "-", "e: volume of the pores over that of the grains")
 
 
@@ -141,16 +142,27 @@ class RateLaw(Law):
 
     def wave_speed_at(self, stress, state):
         """√(M / ρ), M the largest stiffness in uniaxial strain, either way, along a principal direction of stress."""
-        J = self._volume_ratio(state)
-        eta = np.linalg.eigvalsh(unpack(np.asarray(stress, float))) / J[:, None] - self.tensile_apex
+        eta = self._translated(unpack(stress), state)
         eta = np.where(eta.mean(axis=1, keepdims=True) < -self.pressure_floor, eta, -self.pressure_floor)
+        c = self.coefficients_at(eta.mean(axis=-1), state)
         stiffness = np.zeros(len(eta))
         for axis in range(3):
             for sign in (1.0, -1.0):
                 rate = np.tile(sign * np.eye(3)[axis], (len(eta), 1))
-                change = sign * (self.terms(eta, rate) @ np.asarray(self.coefficients))[:, axis]
-                stiffness = np.maximum(stiffness, change)
-        return np.sqrt(stiffness * J / self.density)
+                stiffness = np.maximum(stiffness, sign * self._rate(c, eta, rate)[:, axis])
+        return np.sqrt(stiffness * self._volume_ratio(state) / self.density)
+
+    def coefficients_at(self, mean, state):
+        """Coefficients (..., 4) at the mean translated stress [Pa] and the state: the law's own, whatever they are."""
+        return np.broadcast_to(self.coefficients, (*np.shape(mean), 4))
+
+    def _rate(self, coefficients, stress, rate):
+        """Principal stress rates (..., 3) that belong to principal stresses and strain rates."""
+        return np.einsum("...ik,...k->...i", self.terms(stress, rate), coefficients)
+
+    def _translated(self, stress, state):
+        """Principal values of η = σ − apex I (..., 3) of Kirchhoff stresses (..., 3, 3)."""
+        return np.linalg.eigvalsh(np.asarray(stress, float)) / self._volume_ratio(state)[..., None] - self.tensile_apex
 
     def _volume_ratio(self, state):
         return (1.0 + np.asarray(state, float)[..., 0]) / (1.0 + self.void_ratio)
@@ -190,17 +202,17 @@ class RateLaw(Law):
 
         L : D + N |D| is the rate at this stress; Wu and Bauer (1994), and eq. 14 of Wu, Wang, Alipour (2020).
         """
-        eta = np.linalg.eigvalsh(np.asarray(stress, float)) / self._volume_ratio(state)[..., None] - self.tensile_apex
+        eta = self._translated(stress, state)
         held = eta.mean(axis=-1) < -self.pressure_floor
-        eta = np.where(held[..., None], eta, -1.0)
+        beyond = np.abs(eta).max(axis=-1) > -FARTHEST_RATIO * eta.mean(axis=-1)  # no number of use: a cone's p = 0
+        eta = np.where((held & ~beyond)[..., None], eta, -1.0)
+        c = self.coefficients_at(eta.mean(axis=-1), state)
         one, other = (
-            np.stack(
-                [self.terms(eta, np.broadcast_to(sign * unit, eta.shape)) @ self.coefficients for unit in np.eye(3)], -1
-            )
+            np.stack([self._rate(c, eta, np.broadcast_to(sign * unit, eta.shape)) for unit in np.eye(3)], axis=-1)
             for sign in (1.0, -1.0)
         )
         flow = np.linalg.solve(0.5 * (one - other), 0.5 * (one + other)[..., :1])[..., 0]
-        return np.where(held, np.linalg.norm(flow, axis=-1), 0.0) - 1.0
+        return np.where(held, np.where(beyond, np.inf, np.linalg.norm(flow, axis=-1)), 0.0) - 1.0
 
     def outputs(self, state):
         """void_ratio and gap."""

@@ -478,12 +478,25 @@ def test_dense_and_loose_sand_come_to_one_density():
         p = -path.h[0, -1, :3].mean()
         sigma = path.h[0, -1]
         # isochoric triaxial shear is nearly, not exactly, critical: f_d within some per cent of 1
-        a = law.density_effect * np.exp(-3.0 * p / law.density_effect_scale)
-        critical = law.critical_void_ratio(p)
-        factor = 1.0 - a * (critical - void_ratio) / (critical - law.least_void_ratio)
-        assert factor == pytest.approx(1.0, abs=0.01)
+        assert law.density_factor(p, void_ratio) == pytest.approx(1.0, abs=0.01)
         assert sigma[0] / sigma[1] == pytest.approx(3.0, rel=0.02)
         assert path.h[0, -1] == pytest.approx(path.h[0, -2], rel=1e-3)
+
+
+def test_failure_stress_follows_density():
+    # The stress ratio at which W-14 finds a flow that keeps the stress is that of triaxial compression at this f_d
+    for void_ratio in (0.6, 0.7):
+        state = np.array([void_ratio, 0.0])
+        J = (1.0 + void_ratio) / (1.0 + DENSE.void_ratio)
+        low, high = 1.5, 6.0
+        for _ in range(50):
+            R = 0.5 * (low + high)
+            p = 1e5 / 3.0 * (R + 2.0)
+            failed = DENSE.failure_function(-1e5 * J * np.diag([R, 1.0, 1.0]), state) > 0.0
+            low, high = (low, R) if failed else (R, high)
+        factor = DENSE.density_factor(p, void_ratio)
+        scaled = np.array(DENSE.coefficients) * [1.0, 1.0, factor, factor]
+        assert triaxial_failure(DENSE.terms, scaled, 6.0) == pytest.approx(R, rel=1e-6)
 
 
 def test_dense_sand_is_stronger_than_loose():
@@ -535,15 +548,19 @@ def test_contract():
         assert len(law.initial_state()) == len(law.STATE)
 
 
-def test_wave_speed_bounds_the_stiffness_of_every_direction():
+@by_law
+def test_wave_speed_bounds_the_stiffness_of_every_direction(law):
     rng = np.random.default_rng(11)
     n = 2000
-    law, update = SAND, StressUpdate(SAND)
+    update = StressUpdate(law)
     principal = -1e4 * rng.uniform(0.5, 1.0, (n, 3))
     Q = random_rotations(n, rng)
     stress = Q @ (principal[:, :, None] * np.eye(3)) @ Q.transpose(0, 2, 1)
     state = update.initial_state(n)
-    bound = law.density * law.wave_speed_at(pack(stress), state) ** 2
+    if law is DENSE:
+        state[:, 0] = rng.uniform(0.5, 0.8, n)
+    J = (1.0 + state[:, 0]) / (1.0 + law.void_ratio)
+    bound = law.density / J * law.wave_speed_at(pack(stress) * J[:, None], state) ** 2
     for sign in (1e-7, -1e-7):
         after = update(pack(stress), state, np.tile(np.diag([sign, 0.0, 0.0]), (n, 1, 1)))
         stiffness = (after.h[:, 0] - pack(stress)[:, 0]) / sign
