@@ -38,6 +38,11 @@ class ElementCurves:
 def render_element(curves, output, *, dpi=130):
     """Draw `ElementCurves` to a PNG, PDF or SVG. Returns the path written. Raises InputError for another ending."""
     check_ending(output)
+    return save(element_figure(curves, dpi), output, dpi)
+
+
+def element_figure(curves, dpi=130):
+    """`ElementCurves` as a Matplotlib figure: stress path, stress, volume, state."""
     figure = Figure(figsize=(10.5, 8.0), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.12, h_pad=0.12, wspace=0.03, hspace=0.03)
     figure.suptitle(curves.title, fontsize=13, fontweight="bold", color=MARK)
@@ -54,7 +59,7 @@ def render_element(curves, output, *, dpi=130):
         axes.tick_params(labelsize=9, color="0.5")
     # One for the marks of every panel, where it covers no curve
     figure.legend(*path.get_legend_handles_labels(), loc="outside lower center", ncols=8, frameon=False, fontsize=9)
-    return save(figure, output, dpi)
+    return figure
 
 
 def _draw_path(axes, curves):

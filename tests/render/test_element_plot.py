@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 
 from snowmpm.errors import InputError
 from snowmpm.render import ElementCurves, render_element
-from snowmpm.render.element_plot import PATH, SECOND, SURFACE
+from snowmpm.render.element_plot import PATH, SECOND, SURFACE, element_figure
 
 STRAIN = np.linspace(0.0, 0.2, 50)
 Q = 2e4 * (1.0 - np.exp(-40.0 * STRAIN))
@@ -58,6 +58,27 @@ def test_every_curve_is_drawn(tmp_path):
     without = draw(replace(CURVES, section=None), tmp_path / "none")
     # What is left of the grey is the blending of letters; the two surfaces are 1.7e-3 of all pixels
     assert everything[SURFACE] - share(without, SURFACE) > 1e-3
+
+
+def test_panels_show_what_their_labels_say():
+    path, stress, volume, state = element_figure(CURVES).axes
+
+    def line(axes, name):
+        return next(line for line in axes.lines if line.get_label() == name).get_xydata().T
+
+    for axes, name, x, y in [
+        (path, "path", CURVES.p / 1e3, CURVES.q / 1e3),
+        (stress, "q", STRAIN, CURVES.q / 1e3),
+        (stress, "p", STRAIN, CURVES.p / 1e3),
+        (volume, "total", STRAIN, CURVES.volumetric),
+        (volume, "plastic", STRAIN, CURVES.plastic),
+        (state, "_child0", STRAIN, CURVES.hardening[2] / 1e3),
+    ]:
+        np.testing.assert_array_equal(line(axes, name), [x, y])
+    for name, row in (("start", 0), ("yield", 5), ("peak", 30), ("end", 49)):
+        np.testing.assert_array_equal(line(path, name)[:, 0], [CURVES.p[row] / 1e3, CURVES.q[row] / 1e3])
+    units = [axes.get_xlabel() + axes.get_ylabel() for axes in (path, stress, volume, state)]
+    assert all("kPa" in text for text in (units[0], units[1], units[3])) and "[-]" in units[2]
 
 
 def test_surfaces_that_are_the_same_are_one(tmp_path):
