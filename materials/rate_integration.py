@@ -45,117 +45,127 @@ def rotated(sigma, A, deviator, volume, deviator2):
     return add_symmetric_part(sigma, product_in_space(B, sigma), B)
 
 
+@ti.func
+def slopes(rate: ti.template(), prm, r, log_p, void_ratio, direction):
+    """dr and d ln p per unit of |ln V| s."""
+    G = rate(prm, r, log_p, void_ratio, direction)
+    growth = trace(G)
+    return G - growth * r, growth
+
+
+@ti.func
+def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size, volume):
+    """Follow the stretching from s = `start` to 1, or until p falls to its floor.
+
+    solid: 1 + e at s = 0. Returns r, ln p, s at the end, ∫ J σ : ln V ds with J = 1 at s = 0, and the number of
+    sub-steps, −1 if too many would be needed.
+    """
+    s, attempts, steps, work = start, 0, 0, 0.0
+    k1, g1 = slopes(rate, prm, r, log_p, solid * ti.exp(volume * s) - 1.0, direction)
+    tolerance = prm[3]
+    # First guess: r relaxes about as fast as ln p grows, and the error is a cube of that times the way r has to go
+    turning = ti.sqrt(contract(k1, k1))
+    pace = ti.abs(g1) + turning + ti.static(by_precision(1e-30, 1e-100))
+    step = ti.pow(10.0 * tolerance / (turning / pace + tolerance), 1.0 / 3.0) / (size * pace)
+    along = contract(r, direction)
+    power = ti.exp(volume * s) * (prm[0] * volume - 3.0 * size * ti.exp(log_p) * along)
+    running = 1
+    while running == 1 and attempts < MAX_ATTEMPTS:
+        attempts += 1
+        left = 1.0 - s
+        last = not (step < left)
+        step = ti.select(last, left, step)
+        d = size * step
+        half, most = s + 0.5 * step, s + 0.75 * step
+        k2, g2 = slopes(
+            rate, prm, r + 0.5 * d * k1, log_p + 0.5 * d * g1, solid * ti.exp(volume * half) - 1.0, direction
+        )
+        k3, g3 = slopes(
+            rate, prm, r + 0.75 * d * k2, log_p + 0.75 * d * g2, solid * ti.exp(volume * most) - 1.0, direction
+        )
+        r_new = r + (d / 9.0) * (2.0 * k1 + 3.0 * k2 + 4.0 * k3)
+        log_new = log_p + (d / 9.0) * (2.0 * g1 + 3.0 * g2 + 4.0 * g3)
+        grown = ti.exp(volume * (s + step))
+        k4, g4 = slopes(rate, prm, r_new, log_new, solid * grown - 1.0, direction)
+        miss = (d / 72.0) * (6.0 * k2 + 8.0 * k3 - 5.0 * k1 - 9.0 * k4)
+        error = ti.sqrt(contract(miss, miss)) + (d / 72.0) * ti.abs(6.0 * g2 + 8.0 * g3 - 5.0 * g1 - 9.0 * g4)
+        # Ordered comparisons, because a NaN fails them
+        if error <= tolerance and log_new < HIGHEST_LOG_PRESSURE:
+            steps += 1
+            if log_new < prm[1]:
+                step *= (log_p - prm[1]) / (log_p - log_new)
+                running = 0
+            along = contract(r_new, direction)
+            power_new = grown * (prm[0] * volume - 3.0 * size * ti.exp(log_new) * along)
+            work += 0.5 * step * (power + power_new)
+            s, r, log_p, k1, g1, power = s + step, r_new, log_new, k4, g4, power_new
+            if last:
+                running = 0
+        step *= ti.max(0.2, ti.min(0.9 * ti.pow(tolerance / (error + 1e-30), 1.0 / 3.0), 5.0))
+    return r, log_p, s, work, ti.select(running == 0, steps, -1)
+
+
+@ti.func
+def advance(rate: ti.template(), prm, h, state, A):
+    """The update of `rate_update`."""
+    stretch, valid = trial_state(ti.Vector.zero(float, h.n), A)
+    deviator, volume, deviator2, finite = hencky_strain(stretch)
+    size = ti.sqrt(deviator2 + volume * volume * ti.static(1.0 / 3.0))
+    isotropic = plus_isotropic(ti.Vector.zero(float, h.n), ti.static(1.0 / 3.0))
+    solid = 1.0 + state[0]
+    eta = plus_isotropic(h, -prm[0])
+    gap, start = state[1] + volume, 0.0
+    if state[1] > 0.0:
+        # A gap that is still open lets the whole step pass; one that closes, the share of the step before
+        start = ti.select(gap > 0.0, 1.0, -state[1] / ti.min(volume, ti.static(by_precision(-1e-30, -1e-100))))
+    else:
+        gap = 0.0
+    steps, dissipation = 0, 0.0
+    if start < 1.0:
+        eta = rotated(eta, A, deviator, volume, deviator2)
+    if start < 1.0 and size > 0.0:
+        direction = plus_isotropic(deviator, volume * ti.static(1.0 / 3.0)) / size
+        total = trace(eta)
+        p = -total / 3.0
+        floor = ti.exp(prm[1])
+        # Contact begins at the floor, isotropic. (A NaN goes on to the integrator and is found out there)
+        at_floor = p < floor
+        r = ti.select(at_floor, isotropic, eta / ti.select(at_floor, 1.0, total))
+        log_p = ti.select(at_floor, prm[1], ti.log(ti.select(at_floor, floor, p)))
+        r, log_p, s, work, steps = integrate(rate, prm, r, log_p, start, solid, direction, size, volume)
+        eta = (-3.0 * ti.exp(log_p)) * r
+        gap = 0.0
+        if log_p < prm[1]:
+            eta = (-3.0 * floor) * isotropic
+            if prm[0] == 0.0:  # without cohesion: separated
+                eta.fill(0.0)
+                gap = ti.max((1.0 - s) * volume, 0.0)
+        dissipation = work * solid / (1.0 + prm[2])
+    h_new, state_new = plus_isotropic(eta, prm[0]), state
+    largest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[1])
+    smallest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[0])
+    # e + (1 + e)(det f − 1), so that float32 keeps small changes
+    near = ti.max(-0.04, ti.min(volume, 0.04))
+    grown = ti.select(near == volume, expm1_series(near), ti.exp(volume) - 1.0)
+    state_new[0] = ti.max(smallest - 1.0, ti.min(state[0] + solid * grown, largest - 1.0))
+    state_new[1] = ti.max(gap, 0.0)
+    sound = h_new.norm_sqr() < ti.static(by_precision(3e38, 1e60))
+    if not sound or steps < 0 or valid * finite == 0:
+        h_new, state_new, dissipation, steps = h, state, 0.0, -1
+    tau = ((1.0 + state_new[0]) / (1.0 + prm[2])) * h_new
+    return h_new, tau, state_new, dissipation, steps
+
+
 def rate_update(rate):
     """The stress update (see `Law`) of the law whose G is the Taichi function rate(prm, r, ln p, e, direction).
 
+    The tensor that the solver carries, h, is the Cauchy stress σ [Pa].
     prm begins with: apex tension [Pa] by which η = σ − apex I is translated, lowest ln p, initial e, tolerance.
     State: void ratio e, and the gap of separated material (see separation.py).
     """
 
     @ti.func
-    def slopes(prm, r, log_p, void_ratio, direction):
-        """dr and d ln p per unit of |ln V| s."""
-        G = rate(prm, r, log_p, void_ratio, direction)
-        growth = trace(G)
-        return G - growth * r, growth
-
-    @ti.func
-    def integrate(prm, r, log_p, start, solid, direction, size, volume):
-        """Follow the stretching from s = `start` to 1, or until p falls to its floor.
-
-        solid: 1 + e at s = 0. Returns r, ln p, s at the end, ∫ J σ : ln V ds with J = 1 at s = 0, and the number of
-        sub-steps, −1 if too many would be needed.
-        """
-        s, attempts, steps, work = start, 0, 0, 0.0
-        k1, g1 = slopes(prm, r, log_p, solid * ti.exp(volume * s) - 1.0, direction)
-        tolerance = prm[3]
-        # First guess: r relaxes about as fast as ln p grows, and the error is a cube of that times the way r has to go
-        turning = ti.sqrt(contract(k1, k1))
-        pace = ti.abs(g1) + turning + ti.static(by_precision(1e-30, 1e-100))
-        step = ti.pow(10.0 * tolerance / (turning / pace + tolerance), 1.0 / 3.0) / (size * pace)
-        along = contract(r, direction)
-        power = ti.exp(volume * s) * (prm[0] * volume - 3.0 * size * ti.exp(log_p) * along)
-        running = 1
-        while running == 1 and attempts < MAX_ATTEMPTS:
-            attempts += 1
-            left = 1.0 - s
-            last = not (step < left)
-            step = ti.select(last, left, step)
-            d = size * step
-            half, most = s + 0.5 * step, s + 0.75 * step
-            k2, g2 = slopes(prm, r + 0.5 * d * k1, log_p + 0.5 * d * g1, solid * ti.exp(volume * half) - 1.0, direction)
-            k3, g3 = slopes(
-                prm, r + 0.75 * d * k2, log_p + 0.75 * d * g2, solid * ti.exp(volume * most) - 1.0, direction
-            )
-            r_new = r + (d / 9.0) * (2.0 * k1 + 3.0 * k2 + 4.0 * k3)
-            log_new = log_p + (d / 9.0) * (2.0 * g1 + 3.0 * g2 + 4.0 * g3)
-            grown = ti.exp(volume * (s + step))
-            k4, g4 = slopes(prm, r_new, log_new, solid * grown - 1.0, direction)
-            miss = (d / 72.0) * (6.0 * k2 + 8.0 * k3 - 5.0 * k1 - 9.0 * k4)
-            error = ti.sqrt(contract(miss, miss)) + (d / 72.0) * ti.abs(6.0 * g2 + 8.0 * g3 - 5.0 * g1 - 9.0 * g4)
-            # Ordered comparisons, because a NaN fails them
-            if error <= tolerance and log_new < HIGHEST_LOG_PRESSURE:
-                steps += 1
-                if log_new < prm[1]:
-                    step *= (log_p - prm[1]) / (log_p - log_new)
-                    running = 0
-                along = contract(r_new, direction)
-                power_new = grown * (prm[0] * volume - 3.0 * size * ti.exp(log_new) * along)
-                work += 0.5 * step * (power + power_new)
-                s, r, log_p, k1, g1, power = s + step, r_new, log_new, k4, g4, power_new
-                if last:
-                    running = 0
-            step *= ti.max(0.2, ti.min(0.9 * ti.pow(tolerance / (error + 1e-30), 1.0 / 3.0), 5.0))
-        return r, log_p, s, work, ti.select(running == 0, steps, -1)
-
-    @ti.func
     def update(prm, h, state, A, dt):
-        """See `Law`. h: the Cauchy stress σ [Pa]."""
-        stretch, valid = trial_state(ti.Vector.zero(float, h.n), A)
-        deviator, volume, deviator2, finite = hencky_strain(stretch)
-        size = ti.sqrt(deviator2 + volume * volume * ti.static(1.0 / 3.0))
-        isotropic = plus_isotropic(ti.Vector.zero(float, h.n), ti.static(1.0 / 3.0))
-        solid = 1.0 + state[0]
-        eta = plus_isotropic(h, -prm[0])
-        gap, start = state[1] + volume, 0.0
-        if state[1] > 0.0:
-            # A gap that is still open lets the whole step pass; one that closes, the share of the step before
-            start = ti.select(gap > 0.0, 1.0, -state[1] / ti.min(volume, ti.static(by_precision(-1e-30, -1e-100))))
-        else:
-            gap = 0.0
-        steps, dissipation = 0, 0.0
-        if start < 1.0:
-            eta = rotated(eta, A, deviator, volume, deviator2)
-        if start < 1.0 and size > 0.0:
-            direction = plus_isotropic(deviator, volume * ti.static(1.0 / 3.0)) / size
-            total = trace(eta)
-            p = -total / 3.0
-            floor = ti.exp(prm[1])
-            # Contact begins at the floor, isotropic. (A NaN goes on to the integrator and is found out there)
-            at_floor = p < floor
-            r = ti.select(at_floor, isotropic, eta / ti.select(at_floor, 1.0, total))
-            log_p = ti.select(at_floor, prm[1], ti.log(ti.select(at_floor, floor, p)))
-            r, log_p, s, work, steps = integrate(prm, r, log_p, start, solid, direction, size, volume)
-            eta = (-3.0 * ti.exp(log_p)) * r
-            gap = 0.0
-            if log_p < prm[1]:
-                eta = (-3.0 * floor) * isotropic
-                if prm[0] == 0.0:  # without cohesion: separated
-                    eta.fill(0.0)
-                    gap = ti.max((1.0 - s) * volume, 0.0)
-            dissipation = work * solid / (1.0 + prm[2])
-        h_new, state_new = plus_isotropic(eta, prm[0]), state
-        largest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[1])
-        smallest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[0])
-        # e + (1 + e)(det f − 1), so that float32 keeps small changes
-        near = ti.max(-0.04, ti.min(volume, 0.04))
-        grown = ti.select(near == volume, expm1_series(near), ti.exp(volume) - 1.0)
-        state_new[0] = ti.max(smallest - 1.0, ti.min(state[0] + solid * grown, largest - 1.0))
-        state_new[1] = ti.max(gap, 0.0)
-        sound = h_new.norm_sqr() < ti.static(by_precision(3e38, 1e60))
-        if not sound or steps < 0 or valid * finite == 0:
-            h_new, state_new, dissipation, steps = h, state, 0.0, -1
-        tau = ((1.0 + state_new[0]) / (1.0 + prm[2])) * h_new
-        return h_new, tau, state_new, dissipation, steps
+        return advance(rate, prm, h, state, A)
 
     return update
