@@ -136,9 +136,10 @@ class MixedControl:
 
     def _reach(self, point, target, dt, change, step, halvings=0):
         """One step, in halves where Newton's method fails; `change` of strain in the step before is the first guess."""
-        reached = self._newton(point, target, dt, change)
-        if reached is not None:
-            return reached
+        for guess in (change, np.zeros(6)):
+            reached = self._newton(point, target, dt, guess)
+            if reached is not None:
+                return reached
         if halvings == MAX_HALVINGS:
             raise LoadingError(_failure(point, target, step), step)
         strain, stress = target
