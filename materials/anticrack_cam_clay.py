@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from .critical_state import CriticalStateLaw
+from .hardening import HardeningRate
 from .law import Positive, StateVariable
 
 
@@ -34,7 +35,7 @@ class AnticrackCamClay(CriticalStateLaw):
         StateVariable("collapsed", "-", "1 after complete softening, else 0"),
     )
     kind: Literal["anticrack_cam_clay"] = "anticrack_cam_clay"
-    hardening: Positive  # ξ [-]
+    hardening: Annotated[HardeningRate, Field(gt=0.0)]  # ξ [-]
     hardening_law: Literal["sinh"] = "sinh"  # bonds are used up at ζ = 0, which an exponential never reaches
     cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
     softening: Positive  # α [-]

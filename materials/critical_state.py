@@ -8,7 +8,7 @@ import taichi as ti
 
 from .critical_state_return import critical_state_return, ellipse_at, is_outside
 from .elastic import elastic_trial
-from .hardening import Hardening, HardeningKind
+from .hardening import Hardening, HardeningKind, HardeningRate
 from .hencky import deviation_of_strain
 from .law import Law, NonNegative, Positive, StateVariable
 from .substepping import substeps
@@ -75,7 +75,7 @@ class CriticalStateLaw(Law):
     OUTPUTS: ClassVar[dict[str, str]] = {"p0": "Pa", "damage": "-"}
 
     critical_slope: Positive  # M, q/p at critical state for β = 0 [-]
-    hardening: NonNegative  # ξ [-]
+    hardening: HardeningRate  # ξ [-]
     p0: NonNegative  # initial p₀ [Pa]
     hardening_law: HardeningKind = "sinh"
     return_map: Literal["implicit", "frozen", "substepped"] = "implicit"

@@ -61,7 +61,7 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
             shape = 1.0 + 2.0 * beta
             if ti.static(frozen):
                 p_fixed, scale, xi = p0, 0.0, 0.0
-                end = ti.select(softens, w * per_K, end)  # p₀ does not shrink: p = c is reached at w/K
+                end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
             p, ratio, iterations = return_to_ellipse(
                 p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value, side,
                 start, end

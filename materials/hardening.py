@@ -10,14 +10,27 @@ Numbers, not code, tell the three apart, so one compiled return map serves all.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import taichi as ti
+from pydantic import AfterValidator
 
+from .law import NonNegative
 from .precision import by_precision
 
+LEAST_RATE = 1e-4
+"""Smallest ξ that is not 0: ζ₀ = asinh(p₀/K)/ξ must stay a number to calculate with."""
+
+
+def _none_or_enough(rate):
+    if 0.0 < rate < LEAST_RATE:
+        raise ValueError(f"must be 0 (perfect plasticity) or at least {LEAST_RATE}")
+    return rate
+
+
 HardeningKind = Literal["sinh", "exponential"]
+HardeningRate = Annotated[NonNegative, AfterValidator(_none_or_enough)]
 
 FAINTEST = 20.0
 """−t at which exponential hardening counts as gone: e^−20 = 2e-9 of the initial strength."""

@@ -63,6 +63,7 @@ def test_material_is_chosen_by_kind():
         ("cohesion", -0.1),
         ("cohesion", 1.1),
         ("hardening", -1.0),
+        ("hardening", 1e-9),
         ("p0", -1.0),
         ("p0", "much"),
         ("poison_ratio", 0.3),
