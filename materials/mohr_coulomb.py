@@ -10,7 +10,7 @@ from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
 from .separation import GAP, close_gap
-from .spectral import compose, sorted_eigen
+from .spectral import compose, eigen_of_deviator
 from .von_mises import PLASTIC_STRAIN
 
 NEVER = 1e30  # tensile strength [Pa] that nothing reaches, within float32
@@ -48,15 +48,10 @@ def mohr_coulomb_return(prm, strain, p_trial):
                 a, b = ti.select(right, s[0], s[1]), ti.select(right, s[1], s[2])
                 other = (a - b) + (a + b) * sin_phi - prm[5]
                 gamma = (excess + other) * ti.select(right, prm[7], prm[11])
-                # The mean of the two that become equal; how the two faces share γ does not change it
-                pair = ti.select(right, 0.5 * (s[1] + s[2]), 0.5 * (s[0] + s[1])) - prm[10] * gamma
-                pair += G * gamma * ti.select(right, 1.0 - sin_psi, -1.0 - sin_psi)
-                face[2] = ti.select(right, pair, face[2])
-                if not right:
-                    face[2] = s[2] - prm[10] * gamma + 2.0 * G * gamma * (1.0 - sin_psi)
-                lower = ti.min(face[2], apex)
-                upper = (lower * (1.0 - sin_phi) + prm[5]) / (1.0 + sin_phi)
-                face[1] = ti.select(right, lower, upper)
+                # The smallest stress; of two equal ones the mean, which does not change with how their faces share γ
+                face[2] = ti.select(right, 0.5 * (s[1] + s[2]), s[2]) - prm[10] * gamma
+                face[2] += ti.select(right, 1.0, 2.0) * G * gamma * (1.0 - sin_psi)
+                face[1] = ti.select(right, -NEVER, NEVER)
             # The largest stress from the smallest: on the surface to round-off, however far away the trial state is
             s[2] = ti.min(face[2], apex)
             s[0] = (s[2] * (1.0 - sin_phi) + prm[5]) / (1.0 + sin_phi)
@@ -77,7 +72,7 @@ def mohr_coulomb_update(prm, h, state, A, dt):
     # Within the cone inscribed in the pyramid nothing yields: no eigenvectors for most of a body at rest
     inner = ti.max(prm[13] * p + prm[14], 0.0)
     if valid == 1 and factor > 0.0 and prm[15] * factor * factor * deviator2 >= inner * inner:
-        w, V = sorted_eigen(deviator)
+        w, V = eigen_of_deviator(deviator, deviator2)
         w *= factor
         s, work, opened, yielded = mohr_coulomb_return(prm, w, p)
         if yielded == 1:

@@ -139,7 +139,9 @@ def test_plane_strain_is_the_three_dimensional_law(name, precision):
     A[:, :2, :2] = steps.A
     space = StressUpdate(steps.law, 3, precision)(pack(steps.h), steps.state, A, 1e-3)
     eps = np.finfo(space.h.dtype).eps
-    assert not space.stress[:, 4:].any() and not space.h[:, 4:].any()
+    # Principal axes of a plane state lie in the plane to round-off
+    assert np.abs(space.stress[:, 4:]).max() < 10 * eps * steps.law.bulk_modulus
+    assert np.abs(space.h[:, 4:]).max() < 10 * eps
     np.testing.assert_allclose(steps.result.stress, space.stress[:, :4], atol=60 * eps * steps.law.bulk_modulus)
     np.testing.assert_allclose(steps.result.h, space.h[:, :4], atol=60 * eps)
     np.testing.assert_allclose(steps.result.state[:, :2], space.state[:, :2], atol=60 * eps)
