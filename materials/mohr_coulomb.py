@@ -138,7 +138,8 @@ class MohrCoulomb(Law):
         """c cot φ [Pa]: the isotropic tension that is carried; inf for φ = 0."""
         if self.cohesion == 0.0:
             return 0.0
-        return float(self.cohesion / np.tan(np.radians(self.friction_angle))) if self.friction_angle > 0.0 else np.inf
+        slope = float(np.tan(np.radians(self.friction_angle)))
+        return self.cohesion / slope if slope > 0.0 else np.inf
 
     def yield_function(self, stress, state):
         """y [Pa]; where a gap is open, no stress but zero is admissible: |σ|. NumPy."""

@@ -5,6 +5,8 @@ import itertools
 import numpy as np
 import pytest
 from frictional_laws import LAWS, SOIL, stress_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from parameter_sets import changed, diagonal, random_rotations, simple_shear
 from pydantic import ValidationError
 from scipy.optimize import nnls
@@ -176,6 +178,38 @@ def test_return_solves_the_complementarity_problem(name):
         kind = "elastic" if result.iterations[i] == 0 else {3: "face", 2: "edge", 1: "apex"}[distinct]
         kinds[kind] += 1
     assert all(count > 10 for kind, count in kinds.items() if name != "Tresca" or kind != "apex"), kinds
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    phi=st.floats(0.0, 85.0),
+    share=st.floats(0.0, 1.0),
+    cohesion=st.sampled_from([0.0, 1.0, 1e4, 1e6]),
+    nu=st.floats(-0.5, 0.49),
+    strain=st.tuples(*(st.floats(-1.0, 1.0),) * 3),
+    size=st.floats(-7.0, 0.6),
+)
+def test_plastic_strain_is_made_of_flows_of_the_faces_reached(phi, share, cohesion, nu, strain, size):
+    phi = phi if cohesion > 0.0 else max(phi, 0.1)
+    law = changed(SOIL_30, friction_angle=phi, dilation_angle=share * phi, cohesion=cohesion, poisson_ratio=nu)
+    strain = 10.0**size * np.array(strain)
+    stress, result = one_step(law, strain)
+    found = np.diag(stress[0])
+    strength = 2.0 * law.cohesion * np.cos(np.radians(phi))
+    y = faces(law, phi) @ found - strength
+    trial = np.diag(stress_of(law, np.diag(strain)))
+    scale = np.abs(trial).max() + strength + 1e-9  # nothing is smaller: 1e-9 Pa
+    assert y.max() <= 1e-12 * scale
+    if result.iterations[0] == 0:
+        np.testing.assert_allclose(found, trial, atol=1e-12 * scale)
+        return
+    flows = faces(law, law.dilation_angle)[y > -1e-11 * scale]
+    if np.ptp(found) <= 1e-11 * scale:  # at the apex, if all three are equal: any dilation
+        flows = np.vstack([flows, np.ones(3)])
+    plastic = strain - np.diag(law.hencky_from_stress(stress[0]))
+    # Round-off of the trial stress, seen through the softer of the two moduli
+    slack = 1e-12 * scale * (1.0 / law.shear_modulus + 1.0 / law.bulk_modulus)
+    assert nnls(flows.T, plastic)[1] <= slack
 
 
 def test_associated_return_is_the_closest_point():
