@@ -13,6 +13,7 @@ from .symmetric import invariants
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
 ROUND_OFF = 1e-6  # of the largest stress
 STEADY = 1e-3  # by how much p and q may change there, relative to themselves
+STEADY_VOLUME = 5e-3  # and ln J, relative to the strain
 TRIAXIAL = np.diag([1.0, 1.0, -2.0]) / 3.0  # deviator of unit q in axial compression
 SECTION_POINTS = 241
 SECTION_LIMIT = 4.0  # times the largest stress of the test: how much of an open yield surface is shown
@@ -32,14 +33,15 @@ class Characteristics:
     """Numbers of a test; rows count steps, 0 is the start.
 
     yield_row: first step with plastic flow, None when there is none, and for a rate law, which has no elastic range;
-    peak_row: largest q, where it is first reached, None for a test without shear; critical_ratio: q/p of the Cauchy
-    stress at the end if that is a critical state, plastic flow at p and q that stay the same to one part in a thousand
-    over the last tenth of the test; else None.
+    peak_row: largest q, where it is first reached, None for a test without shear; steady_ratio: q/p of the Cauchy
+    stress at the end if the test ends in failure, plastic flow at p and q that stay the same to one part in a thousand
+    over its last tenth, else None; critical: whether the volume stays too, to 0.5 % of the strain there.
     """
 
     yield_row: int | None
     peak_row: int | None
-    critical_ratio: float | None
+    steady_ratio: float | None
+    critical: bool
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,16 @@ class Measurement:
         p, q = self.cauchy_invariants
         plastic = self.path.iterations > 0
         last = max(2, round(STEADY_SHARE * len(p)))
-        steady = all(np.ptp(x[-last:]) <= STEADY * abs(x[-1]) for x in (p, q)) and plastic[-last:].all()
         sheared = q.max() > ROUND_OFF * np.abs(p).max()
+        steady = all(np.ptp(x[-last:]) <= STEADY * abs(x[-1]) for x in (p, q)) and plastic[-last:].all()
+        steady = steady and sheared and p[-1] > 0.0
+        moved = self.path.deformation[-1] @ np.linalg.inv(self.path.deformation[-last])
+        dilates = abs(np.log(np.linalg.det(moved))) > STEADY_VOLUME * np.linalg.norm(moved - np.eye(3))
         return Characteristics(
             yield_row=int(np.argmax(plastic)) if plastic.any() and stress_free_start(self.law) else None,
             peak_row=int(np.argmax(q >= (1.0 - ROUND_OFF) * q.max())) if sheared else None,
-            critical_ratio=float(q[-1] / p[-1]) if steady and sheared and p[-1] > 0.0 else None,
+            steady_ratio=float(q[-1] / p[-1]) if steady else None,
+            critical=bool(steady and not dilates),
         )
 
     def yield_section(self):

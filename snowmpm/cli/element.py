@@ -164,8 +164,10 @@ def _facts(measured):
     if found.peak_row is not None:
         facts["peak_q"] = state(found.peak_row)
     facts["end"] = state(len(strain) - 1)
-    if found.critical_ratio is not None:
-        facts["critical_state"] = f"q/p = {found.critical_ratio:.5g}"
+    if found.critical:
+        facts["critical_state"] = f"q/p = {found.steady_ratio:.5g}"
+    elif found.steady_ratio is not None:
+        facts["failure"] = f"q/p = {found.steady_ratio:.5g}, while the volume changes"
     elif found.peak_row is not None:
         facts["critical_state"] = "not reached"
     facts["dissipation"] = f"{measured.path.dissipation[-1]:.4g} J/m3"

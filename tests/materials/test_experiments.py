@@ -99,7 +99,8 @@ def test_triaxial_at_constant_volume_ends_at_critical_state(name, p_start, p, q,
     # Eight digits printed, of p_i as of the rest; float32 drifts by the rounding of ln J in 400 steps
     np.testing.assert_allclose((found.path.p[-1], found.path.q[-1]), (p, q), rtol=5e-8 if precision == "f64" else 3e-3)
     assert np.abs(found.table()["volumetric_strain"][1]).max() < 1e-14
-    assert found.characteristics().critical_ratio == pytest.approx(q / p, rel=1e-7 if precision == "f64" else 3e-3)
+    reached = found.characteristics()
+    assert reached.critical and reached.steady_ratio == pytest.approx(q / p, rel=1e-7 if precision == "f64" else 3e-3)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +131,8 @@ def test_simple_shear_under_normal_stress(law):
     beta = law.beta
     ratio = law.critical_slope * (1.0 + beta) / ((1.0 - beta) * np.sqrt(1.0 + 2.0 * beta))
     # What is left of the exponential approach at gamma = 10, slowest for set C, which hardens least: measured 6e-7
-    assert found.characteristics().critical_ratio == pytest.approx(ratio, rel=2e-6)
+    reached = found.characteristics()
+    assert reached.critical and reached.steady_ratio == pytest.approx(ratio, rel=2e-6)
     # The deviator turns away from the plane of shear by the elastic stretch, of order q/G, and backward Euler's step
     # adds its own 0.01: p is the normal stress to that order of q
     p, q = found.cauchy_invariants
@@ -152,7 +154,8 @@ def test_drained_triaxial_of_modified_cam_clay(lateral, precision):
     # f64: what is left of the exponential approach; f32: the stress held and the rounding of strain
     assert p[-1] == pytest.approx(end, rel=1e-7 if accurate else 1e-3)
     assert q[-1] == pytest.approx(M * end, rel=1e-7 if accurate else 1e-3)
-    assert found.characteristics().critical_ratio == pytest.approx(M, rel=1e-7 if accurate else 1e-3)
+    reached = found.characteristics()
+    assert reached.critical and reached.steady_ratio == pytest.approx(M, rel=1e-7 if accurate else 1e-3)
     # and p0 is twice p there, in Kirchhoff stresses
     assert found.path.p0[-1] == pytest.approx(2.0 * found.path.p[-1], rel=1e-6 if accurate else 2e-3)
 
@@ -226,7 +229,7 @@ def test_drained_triaxial_of_hypoplastic_sand_gives_its_parameters_back(precisio
     sine = np.sin(np.radians(SAND.friction_angle))
     ratio = 6.0 * sine / (3.0 - sine)
     # What is left of the exponential approach to failure at 10 %: measured 2e-6
-    assert found.characteristics().critical_ratio == pytest.approx(ratio, rel=1e-5)
+    assert found.characteristics().steady_ratio == pytest.approx(ratio, rel=1e-5)
     assert found.characteristics().yield_row is None
     start = measure(SAND, "triaxial", pressure=lateral, strain=1e-6, steps=2).table()
     modulus = (start["stress_zz"][1][-1] + lateral) / start["strain_zz"][1][-1]
@@ -250,6 +253,12 @@ def test_hypoplastic_sand_in_other_tests():
     assert section.name == "failure surface" and near.min() < 0.0 < near.max()
     with pytest.raises(LoadingError, match="pressure must be > 0"):
         measure(SAND, "triaxial")
+
+
+def test_failure_with_dilation_is_no_critical_state():
+    found = [measure(law, "triaxial", pressure=5e4, strain=0.05).characteristics() for law in (DP, DP_SAND, SAND)]
+    assert all(one.steady_ratio is not None for one in found[:2])
+    assert [one.critical for one in found] == [False, True, False]  # the last is on its way still
 
 
 def test_rate_of_shear_reaches_mu_of_inertial_number():
