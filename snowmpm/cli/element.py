@@ -52,6 +52,10 @@ def element(
 
     Writes DIR/table.csv (one row a step, units in the header), DIR/plot.png and DIR/material.toml, replacing an earlier
     test there, and prints what matters: yield, peak, end, critical state.
+
+    A path is a table: its first line names columns among strain_xx ... strain_xz (logarithmic stretches, amounts of
+    shear), stress_xx ... stress_xz (Cauchy, Pa, tension positive) and duration (s), or F_xx ... F_zz and duration; each
+    line below is what is reached next. A component with neither strain nor stress keeps its strain.
     """
     from snowmpm.scenes.material_source import load_material
 
