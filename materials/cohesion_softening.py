@@ -17,7 +17,7 @@ from .precision import by_precision
 
 CUT = 1e-6
 MAX_ITERATIONS = 60
-TOLERANCE = (1e-6, 1e-14)  # of the multiplier; the yield surface itself is met exactly, whatever is left of the step
+TOLERANCE = (1e-3, 1e-7)  # of the last step, over γ and κ_c: its square is left; the yield surface is met exactly
 
 
 def strength_left(strain, softening_strain):
@@ -61,6 +61,6 @@ def softening_multiplier(drive, stiffness, loss, strain, per_strain):
             tolerance = ti.static(by_precision(*TOLERANCE))
             gamma = ti.max(gamma + step, 0.0)
             iterations += 1
-            converged = ti.select(-step <= tolerance * (gamma + strain * tolerance), 1, 0)
+            converged = ti.select(-step <= tolerance * gamma and -step * per_strain <= tolerance, 1, 0)
         iterations = ti.select(converged == 1, iterations, -1)
     return gamma, iterations

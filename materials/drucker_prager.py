@@ -34,16 +34,22 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
     """
     K, alpha, alpha_psi = prm[0], prm[3], prm[4]
     k_left, k_loss, per_strain = prm[6], prm[7], prm[8]
-    k = _strength(prm, strain)
     p, q, kappa, opened, dissipation, iterations = p_trial, q_trial, strain, gap, 0.0, 0
-    if q_trial > alpha * p_trial + k:
+    # The strength that softening leaves tells most states, inside as well as in compression, without an exponential
+    drive = q_trial - alpha * p_trial - k_left
+    yields = drive > 0.0
+    if yields and k_loss > 0.0:
+        yields = drive > _strength(prm, strain) - k_left
+    if yields:
         shear = q_trial * prm[5]  # plastic shear strain that leaves no q
-        k_without = _strength(prm, strain + shear)
         p_without = p_trial + K * alpha_psi * shear
-        if alpha * p_without + k_without < 0.0:
+        torn = alpha * p_without + k_left < 0.0
+        if torn and k_loss > 0.0:
+            torn = alpha * p_without + _strength(prm, strain + shear) < 0.0
+        if torn:
             # Still in tension when all shear has flowed: the apex. Opening beyond dilation breaks bonds like shear does
-            drive, loss = -p_without - k_left / alpha, k_loss / alpha
-            more, iterations = softening_multiplier(drive, K, loss, strain + shear, per_strain)
+            opening = -p_without - k_left / alpha
+            more, iterations = softening_multiplier(opening, K, k_loss / alpha, strain + shear, per_strain)
             bonds = ti.max(prm[9] - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
             opened = gap + ti.max(more - bonds, 0.0)
             kappa = strain + shear + ti.select(k_loss > 0.0, ti.min(more, bonds), 0.0)
@@ -52,7 +58,6 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
             q = 0.0
             dissipation = -p * (alpha_psi * shear + more)
         else:
-            drive = q_trial - alpha * p_trial - k_left
             gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain)
             kappa = strain + gamma
             k = _strength(prm, kappa)
@@ -138,9 +143,7 @@ class DruckerPrager(Law):
         if self.residual_cohesion > self.cohesion:
             raise ValueError("residual_cohesion must not exceed cohesion")
         if self.friction_angle == 0.0 and not self._least_cohesion > 0.0:
-            raise ValueError(
-                "friction_angle 0 needs cohesion, and some that softening leaves"
-            )
+            raise ValueError("friction_angle 0 needs cohesion, and some that softening leaves")
         return self
 
     @property

@@ -13,9 +13,8 @@ from math import factorial
 import taichi as ti
 
 from .precision import by_precision
-from .spectral import eigen
+from .spectral import compose, eigen
 from .symmetric import (
-    PAIRS,
     add_symmetric_part,
     contract,
     determinant,
@@ -77,11 +76,7 @@ def _log_spectral(h):
     e = 0.5 * ti.log(ti.max(1.0 + w, floor))
     volume = e.sum()
     e -= volume / 3.0
-    deviator = h
-    for k in ti.static(range(h.n)):
-        i, j = ti.static(PAIRS[k])
-        deviator[k] = V[i, 0] * V[j, 0] * e[0] + V[i, 1] * V[j, 1] * e[1] + V[i, 2] * V[j, 2] * e[2]
-    return deviator, volume
+    return compose(e, V, h), volume
 
 
 @ti.func
