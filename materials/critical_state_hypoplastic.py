@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from .hypoplastic import RateLaw
 from .hypoplastic_calibration import stress_ratio, triaxial_failure
 from .law import NonNegative, Positive
-from .rate_integration import rate_update
+from .rate_integration import rate_stiffness, rate_update
 from .symmetric import contract, plus_isotropic, squared
 
 STRONGEST_ANGLE = 60.0  # friction angle [deg] of the densest state that the density factor may stand for
@@ -34,6 +34,14 @@ def critical_state_rate(prm, r, log_p, void_ratio, direction):
     friction = prm[6] * squared(r) + prm[7] * squared(deviator)
     linear = prm[4] * direction + (prm[5] * contract(r, direction)) * r
     return linear + density_factor(prm, log_p, void_ratio) * friction
+
+
+@ti.func
+def critical_state_modulus(prm, share, log_p, void_ratio):
+    """Stiffness of unloading over 3p, see `rate_stiffness`."""
+    square, rest = share * share, (share - ti.static(1.0 / 3.0)) ** 2
+    friction = ti.abs(prm[6]) * square + ti.abs(prm[7]) * rest
+    return ti.abs(prm[4]) + ti.abs(prm[5]) * square + density_factor(prm, log_p, void_ratio) * friction
 
 
 class CriticalStateHypoplastic(RateLaw):
@@ -69,6 +77,7 @@ class CriticalStateHypoplastic(RateLaw):
     density_effect_scale: Positive = 1e7  # −1/q₃ [Pa]
 
     update = staticmethod(rate_update(critical_state_rate))
+    stiffness = staticmethod(rate_stiffness(critical_state_modulus))
 
     @model_validator(mode="after")
     def _ordered(self):

@@ -15,7 +15,7 @@ from .hypoplastic_calibration import (
     triaxial_rate,
 )
 from .law import Law, NonNegative, Positive, StateVariable
-from .rate_integration import rate_update
+from .rate_integration import rate_stiffness, rate_update
 from .separation import GAP
 from .symmetric import contract, plus_isotropic, trace, unpack
 
@@ -30,6 +30,12 @@ def linear_rate(prm, r, log_p, void_ratio, direction):
     doubled = plus_isotropic(2.0 * r, ti.static(-1.0 / 3.0))  # r + dev r
     factor = prm[5] * trace(direction) + prm[6] * contract(r, direction)
     return prm[4] * direction + factor * r + prm[7] * doubled
+
+
+@ti.func
+def linear_modulus(prm, share, log_p, void_ratio):
+    """Stiffness of unloading over 3p, see `rate_stiffness`."""
+    return -(prm[4] + share * (prm[5] + prm[6] * share) + prm[7] * (2.0 * share - ti.static(1.0 / 3.0)))
 
 
 class RateLaw(Law):
@@ -238,6 +244,7 @@ class Hypoplastic(RateLaw):
     kind: Literal["hypoplastic"] = "hypoplastic"
 
     update = staticmethod(rate_update(linear_rate))
+    stiffness = staticmethod(rate_stiffness(linear_modulus))
 
     @staticmethod
     def terms(stress, rate):

@@ -50,6 +50,7 @@ class Law(BaseModel):
 
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
+    stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
 
     density: Positive  # ρ₀ [kg/m³]
@@ -74,7 +75,8 @@ class Law(BaseModel):
     def wave_speed_at(self, stress, state):
         """Bound of the speed of P-waves [m/s] (n,) at Kirchhoff stresses (n, 6), packed [Pa], and states (n, n_state).
 
-        It is `wave_speed` for a law of constant stiffness; a solver whose laws stiffen takes the largest of these.
+        It is `wave_speed` for a law of constant stiffness. For one that stiffens, a time step must follow the largest
+        of these, which `stiffness` gives to a kernel as ρ₀ c² (or a little more).
         """
         return np.full(len(stress), self.wave_speed())
 

@@ -169,3 +169,21 @@ def rate_update(rate):
         return advance(rate, prm, h, state, A)
 
     return update
+
+
+def rate_stiffness(modulus):
+    """The `stiffness` of a rate law: modulus(prm, r1, ln p, e) is that of unloading along a principal axis, over 3p.
+
+    r1: the share of the principal stress in tr η, here of the largest, bounded by (p + 2q/3) / 3p.
+    """
+
+    @ti.func
+    def stiffness(prm, tau, state):
+        J = (1.0 + state[0]) / (1.0 + prm[2])
+        eta = plus_isotropic(tau / J, -prm[0])
+        p = ti.max(-trace(eta) / 3.0, ti.exp(prm[1]))
+        deviator = plus_isotropic(eta, p)
+        share = (1.0 + ti.sqrt(ti.static(2.0 / 3.0) * contract(deviator, deviator)) / p) / 3.0
+        return 3.0 * p * J * modulus(prm, share, ti.log(p), state[0])
+
+    return stiffness

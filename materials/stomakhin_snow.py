@@ -114,6 +114,16 @@ def stomakhin_update(prm, h, state, A, dt):
     return h_new, tau, state_new, dissipation, ti.select(valid * finite == 1, plastic, -1)
 
 
+@ti.func
+def stomakhin_stiffness(prm, tau, state):
+    """ρ₀ c² [Pa], see `StomakhinSnow.wave_speed_at`."""
+    squeezed, drawn = 1.0 - prm[3], 1.0 + prm[4]
+    ratio, drawn2 = squeezed * squeezed * squeezed, drawn * drawn
+    elastic = drawn2 * (2.0 * prm[0] + prm[1] * drawn2 * drawn2)
+    plastic = (2.0 * prm[0] * squeezed * prm[3] + prm[1] * ratio * (1.0 - ratio)) * (1.0 + prm[2] * state[0])
+    return hardening_factor(prm[2], state[0]) * ti.max(elastic, plastic)
+
+
 class StomakhinSnow(Law):
     """Snow of Stomakhin et al.: corotated elasticity that stiffens with compaction, and limits on the elastic stretch.
 
@@ -147,6 +157,7 @@ class StomakhinSnow(Law):
     DISSIPATIVE: ClassVar[bool] = False
 
     update = staticmethod(stomakhin_update)
+    stiffness = staticmethod(stomakhin_stiffness)
 
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]  # ν [-]
     hardening: NonNegative  # ξ [-]

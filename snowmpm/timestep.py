@@ -5,7 +5,7 @@
     deformation  dt <= 0.2 / |grad v|,  0.6 / |grad v| for snow without stress
 
 with e the largest elastic compression (Hencky strain): the speed of a wave seen on the grid is sqrt(M (1 - ln F) /
-rho_0), hence the factor sqrt(1 + e).
+rho_0), hence the factor sqrt(1 + e). Laws that stiffen (`Law.stiffness`) report the c of their state, if it is larger.
 """
 
 import math
@@ -29,10 +29,13 @@ class Extremes:
     """Largest |grad v| [1/s]; that of grains without stress counts DEFORMATION_LIMIT / FREE_LIMIT of it."""
     elastic_deviation: float = 0.0
     """Largest |be - I| [-]."""
+    wave_speed: float = 0.0
+    """Largest wave speed of the laws that stiffen, at their present state [m/s]."""
 
 
 def stable_step(dx, cfl, wave_speed, extremes):
     """-> (dt [s], cause): the smallest of the three limits. wave_speed: c_0 of the stiffest material [m/s]."""
+    wave_speed = max(wave_speed, extremes.wave_speed)
     compression = -0.5 * math.log(max(1.0 - extremes.elastic_deviation, 0.01))
     limits = {
         "elastic": cfl * dx / (wave_speed * math.sqrt(1.0 + compression)),

@@ -13,18 +13,19 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
+from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import MATERIAL, accessors
 from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
 from snowmpm.timestep import DEFORMATION_LIMIT, FREE_LIMIT
 
-SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC = range(8)
+SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2 = range(9)
 """Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| and excursion from home
 [cells]; sums of plastic work [J] and of particles whose return map failed; index + 1 of a particle that is not finite
-or inverted; number of particles that yielded."""
+or inverted; number of particles that yielded; largest squared wave speed of the laws that stiffen."""
 
-N_REPORT = 8
+N_REPORT = 9
 
 FREE_SHARE = (DEFORMATION_LIMIT / FREE_LIMIT) ** 2
 """What the squared velocity gradient of a grain without stress counts."""
@@ -39,15 +40,16 @@ _SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
 
 
 @functools.cache
-def gather_kernel(layout, real, updates, n_parameters, atomic, flip):
-    """Kernel of the second half of a step for the update functions of these laws. atomic as in `scatter_kernel`."""
+def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip):
+    """Kernel of the second half of a step for the update functions of these laws, and the functions that give their
+    stiffness, None where it is constant. atomic as in `scatter_kernel`."""
     dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
     load, store = accessors(layout)
     at = layout.offsets
     vec4 = ti.types.vector(4, real)
     rows = [(i,) for i in range(WIDTH)] if dim == 2 else [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
     stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
-    n_laws = len(updates)
+    n_laws, stiffens = len(updates), [function is not None for function in stiffnesses]
 
     @ti.func
     def larger(a, b):
@@ -137,6 +139,8 @@ def gather_kernel(layout, real, updates, n_parameters, atomic, flip):
         for k in ti.static(range(n_laws)):
             if law_of[material] == k:
                 h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
+                if ti.static(stiffens[k]):
+                    report[WAVE2] = stiffnesses[k](parameters, tau, state) / materials[material, DENSITY]
         store(reals, p, at["state"], state)
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth

@@ -118,7 +118,8 @@ class MpmSolver:
         if report[report_of.BAD]:
             self._fail(int(report[report_of.BAD]) - 1)
         self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
-                                 elastic_deviation=report[report_of.STRAIN] ** 0.5)
+                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
+                                 wave_speed=report[report_of.WAVE2] ** 0.5)
         self._excursion = report[report_of.EXCURSION]
         self.plastic_work += report[report_of.DISSIPATION]
         self.unconverged += int(report[report_of.UNCONVERGED])
@@ -207,7 +208,7 @@ class MpmSolver:
         layout = self.particles.layout
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip)
         self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
-        self._gather = gather_kernel(layout, real, self.materials.updates,
+        self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
                                      self.materials.n_parameters, self.atomic, self.flip)
         self._count_moves, self._move = sort_kernels(layout)
 

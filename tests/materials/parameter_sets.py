@@ -4,8 +4,10 @@ A, B, C: slabs of Li et al. (2021) and a soft one; W1-W3: weak layers. SI units.
 """
 
 import numpy as np
+import taichi as ti
 
 from snowmpm.materials import AnticrackCamClay, CohesiveCamClay, ModifiedCamClay
+from snowmpm.materials.precision import working_precision
 
 COMMON = {"density": 250.0, "poisson_ratio": 0.3}
 A = CohesiveCamClay(**COMMON, youngs_modulus=3e6, critical_slope=1.5, cohesion=0.3, hardening=1.0, p0=30e3)
@@ -76,3 +78,23 @@ def random_rotations(n, rng):
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     return np.array(rows).transpose(2, 0, 1)
+
+
+def stiffness_of(law, stress, state):
+    """`law.stiffness` of packed stresses (n, 6) and states, in double precision."""
+    function, parameters = type(law).stiffness, np.array(law.parameters())
+    n_parameters, n_state = len(parameters), state.shape[1]
+
+    @ti.kernel
+    def evaluate(
+        parameters: ti.types.ndarray(), stress: ti.types.ndarray(), state: ti.types.ndarray(), out: ti.types.ndarray()
+    ):
+        for i in range(out.shape[0]):
+            prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
+            tau = ti.Vector([stress[i, k] for k in ti.static(range(6))])
+            out[i] = function(prm, tau, ti.Vector([state[i, k] for k in ti.static(range(n_state))]))
+
+    out = np.zeros(len(stress))
+    with working_precision("f64"):
+        evaluate(parameters, np.ascontiguousarray(stress), np.ascontiguousarray(state), out)
+    return out

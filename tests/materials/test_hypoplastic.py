@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from parameter_sets import changed, random_rotations
+from parameter_sets import changed, random_rotations, stiffness_of
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -566,3 +566,5 @@ def test_wave_speed_bounds_the_stiffness_of_every_direction(law):
         stiffness = (after.h[:, 0] - pack(stress)[:, 0]) / sign
         assert (stiffness <= bound * (1.0 + 1e-3)).all()  # of a difference over 1e-7, and its curvature
         assert (stiffness > 0.0).all()
+    kernel = stiffness_of(law, pack(stress) * J[:, None], state) / J
+    assert (kernel >= bound * (1.0 - 1e-9)).all() and (kernel < 1.5 * bound).all()  # its largest stress is a bound

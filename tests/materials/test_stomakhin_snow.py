@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from parameter_sets import changed, diagonal, random_rotations
+from parameter_sets import changed, diagonal, random_rotations, stiffness_of
 
 from snowmpm.materials import MaterialPoint, StressUpdate, pack, unpack
 from snowmpm.materials.stomakhin_snow import StomakhinSnow
@@ -273,6 +273,8 @@ def test_wave_speed_bounds_the_stiffness_of_every_direction(law):
         assert reference < 1.03 * law.wave_speed()  # the bound is sharp for the published thresholds
         hard = law.wave_speed_at(np.zeros((1, 6)), np.full((1, 1), 0.7))[0]
         assert hard == pytest.approx(reference * np.exp(1.5), rel=1e-12)
+    kernel = np.sqrt(stiffness_of(law, here.stress, state) / law.density)
+    np.testing.assert_allclose(kernel, law.wave_speed_at(here.stress, state), rtol=1e-12)
 
 
 @pytest.mark.parametrize("precision", ["f32", "f64"])
