@@ -49,7 +49,8 @@ class RateLaw(Law):
     Parameters are those of one drained triaxial compression test at `reference_pressure` σ₃: initial slope
     (youngs_modulus), its Poisson ratio, friction and dilation angle [deg]. A set whose test stops before its friction
     angle is refused. Stiffness is proportional to pressure, so it has no constant wave speed: `wave_speed` is that of
-    an axial stress of σ₃ under K₀, `wave_speed_at` that of any stress.
+    an axial stress of σ₃ under K₀, `wave_speed_at` that of any stress. A solver's step is that of σ₃ or shorter: give
+    about the highest pressure expected, and youngs_modulus in proportion; only their ratio enters the law.
 
     Cohesion: σ is replaced by η = σ − c cot φ I in every term [P 24-25], which puts the apex where Coulomb's line
     meets the axis; it is perfect, as in [P]: not lost in tension. ([P] translates by its "c" itself: its c = 5 kPa with

@@ -108,6 +108,12 @@ def test_coefficients_and_test_are_equivalent(law):
     np.testing.assert_allclose(again.coefficients, law.coefficients, rtol=1e-7)
 
 
+def test_only_stiffness_over_pressure_enters_the_law():
+    scaled = changed(SAND, youngs_modulus=SAND.youngs_modulus / 20.0, reference_pressure=5e3)
+    np.testing.assert_allclose(scaled.coefficients, SAND.coefficients, rtol=1e-12)
+    assert scaled.wave_speed() == pytest.approx(SAND.wave_speed() / np.sqrt(20.0), rel=1e-12)
+
+
 def test_basic_form_is_calibrated_alike():
     np.testing.assert_allclose(DENSE.coefficients, (-66.667, -615.48, -615.48, 654.34), atol=5e-3)  # digits given
 
