@@ -21,9 +21,10 @@ from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
 from snowmpm.timestep import DEFORMATION_LIMIT, FREE_LIMIT
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2 = range(9)
-"""Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| and excursion from home
-[cells]; sums of plastic work [J] and of particles whose return map failed; index + 1 of a particle that is not finite
-or inverted; number of particles that yielded; largest squared wave speed of the laws that stiffen."""
+"""Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| of laws of constant
+stiffness and excursion from home [cells]; sums of plastic work [J] and of particles whose return map failed; index + 1
+of a particle that is not finite or inverted; number of particles that yielded; largest squared wave speed of the laws
+that stiffen."""
 
 N_REPORT = 9
 
@@ -141,6 +142,8 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
                 h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
                 if ti.static(stiffens[k]):
                     report[WAVE2] = stiffnesses[k](parameters, tau, state) / materials[material, DENSITY]
+                else:
+                    report[STRAIN] = h.norm_sqr()
         store(reals, p, at["state"], state)
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
@@ -150,11 +153,11 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
         store(reals, p, at["stress"], tau)
         store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
         strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + FARTHEST_EXCURSION).any()
-        report[STRAIN], report[DISSIPATION] = h.norm_sqr(), work * volume
+        report[DISSIPATION] = work * volume
         report[GRADIENT2] = grad_v.norm_sqr() * ti.select(tau.norm_sqr() > 0.0, 1.0, FREE_SHARE)
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)
         report[PLASTIC] = ti.select(iterations != 0, 1.0, 0.0)
-        sound = is_finite(report[SPEED2] + report[GRADIENT2] + report[STRAIN] + tau.sum())
+        sound = is_finite(report[SPEED2] + report[GRADIENT2] + h.norm_sqr() + tau.sum())
         if growth <= 0.0 or strayed or not sound:
             report[BAD] = 1.0
         return report, x
