@@ -33,5 +33,5 @@ def test_pressure_above_the_reference_shortens_the_step(make_solver):
     pressures = [limit_after(solver, "elastic", [-p, -p, -p, 0.0]) for p in (1e4, 4e5, 1.6e6)]
     c = law.wave_speed_at(-4e5 * np.array([[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]]), np.array([law.initial_state()]))[0]
     assert pressures[0] > pressures[1]
-    assert pressures[1] <= 0.4 * 0.1 / c
+    assert pressures[1] <= 0.4 * 0.1 / c * (1.0 + 1e-6)  # the step of 1e-7 s changes the pressure by that little
     assert pressures[1] / pressures[2] == pytest.approx(2.0, rel=0.01)  # c grows like the root of the pressure
