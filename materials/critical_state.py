@@ -113,6 +113,24 @@ class CriticalStateLaw(Law):
         """β that belongs to state (..., n_state). NumPy."""
         return self.beta
 
+    def critical_hardening(self):
+        """Largest ξ [-] up to which softening under strain control has one answer, at the initial p₀.
+
+        Associated flow is unique while  K y_p² + 3G y_q² > y_p y_p₀ dp₀/dz  on the whole dilating side of the ellipse,
+        dp₀/dz = ξ √(K² + p₀²) of the sinh law; beyond, a step may jump to the separated state, and the energy that is
+        dissipated depends on the step. A weak layer softens with α dz: its limit is this over α. Infinite without
+        dilation.
+        """
+        K, G, p0, beta, slope2 = self.bulk_modulus, self.shear_modulus, self.p0, self.beta, self.critical_slope**2
+        angle = np.pi * (1.0 - 0.5 * np.linspace(0.0, 1.0, 20001)[:-1] ** 2)  # from the apex, closest there
+        w, radius = 0.5 * (1.0 + beta) * np.cos(angle), 0.5 * (1.0 + beta) * np.sin(angle)
+        p, shear2 = w + 0.5 * (1.0 - beta), slope2 * radius**2 * (1.0 + 2.0 * beta)  # of p₀; (1 + 2β)² q²
+        y_p, y_p0 = 2.0 * slope2 * w, -slope2 * ((1.0 - beta) * p + 2.0 * beta)
+        elastic = K * y_p**2 + 12.0 * G * shear2
+        falls = y_p * y_p0 > 0.0
+        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * np.hypot(K, p0))
+        return float(limits.min()) if len(limits) else np.inf
+
     def yield_of_invariants(self, p, q, state):
         """y(p, q) [Pa²] at state (..., n_state), <= 0 where admissible. NumPy."""
         state = np.asarray(state)

@@ -44,7 +44,9 @@ def elastic_update(prm, h, state, A, dt):
 
 
 class Elastic(Law):
-    """Isotropic Hencky elasticity,  ψ = ½ K (tr ε)² + G dev ε : dev ε,  τ = K tr(ε) I + 2 G dev ε.
+    """Isotropic Hencky elasticity.
+
+        ψ = ½ K (tr ε)² + G dev ε : dev ε,   τ = K tr(ε) I + 2 G dev ε
 
     Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity",
     eqs. 4, 18-19, 22. Path-independent: a closed loop of deformation gives back all energy. Loses ellipticity beyond a

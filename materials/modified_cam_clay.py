@@ -6,7 +6,7 @@ from .critical_state import CriticalStateLaw
 
 
 class ModifiedCamClay(CriticalStateLaw):
-    """Modified Cam-Clay (Roscoe & Burland 1968) with the finite-strain hardening of `CohesiveCamClay`, β = 0:
+    """Modified Cam-Clay (Roscoe & Burland 1968): the cohesionless critical-state law, `CohesiveCamClay` with β = 0.
 
         y(p, q) = q² + M² p (p − p₀) <= 0,   p₀ = K sinh(ξ max(z, 0)),   z = −ln det Fp
 

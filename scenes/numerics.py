@@ -4,26 +4,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from snowmpm.materials import LAWS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, Number, Positive, Spec, refuse
 
 Boundary = Literal["open", "slip", "stick", "periodic"]
-FieldName = Literal[
-    "velocity",
-    "density",
-    "material",
-    "body",
-    "mass",
-    "volume",
-    "stress",
-    "p",
-    "q",
-    "J",
-    "p0",
-    "plastic_strain",
-    "damage",
-]
+OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J")
+OF_LAWS = tuple(sorted({name for law in LAWS.values() for name in law.OUTPUTS}))
+FieldName = Literal[(*OF_EVERY_SCENE, *OF_LAWS)]
 
 
 class Output(Spec):

@@ -2,9 +2,12 @@
 
 import numpy as np
 
+from snowmpm.materials import LAWS
+
 UNITS = {
     "position": "m", "velocity": "m/s", "density": "kg/m3", "mass": "kg", "volume": "m3", "stress": "Pa", "p": "Pa",
-    "q": "Pa", "J": "1", "material": "1", "body": "1", "id": "1", "p0": "Pa", "plastic_strain": "1", "damage": "1",
+    "q": "Pa", "J": "1", "material": "1", "body": "1", "id": "1",
+    **{name: unit.replace("-", "1") for law in LAWS.values() for name, unit in law.OUTPUTS.items()},
 }
 
 
@@ -14,7 +17,7 @@ class ParticleFields:
     velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
     axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
     J = det F; material, body: index in the scene; id: number given at seeding; and what the laws report of their state
-    (p0, plastic_strain, damage), zero where a law has no such thing.
+    (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
     def __init__(self, solver, body_starts=(0,)):

@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import os
 import sys
 import traceback
 from typing import Annotated
@@ -43,6 +44,10 @@ def guarded(command):
             return command(*args, **options)
         except typer.Exit:
             raise
+        except BrokenPipeError:
+            # Whoever read the output has seen enough of it; the interpreter must not complain when it flushes
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(DONE) from None
         except (Exception, KeyboardInterrupt) as error:
             if debug:
                 traceback.print_exception(error)

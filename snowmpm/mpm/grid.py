@@ -13,7 +13,7 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.blocks import EDGE, coordinates_of
+from snowmpm.blocks import EDGE, coordinates_of, step_along
 from snowmpm.contact import OPEN, contact_velocity
 from snowmpm.mpm.walls import FREE, ON_SURFACE, Walls
 from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
@@ -55,8 +55,9 @@ def real_array(values):
 class TileGrid:
     """Tiles of the occupied blocks, and the node blocks that they cover.
 
-    tile_of[n, s]: tile of the block one step s from node block n (steps as in `blocks.neighbour_steps`), -1 where that
-    block is empty. boxes[tile]: first and one-past-last node along each of three axes that its particles reach.
+    tiles_at[i], first_tile[n] <= i < first_tile[n + 1]: a tile that holds copies of node block n, and the step to its
+    block (`BlockMap.node_blocks`). boxes[tile]: first and one-past-last node along each of three axes that its
+    particles reach.
     wall_slot[n]: where `walls` keeps the terrain at the nodes of node block n. shares, node_shares: the tiles and the
     node blocks, cut into chunks of about equal work.
     """
@@ -74,16 +75,16 @@ class TileGrid:
     def fit(self, blocks):
         """Follow a new block map."""
         dim = self.dim
-        keys, tile_of = blocks.node_blocks()
+        keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
         self.wall_slot = int_array(self.walls.slots(keys, coordinates))
         self.node_coordinates = int_array(coordinates)
-        self.tile_of = int_array(tile_of)
+        self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
         self.start = int_array(blocks.start)
         self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
         self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
-        self.node_shares = int_array(shares((tile_of >= 0).sum(axis=1) + NODE_BLOCK_COST))
+        self.node_shares = int_array(shares(np.diff(start) + NODE_BLOCK_COST))
         self.boxes = self._whole_tiles(self.n_tiles)
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
@@ -104,7 +105,8 @@ class TileGrid:
         """Memory of tiles, walls and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
         nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.walls.array.shape[0] + self.scratch.shape[0]
-        integers = sum(np.prod(table.shape) for table in (self.tile_of, self.node_coordinates, self.boxes))
+        tables = self.first_tile, self.tiles_at, self.node_coordinates, self.boxes
+        integers = sum(np.prod(table.shape) for table in tables)
         return 4 * real * nodes + 4 * int(integers)
 
 
@@ -126,43 +128,43 @@ def grid_kernel(dim, real, with_terrain, flip):
     held = (range(3), range(edge), range(edge - 1, edge))
 
     @ti.func
-    def common_box(boxes: ti.template(), tile, s):
-        """First and one-past-last of a block's nodes in the box of the tile at step s from it; the tile's node 0."""
-        first, last, address, code = ti.Vector([0, 0, 0]), ti.Vector([1, 1, 1]), tile * tile_edge**dim, s
-        for a in ti.static(range(2, 2 - dim, -1)):
-            to_tile = 1 - edge * (code % 3 - 1)
-            code = code // 3
+    def common_box(boxes: ti.template(), tile, step):
+        """First and one-past-last of a block's nodes in the box of the tile one step from it; where its node 0 is."""
+        first, last, address = ti.Vector([0, 0, 0]), ti.Vector([1, 1, 1]), tile * tile_edge**dim
+        for a in ti.static(range(3 - dim, 3)):
+            to_tile = 1 - edge * step_along(step, a + dim - 3)
             first[a] = ti.max(0, boxes[tile, a] - to_tile)
             last[a] = ti.min(edge, boxes[tile, 3 + a] - to_tile)
             address += to_tile * ti.static(stride[a])
         return first, last, address
 
     @ti.func
-    def exchange(gathering: ti.template(), n, tile_of: ti.template(), boxes: ti.template(), scratch: ti.template(),
-                 sums, tiles: ti.template()):
-        """Add a node block's copies up in the scratch block, or write them back; -> whether there are any."""
-        found = 0
-        for s in range(3**dim):
-            tile = tile_of[n, s]
-            if tile >= 0:
-                first, last, address = common_box(boxes, tile, s)
-                if (last > first).all():
-                    if gathering and found == 0:
-                        for q in range(n_nodes):
-                            scratch[sums + q] = vec4(0.0)
-                    found = 1
-                    for c in ti.static(range(3)):
-                        if s % 3 == c:
-                            for i in range(first[0], last[0]):
-                                for j in range(first[1], last[1]):
-                                    here = sums + (i * edge + j) * edge
-                                    there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
-                                    for k in ti.static(held[c]):
-                                        if ti.static(gathering):
-                                            scratch[here + k] = scratch[here + k] + tiles[there + k]
-                                        else:
-                                            tiles[there + k] = scratch[here + k]
-        return found
+    def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
+                 boxes: ti.template(), scratch: ti.template(), sums, tiles: ti.template()):
+        """Add a node block's copies up in the scratch block, or write them back; -> whether there are any, and the box
+        of nodes that holds them."""
+        found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
+        for e in range(first_tile[n], first_tile[n + 1]):
+            step = tiles_at[e, 1]
+            first, last, address = common_box(boxes, tiles_at[e, 0], step)
+            if (last > first).all():
+                if gathering and found == 0:
+                    for q in range(n_nodes):
+                        scratch[sums + q] = vec4(0.0)
+                found = 1
+                least, most = ti.min(least, first), ti.max(most, last)
+                for c in ti.static(range(3)):
+                    if step_along(step, dim - 1) == c - 1:
+                        for i in range(first[0], last[0]):
+                            for j in range(first[1], last[1]):
+                                here = sums + (i * edge + j) * edge
+                                there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
+                                for k in ti.static(held[c]):
+                                    if ti.static(gathering):
+                                        scratch[here + k] = scratch[here + k] + tiles[there + k]
+                                    else:
+                                        tiles[there + k] = scratch[here + k]
+        return found, least, most
 
     @ti.func
     def load_velocity(x, dt, loads: ti.template(), n_loads):
@@ -175,6 +177,14 @@ def grid_kernel(dim, real, with_terrain, flip):
             if d2 < ti.cast(loads[j, dim], real) ** 2:
                 for a in ti.static(range(dim)):
                     v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
+        return v
+
+    @ti.func
+    def wall_contact(v, wall, code, friction):
+        """Velocity of a node after the terrain."""
+        if wall[3] < ON_SURFACE:
+            normal = ti.Vector([wall[a] for a in ti.static(range(dim))])
+            v = contact_velocity(v, normal, code, friction)
         return v
 
     @ti.func
@@ -203,7 +213,7 @@ def grid_kernel(dim, real, with_terrain, flip):
     @ti.kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                     boxes: ti.types.ndarray(), scratch: ti.types.ndarray(dtype=vec4, ndim=1),
-                    tile_of: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
+                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     wall_slot: ti.types.ndarray(), walls: ti.types.ndarray(dtype=vec4, ndim=1),
                     sides: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
                     keep: real, terrain_code: int, terrain_friction: real, impulse_of: ti.types.ndarray(),
@@ -217,52 +227,52 @@ def grid_kernel(dim, real, with_terrain, flip):
                     pull[a] = ti.cast(gravity[a], real)
                 for n in range(first, last):
                     impulse, friction_work = ti.Vector.zero(ti.f64, dim), ti.cast(0.0, ti.f64)
-                    found = exchange(True, n, tile_of, boxes, scratch, sums, tiles)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, scratch, sums, tiles)
                     if ti.static(flip):
-                        exchange(True, n, tile_of, boxes, scratch, sums + n_nodes, impulses)
+                        exchange(True, n, first_tile, tiles_at, boxes, scratch, sums + n_nodes, impulses)
                     corner = ti.Vector.zero(real, dim)
                     for a in ti.static(range(dim)):
                         corner[a] = ti.cast(edge * node_coordinates[n, a], real)
                     near_side, slot = reaches_side(corner, sides), wall_slot[n]
-                    for q in range(n_nodes * found):
-                        node, internal = scratch[sums + q], vec4(0.0)
-                        if ti.static(flip):
-                            internal = scratch[sums + n_nodes + q]
-                        if node[3] > 0.0:
-                            v = ti.Vector.zero(real, dim)
-                            for a in ti.static(range(dim)):
-                                v[a] = (node[a] + internal[a]) / node[3]
-                            v = (v + dt * pull) * keep
-                            wall = vec4(1.0)
-                            if ti.static(with_terrain):  # noqa: SIM102 (one is compile time)
-                                if slot != FREE:
-                                    wall = walls[slot * n_nodes + q]
-                            in_wall = wall[3] < ON_SURFACE
-                            # Most nodes are free: only the others pay for their position and the sums in double.
-                            if in_wall or near_side == 1 or n_loads > 0:
-                                free, x = v, corner
+                    near_side = ti.select(n_loads > 0, 1, near_side)
+                    for ix, iy in ti.ndrange((least[0], most[0]), (least[1], most[1])):
+                        for iz in range(least[2], most[2]):
+                            q = (ix * edge + iy) * edge + iz
+                            node, internal, wall = scratch[sums + q], vec4(0.0), vec4(1.0)
+                            if node[3] > 0.0:
+                                if ti.static(flip):
+                                    internal = scratch[sums + n_nodes + q]
+                                if ti.static(with_terrain):  # noqa: SIM102 (one is compile time)
+                                    if slot != FREE:
+                                        wall = walls[slot * n_nodes + q]
+                                v = ti.Vector.zero(real, dim)
                                 for a in ti.static(range(dim)):
-                                    x[a] += ti.cast(q // ti.static(edge ** (dim - 1 - a)) % edge, real)
-                                v += load_velocity(x, dt, loads, n_loads)
-                                before = v
-                                if in_wall:
-                                    normal = ti.Vector([wall[a] for a in ti.static(range(dim))])
-                                    v = contact_velocity(v, normal, terrain_code, terrain_friction)
-                                v = side_contact(v, x, sides)
-                                impulse += ti.cast(node[3] * (v - free), ti.f64)
-                                # Force times the velocity at the end of the step, as the scheme itself does work.
-                                friction_work += ti.cast(node[3] * (before - v).dot(v), ti.f64)
-                            result = vec4(0.0)
-                            for a in ti.static(range(dim)):
-                                result[a] = v[a]
-                            result[3] = node[3]
-                            scratch[sums + q] = result
-                            if ti.static(flip):
-                                scratch[sums + n_nodes + q] = result - node / node[3]
+                                    v[a] = (node[a] + internal[a]) / node[3]
+                                v = (v + dt * pull) * keep
+                                # Most nodes are free: only the others pay for their position and the sums in double.
+                                if wall[3] < ON_SURFACE or near_side == 1:
+                                    at = ti.Vector([ix, iy, iz])
+                                    x = corner
+                                    for a in ti.static(range(dim)):
+                                        x[a] += ti.cast(at[3 - dim + a], real)
+                                    loaded = v + load_velocity(x, dt, loads, n_loads)
+                                    held_back = wall_contact(loaded, wall, terrain_code, terrain_friction)
+                                    held_back = side_contact(held_back, x, sides)
+                                    impulse += ti.cast(node[3] * (held_back - v), ti.f64)
+                                    # Force times the velocity at the end of the step, as the scheme itself does work.
+                                    friction_work += ti.cast(node[3] * (loaded - held_back).dot(held_back), ti.f64)
+                                    v = held_back
+                                result = vec4(0.0)
+                                for a in ti.static(range(dim)):
+                                    result[a] = v[a]
+                                result[3] = node[3]
+                                scratch[sums + q] = result
+                                if ti.static(flip):
+                                    scratch[sums + n_nodes + q] = result - node / node[3]
                     if found == 1:
-                        exchange(False, n, tile_of, boxes, scratch, sums, tiles)
+                        exchange(False, n, first_tile, tiles_at, boxes, scratch, sums, tiles)
                         if ti.static(flip):
-                            exchange(False, n, tile_of, boxes, scratch, sums + n_nodes, impulses)
+                            exchange(False, n, first_tile, tiles_at, boxes, scratch, sums + n_nodes, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
                     impulse_of[n, dim] = friction_work

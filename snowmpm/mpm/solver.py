@@ -6,7 +6,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm import runtime
-from snowmpm.blocks import EDGE, BlockMap, sort_kernels
+from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.contact import CODES
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
@@ -97,10 +97,10 @@ class MpmSolver:
 
     def update_grid(self, dt):
         grid = self.grid
-        self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.tile_of, grid.node_coordinates,
-                     grid.wall_slot, grid.walls.array, self._sides, self._loads, self._gravity, dt, self.keep,
-                     self._terrain_code, self._terrain_friction, self._impulses, self._total, self._n_loads,
-                     grid.n_node_blocks, grid.node_shares)
+        self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.first_tile, grid.tiles_at,
+                     grid.node_coordinates, grid.wall_slot, grid.walls.array, self._sides, self._loads, self._gravity,
+                     dt, self.keep, self._terrain_code, self._terrain_friction, self._impulses, self._total,
+                     self._n_loads, grid.n_node_blocks, grid.node_shares)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
@@ -140,8 +140,9 @@ class MpmSolver:
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
         lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, counts,
-                          self.grid.shares)
+        ahead = LEAD / max(self.extremes.speed, 1e-30)
+        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead,
+                          counts, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < store.count:
@@ -155,7 +156,7 @@ class MpmSolver:
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   int_array(target), self.grid.shares)
+                   ahead, int_array(target), self.grid.shares)
         store.swap(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
         self._follow_blocks()

@@ -46,6 +46,24 @@ def test_first_order_increments_lose_pressure(order, p):
     assert found == pytest.approx(p, rel=1e-3)
 
 
+@pytest.mark.parametrize(("order", "stays"), [(1, False), (2, True)])
+def test_a_full_turn_keeps_the_stress(order, stays):
+    # 100 steps a radian through 2 pi, at constant strain after a compression to 2 %: the second order keeps the stress
+    # to 0.1 %, the first one ends without any
+    compression = np.array([logm(f).real for f in np.tile(np.diag([0.02 / -100.0, 0.0, 0.0]), (100, 1, 1)) + np.eye(3)])
+    turn = np.zeros((628, 3, 3))
+    turn[:, 0, 1], turn[:, 1, 0] = -2.0 * np.pi / 628, 2.0 * np.pi / 628
+    L = np.concatenate([compression, turn])
+    increments = L if order == 1 else L + 0.5 * L @ L
+    update = StressUpdate(A)
+    stress = unpack(update.follow(np.zeros((1, 6)), update.initial_state(1), increments[None]).stress[0])
+    before, after = stress[99], stress[-1]
+    if stays:
+        np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())
+    else:
+        assert np.abs(after).max() < 0.05 * np.abs(before).max()
+
+
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 @pytest.mark.parametrize("law", [A, W2], ids=["A", "W2"])
 def test_stress_turns_with_the_body(law, precision):

@@ -129,6 +129,31 @@ def test_exponential_hardening_reaches_critical_state_and_may_dilate_for_ever():
     assert t[carries[0]] < closed + 1e-9 < t[carries[0] - 1] + 1e-6
 
 
+CRITICAL_HARDENING = [  # critical slope, β, limit of ξ of another program (ν = 0.3, p₀ far below K)
+    (1.5, 0.3, 3.306), (0.5, 0.0, 31.57), (1.2, 0.3, 3.333), (1.5, 0.5, 2.000), (0.5, 1.0, 1.000), (0.7, 0.2, 5.000),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("slope", "beta", "limit"), CRITICAL_HARDENING)
+def test_limit_of_unique_softening(slope, beta, limit):
+    law = changed(A, critical_slope=slope, cohesion=beta, p0=3e3)
+    assert law.critical_hardening() == pytest.approx(limit, rel=2e-3)  # four digits, and p₀/K of 1e-3
+
+
+def test_softening_below_the_limit_does_not_depend_on_the_step():
+    # Tension through the shrinking ellipse, in 20 and in 2000 steps: the same stress below the limit of ξ; above it
+    # the coarse path has jumped to the separated state while the fine one still softens
+    for share, same in ((0.9, True), (1.5, False)):
+        law = changed(C, critical_slope=1.5, p0=3e3)
+        law = changed(law, hardening=share * law.critical_hardening())
+        z0 = law.initial_zeta
+        ends = []
+        for steps in (20, 2000):
+            t = np.linspace(0.0, 0.9 * z0, steps + 1)[1:]
+            ends.append(MaterialPoint(law).drive(isotropic(-t)).p[-1])
+        assert (abs(ends[0] - ends[1]) < 1e-6 * law.p0) == same or not same, (share, ends)
+
+
 def test_no_hardening_keeps_its_surface():
     law = changed(A, hardening=0.0)
     assert law.p0_at(np.array([-1.0, 0.0, 3.0])).tolist() == [law.p0] * 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm import parallel, runtime
-from snowmpm.blocks import EDGE, coordinates_of, keys_of
+from snowmpm.blocks import EDGE, LEAD, BlockMap, coordinates_of, keys_of
 
 from .conftest import SNOW
 
@@ -26,6 +26,24 @@ def test_keys_are_ordered_and_invertible():
 
 
 @pytest.mark.parametrize("dim", [2, 3])
+def test_node_blocks_are_all_around_the_occupied_ones(dim):
+    cells = np.random.default_rng(4).uniform(-40.0, 40.0, (60, dim))
+    blocks, _, _ = BlockMap.from_cells(cells, dim)
+    keys, start, tiles = blocks.node_blocks()
+    expected = {}
+    for tile, block in enumerate(blocks.coordinates):
+        for step in np.ndindex(*[3] * dim):
+            node_block = block - (np.array(step) - 1)  # whose step to the occupied block this is
+            code = sum(digit << 2 * axis for axis, digit in enumerate(step))
+            expected.setdefault(tuple(node_block), set()).add((tile, code))
+    found = [tuple(c) for c in coordinates_of(keys, dim)]
+    assert found == sorted(expected) and len(start) == len(keys) + 1
+    for n, node_block in enumerate(found):
+        rows = tiles[start[n] : start[n + 1]]
+        assert {tuple(row) for row in rows} == expected[node_block] and len(rows) == len(expected[node_block])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
 def test_sort_moves_no_particle_and_brings_all_home(make_solver, dim):
     solver = make_solver(dim, 0.1, np.zeros(dim), np.full(dim, 0.9), velocity=stirred)
     while solver._excursion < 0.6:
@@ -36,7 +54,11 @@ def test_sort_moves_no_particle_and_brings_all_home(make_solver, dim):
     np.testing.assert_allclose(solver.positions()[by_number(solver)], before, rtol=0, atol=1e-13)
     np.testing.assert_array_equal(solver.column("velocity")[by_number(solver)], velocity)
     local = solver.column("position")
-    assert (local >= 0.5).all() and (local < EDGE[dim] + 0.5).all()
+    # Home is where a particle will be, up to LEAD cells ahead along each axis, the fastest the most
+    lead = LEAD * solver.column("velocity") / np.linalg.norm(velocity, axis=1).max()
+    ahead = local + lead
+    assert (ahead >= 0.5 - 1e-12).all() and (ahead < EDGE[dim] + 0.5 + 1e-12).all()
+    assert np.abs(lead).max() > 0.5 * LEAD
     assert (np.diff(solver.blocks.keys) > 0).all() and solver.blocks.start[-1] == len(local)
 
 

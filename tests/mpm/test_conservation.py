@@ -26,7 +26,7 @@ def test_rigid_translation_is_exact(make_solver, dim):
     moved = solver.positions()[np.argsort(solver.particles.labels()[:, 1])] - start[order]
     np.testing.assert_allclose(moved, np.broadcast_to(0.4 * v, moved.shape), rtol=0, atol=1e-12)  # 200 sums of f64
     assert np.abs(solver.column("stress")).max() < 1e-6  # Pa: a round-off strain of 1e-12 times E = 1e6 Pa
-    assert solver.sorts > 2  # four cells travelled: the blocks were left several times
+    assert solver.sorts >= 2  # four cells travelled: the blocks were left more than once
 
 
 @pytest.mark.parametrize("dim", [2, 3])
