@@ -10,8 +10,8 @@ from .elastic import trial_state
 from .hencky import log1p_series
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
-from .spectral import eigen
-from .symmetric import PAIRS, contract, determinant, plus_isotropic, squared, trace, unpack
+from .spectral import compose, eigen
+from .symmetric import contract, determinant, plus_isotropic, squared, trace, unpack
 
 MAX_EXPONENT = 30.0  # of the hardening factor, up and down: exp(±30) keeps a stress and its square within float32
 VOLUME_RATIOS = (1e-9, 1e4)  # bounds of J_P; beyond them the volume of a particle means nothing
@@ -62,16 +62,6 @@ def volume_change(d):
 
 
 @ti.func
-def compose(like, values, V):
-    """Σ values_i v_i v_iᵀ with as many entries as `like`."""
-    result = like
-    for k in ti.static(range(like.n)):
-        i, j = ti.static(PAIRS[k])
-        result[k] = V[i, 0] * V[j, 0] * values[0] + V[i, 1] * V[j, 1] * values[1] + V[i, 2] * V[j, 2] * values[2]
-    return result
-
-
-@ti.func
 def log_ratio(d_trial, d):
     """ln((1 + d_trial) / (1 + d)), relative accuracy kept for neighbours."""
     x = (d_trial - d) / (1.0 + d)
@@ -95,7 +85,7 @@ def stomakhin_update(prm, h, state, A, dt):
         d = ti.max(-prm[3], ti.min(trial, prm[4]))
         if (ti.abs(trial - d) > ti.static(by_precision(*TOLERANCE))).any():
             plastic = 1
-            h_new = compose(h_new, d * (2.0 + d), V)
+            h_new = compose(d * (2.0 + d), V, h_new)
         else:
             d = trial
         j = volume_change(d)
@@ -108,7 +98,7 @@ def stomakhin_update(prm, h, state, A, dt):
             factor = hardening_factor(prm[2], state_new[0])
             energy = mu * d.norm_sqr() + 0.5 * lam * j * j
             dissipation = factor * stress.dot(flow) - (factor - before) * energy
-        tau = compose(tau, factor * stress, V)
+        tau = compose(factor * stress, V, tau)
     # An ordered comparison, because a NaN fails it
     finite = ti.select(tau.norm_sqr() + state_new[0] < ti.static(by_precision(3e38, 1e100)), 1, 0)
     return h_new, tau, state_new, dissipation, ti.select(valid * finite == 1, plastic, -1)

@@ -32,7 +32,8 @@ FREE_SHARE = (DEFORMATION_LIMIT / FREE_LIMIT) ** 2
 """What the squared velocity gradient of a grain without stress counts."""
 
 LARGEST_RATIO = 1e4
-"""Bound of J: the volume of a grain that flies alone means nothing, and would overflow in the end."""
+"""J at which a grain that flies alone stops to grow: its volume means nothing, and would overflow in the end. The law
+sees no deformation then either, so that what it has to close again and J stay the same thing."""
 
 FARTHEST_EXCURSION = 2.5
 """Cells from home that a sort can still bring back; farther means more than a cell in one step: an unstable one."""
@@ -129,6 +130,12 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
         report[SPEED2] = velocity.norm_sqr()
         A = dt * grad_v
         A = A + 0.5 * A @ A
+        growth = (ti.Matrix.identity(real, dim) + A).determinant()
+        ratio = load(reals, p, at["volume_ratio"], 1)[0]
+        if ratio * growth > LARGEST_RATIO and growth > 1.0:
+            A.fill(0.0)
+        else:
+            ratio *= growth
         material = integers[p, MATERIAL]
         h = load(reals, p, at["elastic"], layout.sym_size)
         tau = ti.Vector.zero(real, layout.sym_size)
@@ -145,9 +152,6 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
                 else:
                     report[STRAIN] = h.norm_sqr()
         store(reals, p, at["state"], state)
-        growth = (ti.Matrix.identity(real, dim) + A).determinant()
-        ratio = load(reals, p, at["volume_ratio"], 1)[0] * growth
-        ratio = ti.select(ratio > LARGEST_RATIO, LARGEST_RATIO, ratio)
         volume = load(reals, p, at["volume"], 1)[0]
         store(reals, p, at["elastic"], h)
         store(reals, p, at["stress"], tau)
