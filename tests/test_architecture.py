@@ -31,7 +31,7 @@ MAY_IMPORT = {
     "scenes": {"materials", "errors"},
     "io": {"errors"},
     "render": {"io", "errors"},
-    "common": {"errors"},
+    "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
     "mpm": {"materials", "common", "errors"},
