@@ -75,7 +75,7 @@ def drucker_prager_update(prm, h, state, A, dt):
     p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
     state_new = state
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if changed:
+    if valid == 1:  # also where the share behind the gap is 1 to rounding
         state_new[1] = gap
     if valid == 1 and factor > 0.0:
         q_trial = factor * ti.sqrt(prm[11] * deviator2)

@@ -67,7 +67,7 @@ def mohr_coulomb_update(prm, h, state, A, dt):
     p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
     state_new = state
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if changed:
+    if valid == 1:  # also where the share behind the gap is 1 to rounding
         state_new[1] = gap
     # Within the cone inscribed in the pyramid nothing yields: no eigenvectors for most of a body at rest
     inner = ti.max(prm[13] * p + prm[14], 0.0)

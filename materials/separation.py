@@ -27,6 +27,7 @@ def close_gap(p_trial, gap, bulk):
     p, share, left = p_trial, 1.0, 0.0
     if gap > 0.0:
         p = ti.max(p_trial - bulk * gap, 0.0)
-        left = ti.max(gap - p_trial / bulk, 0.0)
+        # Either a stress or a gap, never both by rounding
+        left = ti.select(p > 0.0, 0.0, ti.max(gap - p_trial / bulk, 0.0))
         share = ti.select(p > 0.0, p / ti.max(p_trial, p), 0.0)
     return p, share, left

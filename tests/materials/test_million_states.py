@@ -15,7 +15,7 @@ from return_maps import returned, violation
 
 from snowmpm.materials import Elastic, Hypoplastic, StomakhinSnow, StressUpdate, pack, unpack
 
-EXPONENTIAL = changed(C, hardening=2.0, hardening_law="exponential")
+EXPONENTIAL = changed(C, hardening=1.0, hardening_law="exponential")
 STOMAKHIN = StomakhinSnow(
     density=400.0, youngs_modulus=1.4e5, poisson_ratio=0.2, hardening=10.0, critical_compression=0.025,
     critical_stretch=0.0075,
@@ -120,10 +120,12 @@ def test_idempotent_and_objective(name, n):
         Q = random_rotations(count, rng)
         Qt = Q.transpose(0, 2, 1)
         turned = update(pack(Q @ unpack(h) @ Qt), state, Q @ A @ Qt, DT)
-        off = np.abs(unpack(turned.stress) - Q @ stress @ Qt).max(axis=(1, 2)) / scale
-        # Small steps to round-off; a stretch of e^5 makes b of 2e4, and its logarithm loses as many digits
+        off = np.abs(unpack(turned.stress) - Q @ stress @ Qt).max(axis=(1, 2))
+        # Small steps to round-off. Stretches from e^−5 to e^5 spread the eigenvalues of b over e^20: the strain of the
+        # smallest is known to 2e-16 e^20 = 1e-7, and the trial stress to that times the modulus
         small = size < 1.0
-        assert off[small].max() < 1e-9 and off.max() < 1e-5, (off[small].max(), off.max())
+        lost = off / (np.abs(stress).max(axis=(1, 2)) + law.wave_speed() ** 2 * law.density)
+        assert (off / scale)[small].max() < 1e-9 and lost.max() < 1e-6, ((off / scale)[small].max(), lost.max())
         if "frozen" in name or name == "mu(I)":
             continue  # the one has a new surface to return to, the other relaxes as time goes on
         again = update(result.h, result.state, np.zeros((count, 3, 3)), DT)
