@@ -117,9 +117,9 @@ class CriticalStateLaw(Law):
         """Largest ξ [-] up to which softening under strain control has one answer, at the initial p₀.
 
         Associated flow is unique while  K y_p² + 3G y_q² > y_p y_p₀ dp₀/dz  on the whole dilating side of the ellipse,
-        dp₀/dz = ξ √(K² + p₀²) of the sinh law; beyond, a step may jump to the separated state, and the energy that is
-        dissipated depends on the step. A weak layer softens with α dz: its limit is this over α. Infinite without
-        dilation.
+        dp₀/dz = ξ √(K² + p₀²) (sinh) or ξ p₀ (exponential); beyond, a step may jump to the separated state, and the
+        energy that is dissipated depends on the step. A weak layer softens with α dz: its limit is this over α.
+        Infinite without dilation.
         """
         K, G, p0, beta, slope2 = self.bulk_modulus, self.shear_modulus, self.p0, self.beta, self.critical_slope**2
         angle = np.pi * (1.0 - 0.5 * np.linspace(0.0, 1.0, 20001)[:-1] ** 2)  # from the apex, closest there
@@ -128,7 +128,9 @@ class CriticalStateLaw(Law):
         y_p, y_p0 = 2.0 * slope2 * w, -slope2 * ((1.0 - beta) * p + 2.0 * beta)
         elastic = K * y_p**2 + 12.0 * G * shear2
         falls = y_p * y_p0 > 0.0
-        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * np.hypot(K, p0))
+        part = Hardening.of(self.hardening_law, K, 1.0, p0)
+        slope = np.hypot(part.scale * np.sqrt(part.offset), p0)  # dp₀/dz over ξ
+        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * slope) if slope > 0.0 else ()
         return float(limits.min()) if len(limits) else np.inf
 
     def yield_of_invariants(self, p, q, state):

@@ -8,10 +8,9 @@ from pydantic import Field, model_validator
 
 from .cohesion_softening import softening_multiplier, strain_of_loss, strength_left, strength_share
 from .cone import Cone, cone_slope, dilation_slope
-from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
-from .separation import GAP, close_gap
+from .separation import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 NEVER = 1e30  # a plastic strain that no material reaches, within float32
@@ -71,12 +70,10 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
 @ti.func
 def drucker_prager_update(prm, h, state, A, dt):
     """See `Law`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
+    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
     state_new = state
+    state_new[1] = gap
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if valid == 1:  # also where the share behind the gap is 1 to rounding
-        state_new[1] = gap
     if valid == 1 and factor > 0.0:
         q_trial = factor * ti.sqrt(prm[11] * deviator2)
         p_new, q, kappa, opened, work, count = drucker_prager_return(prm, p, q_trial, state[0], gap)

@@ -6,10 +6,9 @@ import numpy as np
 import taichi as ti
 from pydantic import Field, model_validator
 
-from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
-from .separation import GAP, close_gap
+from .separation import GAP, trial_behind_gap
 from .spectral import compose, eigen_of_deviator
 from .von_mises import PLASTIC_STRAIN
 
@@ -63,12 +62,10 @@ def mohr_coulomb_return(prm, strain, p_trial):
 @ti.func
 def mohr_coulomb_update(prm, h, state, A, dt):
     """See `Law`. prm: `MohrCoulomb.parameters`; state: plastic strain, gap."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
+    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
     state_new = state
+    state_new[1] = gap
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if valid == 1:  # also where the share behind the gap is 1 to rounding
-        state_new[1] = gap
     # Within the cone inscribed in the pyramid nothing yields: no eigenvectors for most of a body at rest
     inner = ti.max(prm[13] * p + prm[14], 0.0)
     if valid == 1 and factor > 0.0 and prm[15] * factor * factor * deviator2 >= inner * inner:

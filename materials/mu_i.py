@@ -6,19 +6,17 @@ import numpy as np
 import taichi as ti
 from pydantic import model_validator
 
-from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
-from .separation import GAP, close_gap
+from .separation import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 
 @ti.func
 def mu_i_update(prm, h, state, A, dt):
     """See `Law`. prm: `MuI.parameters`; state: plastic strain, gap, shear rate."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p_trial, factor, gap = close_gap(-prm[0] * volume, ti.select(valid == 1, state[1], 0.0), prm[0])
+    h_new, deviator, deviator2, p_trial, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
     p = p_trial
     state_new = state
     dissipation, iterations, changed = 0.0, 0, factor < 1.0

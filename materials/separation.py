@@ -12,6 +12,7 @@ While grains do not touch, shear costs nothing and dilates nothing.
 
 import taichi as ti
 
+from .elastic import elastic_trial
 from .law import StateVariable
 
 GAP = StateVariable("gap", "-", "opened volume of separated material, ln of the volume ratio; > 0 stress-free")
@@ -31,3 +32,12 @@ def close_gap(p_trial, gap, bulk):
         left = ti.select(p > 0.0, 0.0, ti.max(gap - p_trial / bulk, 0.0))
         share = ti.select(p > 0.0, p / ti.max(p_trial, p), 0.0)
     return p, share, left
+
+
+@ti.func
+def trial_behind_gap(h, A, bulk, gap):
+    """Trial state of a law with a gap: h, deviator e of the whole step, e : e, p [Pa] and share behind the gap, what is
+    left of the gap, and 1 if the step could be made, else 0; the gap then stays."""
+    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
+    p, share, left = close_gap(-bulk * volume, ti.select(valid == 1, gap, 0.0), bulk)
+    return h_new, deviator, deviator2, p, share, ti.select(valid == 1, left, gap), valid

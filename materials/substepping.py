@@ -10,7 +10,8 @@ The step f = V R is followed as the rotation R, then the stretch V at a constant
 The elastic part up to the surface is exact (Y is a quadratic along a straight path). A substep is accepted when the
 difference between Euler's and the modified step is below the tolerance, in p and q, relative to p₀ (Sloan, Abbo & Sheng
 2001, doi:10.1108/02644400110365842). What is left of the step where the equations turn stiff (p₀ almost gone, or a
-denominator that is not positive: softening too steep for a unique answer) is left to the implicit return.
+denominator that is not positive: softening too steep for a unique answer), or beyond MAX_SUBSTEPS, is left to the
+implicit return, at its first order.
 """
 
 import taichi as ti

@@ -140,6 +140,12 @@ def test_limit_of_unique_softening(slope, beta, limit):
     assert law.critical_hardening() == pytest.approx(limit, rel=2e-3)  # four digits, and p₀/K of 1e-3
 
 
+def test_limit_of_exponential_softening_is_that_of_its_slope():
+    law = changed(A, hardening_law="exponential")
+    ratio = law.critical_hardening() / A.critical_hardening()
+    assert ratio == pytest.approx(np.hypot(A.bulk_modulus, A.p0) / A.p0, rel=1e-12)  # dp₀/dz of the two laws, over ξ
+
+
 def test_softening_is_gradual_below_the_limit_and_a_jump_above_it():
     # Isotropic tension until the snow has separated: below the limit the stress goes down with the strain, in steps
     # that shrink with the step of strain; above it snaps from its strength to nothing, however small the step
