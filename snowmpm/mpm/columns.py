@@ -8,16 +8,16 @@ Where a surface (signed distance d, unit normal n out of the solid) crosses a li
     deep nodes  further down
 
 A velocity that vanishes on the surface is linear in d beside it, so the constrained part of a follower is d_f / d_l
-times that of its leader. It is imposed as Galerkin's method asks, on test functions that vanish on the surface too: with
-r_f = d_f / d_l and v* the velocities without contact (relative to the solid),
+times that of its leader. It is imposed as Galerkin's method asks, on test functions that vanish on the surface too:
+with r_f = d_f / d_l and v* the velocities without contact (relative to the solid),
 
     v_l = (m_l v*_l + sum_f r_f m_f v*_f) / (m_l + sum_f r_f^2 m_f),      v_f = r_f v_l
 
 for all components (stick), or for the normal one only (slip, separate), where the tangential ones stay as they are:
-the natural condition of zero shear. A linear velocity is reproduced, and a uniform stress gives a line no net force, because
-the splines reproduce linear functions; so the wall is exact to second order, wherever it lies between the nodes. A wall
-made of nodes that are held acts as if shifted by a third of a cell. Momentum is conserved: what a line gains,
-J = sum m (v - v*), is the impulse of the solid.
+the natural condition of zero shear. A linear velocity is reproduced, and a uniform stress gives a line no net force,
+because the splines reproduce linear functions; so the wall is exact to second order, wherever it lies between the
+nodes. A wall made of nodes that are held acts as if shifted by a third of a cell. Momentum is conserved: what a line
+gains, J = sum m (v - v*), is the impulse of the solid.
 
     slip:      J_n as it comes
     separate:  none if J_n < 0 (it would pull), and only as far as snow has arrived: see `touching`
