@@ -38,7 +38,8 @@ class MpmSolver:
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
-        sides: (dim, 2) names of `contact.CODES`, "open" by default.
+        sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
+        must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
         self.dim = dim = len(origin)
@@ -52,7 +53,10 @@ class MpmSolver:
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
         self._gravity = real_array(self.gravity)
-        self.surfaces = self._sides(sides or [["open", "open"]] * dim)
+        sides = sides or [["open", "open"]] * dim
+        self._period = self._periods(sides)
+        self._limits = (np.where(self._period > 0, -np.inf, self.lower), np.where(self._period > 0, np.inf, self.upper))
+        self.surfaces = self._sides(sides)
         if terrain is not None:
             geometry = Walls(dim, precision, self._wall_distance(terrain))
             self.surfaces.insert(0, Surface(geometry, dim, terrain_contact, terrain_friction))
@@ -146,7 +150,7 @@ class MpmSolver:
         """Bring every particle home to its block; those outside the domain are removed and counted."""
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
+        lower, upper = (ti.Vector(limit) for limit in self._limits)
         lead = LEAD * self._home_limit
         ahead = lead / max(self.extremes.speed, 1e-30)
         self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
@@ -166,7 +170,8 @@ class MpmSolver:
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
                    ahead, lead, int_array(target), self.grid.shares)
         store.swap(alive)
-        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
+        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                               self._period)
         self._follow_blocks()
         self.sorts += 1
 
@@ -182,7 +187,7 @@ class MpmSolver:
 
     def _count_removed(self):
         cells = (self.positions() - self.origin) / self.dx
-        self._tally_removed(~((cells >= self.lower) & (cells < self.upper)).all(axis=1))
+        self._tally_removed(~((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1))
 
     def _tally_removed(self, gone):
         mass = self.masses()[gone]
@@ -200,7 +205,7 @@ class MpmSolver:
     def _populate(self, population):
         layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
         cells = (population.positions - self.origin) / self.dx
-        self.blocks, order, local = BlockMap.from_cells(cells, self.dim)
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
         self.particles = ParticleStore(layout, len(order), self.precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
@@ -234,7 +239,19 @@ class MpmSolver:
         """Surfaces of the sides that are not open; sides (dim, 2) names."""
         levels = np.stack([self.lower, self.upper], axis=1)
         return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
-                for axis in range(self.dim) for end in range(2) if sides[axis][end] != "open"]
+                for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _periods(self, sides):
+        """Blocks after which each axis repeats, 0 where it does not, (dim,)."""
+        period, edge = np.zeros(self.dim, np.int64), EDGE[self.dim]
+        for axis, names in enumerate(sides):
+            if "periodic" in names:
+                blocks = (self.upper[axis] - self.lower[axis]) / edge
+                if abs(blocks - round(blocks)) > 1e-6 or round(blocks) < 1 or abs(self.lower[axis]) > 1e-9:
+                    raise InputError("domain.boundary = periodic: the domain must be a whole number of"
+                                     f" {edge * self.dx:g} m ({edge} cells) long, not {blocks * edge * self.dx:g} m")
+                period[axis] = round(blocks)
+        return period
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
@@ -253,7 +270,9 @@ class MpmSolver:
         """Scene coordinates of the particles [m], (n, dim); local: their position columns when already at hand."""
         local = self.column("position") if local is None else local
         home = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
-        return self.origin + self.dx * (EDGE[self.dim] * home + local)
+        cells = EDGE[self.dim] * home + local
+        length = EDGE[self.dim] * self._period
+        return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 
     def rewrite(self, table):
         """Put back a changed copy of `particles.table()`; positions and volumes must stay."""
@@ -280,7 +299,7 @@ class MpmSolver:
         filled = counts > 0
         columns = {name: table[:, self.particles.layout.columns(name)] for name in self.particles.layout.sizes}
         self.particles.fill(columns, labels[:, 0], labels[:, 1])
-        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim)
+        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period)
         excursion = self._excursion
         self._follow_blocks()
         self._excursion = excursion
@@ -324,7 +343,7 @@ class MpmSolver:
             raise InputError("the domain is not the checkpoint's: without domain.min and domain.max it follows"
                              " end_time, which then must stay as it was")
         self.particles.replace(reals, state["labels"])
-        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim)
+        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim, self._period)
         self._follow_blocks()
         self._excursion, self.extremes = state["excursion"], Extremes(**state["extremes"])
         self.time, self.steps, self.sorts, self.mass = (state[name] for name in ("time", "steps", "sorts", "mass"))
