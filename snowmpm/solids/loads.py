@@ -86,7 +86,8 @@ class LoadHistory:
         """All that a continuation needs, by name."""
         return {"stride": self._stride, "skipped": self._skipped, "written_time": self._written[0],
                 "written": self._written[1], "time": self._now[0], "now": self._now[1],
-                "times": np.array(self._times), "totals": np.array(self._totals).reshape(-1, *self._now[1].shape)}
+                "times": np.array(self._times, float),
+                "totals": np.array(self._totals, float).reshape(len(self._times), *self._now[1].shape)}
 
     def restore(self, state):
         """Take over what `state()` gave."""

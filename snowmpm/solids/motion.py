@@ -64,6 +64,11 @@ class RigidMotion:
         pose = self.pose(time)
         return pose.centre + (points - self.start_centre) @ pose.rotation.T
 
+    def placement(self, time, origin):
+        """R (dim, dim), b (dim,) [m]: a point x of the body at the start is at R x + b, both relative to `origin`."""
+        pose = self.pose(time)
+        return pose.rotation, pose.centre - origin + pose.rotation @ (origin - self.start_centre)
+
     def velocity_at(self, points, time):
         """Velocity (k, dim) [m/s] of the body at points (k, dim) [m] of space, at `time` [s]."""
         pose = self.pose(time)
