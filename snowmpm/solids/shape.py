@@ -48,7 +48,10 @@ class SolidShape:
         return len(self.origin)
 
     def query(self, points):
-        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m]; exact."""
+        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m].
+
+        Exact; that of a polygon or mesh as far as it is large, cut off beyond.
+        """
         points = np.ascontiguousarray(np.asarray(points, np.float64).reshape(-1, self.dim))
         if self.surface is not None:
             return self._field.query(points)
