@@ -12,6 +12,7 @@ from snowmpm.initial_stress import geostatic_stress, overburden
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.seeding import seed_body
+from snowmpm.solids import Obstacle
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -51,6 +52,16 @@ class Model:
         if self.surface is None:
             return None
         return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
+
+    @cached_property
+    def obstacles(self):
+        """`Obstacle`s in the order of the scene. Raises InputError for a file or a shape that is wrong."""
+        scene = self.scene
+        try:
+            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})")
+                    for i, spec in enumerate(scene.obstacles)]
+        except InputError as error:
+            raise InputError(f"{scene.source}: {error}") from None
 
     @cached_property
     def body_of(self):
