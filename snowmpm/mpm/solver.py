@@ -1,4 +1,4 @@
-"""Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
+"""Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
 from dataclasses import asdict
 
@@ -16,10 +16,8 @@ from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
 from snowmpm.mpm.scatter import scatter_kernel
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.severing import sever_kernel
+from snowmpm.stencil import STENCILS
 from snowmpm.timestep import Extremes, stable_step
-
-_HOME_LIMIT = 0.999
-"""Excursion [cells] at which particles are sorted again; at 1 a stencil would leave its tile."""
 
 
 class MpmSolver:
@@ -32,11 +30,12 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 atomic=None):
+                 kernel="quadratic", gradient="affine", atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
+        kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default.
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
@@ -47,6 +46,8 @@ class MpmSolver:
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
+        self._basis, self._gradient = kernel, gradient
+        self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
         self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
         self._gravity = real_array(self.gravity)
@@ -70,7 +71,7 @@ class MpmSolver:
     def step(self, dt):
         """Advance by dt [s]."""
         with runtime.precision(self.precision):
-            if self._excursion >= _HOME_LIMIT:
+            if self._excursion >= self._home_limit:
                 self.sort()
             self.particles_to_grid(dt)
             self.update_grid(dt)
@@ -140,8 +141,9 @@ class MpmSolver:
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
         lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
-        ahead = LEAD / max(self.extremes.speed, 1e-30)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead,
+        lead = LEAD * self._home_limit
+        ahead = lead / max(self.extremes.speed, 1e-30)
+        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
                           counts, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
@@ -156,7 +158,7 @@ class MpmSolver:
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   ahead, int_array(target), self.grid.shares)
+                   ahead, lead, int_array(target), self.grid.shares)
         store.swap(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
         self._follow_blocks()
@@ -207,10 +209,11 @@ class MpmSolver:
     def _bind_kernels(self, with_terrain):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
         self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
-                                     self.materials.n_parameters, self.atomic, self.flip)
+                                     self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
+                                     self._affine_share > 0.0)
         self._count_moves, self._move = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
