@@ -1,24 +1,28 @@
 """Which transfers on which splines the verification cases go through, and the solver of one of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from snowmpm.stencil import STENCILS
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A transfer; flip_ratio: share of FLIP in "flip" and "aflip"."""
+    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"."""
 
     transfer: str
     flip_ratio: float = 0.97
+    kernel: str = "quadratic"
+    gradient: str = "affine"
 
     @property
     def options(self):
         """Arguments of `MpmSolver`."""
-        return {"transfer": self.transfer, "flip_ratio": self.flip_ratio}
+        return {"transfer": self.transfer, "flip_ratio": self.flip_ratio, "kernel": self.kernel,
+                "gradient": self.gradient}
 
     @property
     def affine(self):
@@ -27,12 +31,20 @@ class Scheme:
 
     def __str__(self):
         ratio = f"-{self.flip_ratio:g}" if "flip" in self.transfer else ""
-        return f"{self.transfer}{ratio}"
+        shape = "-shape" if self.gradient == "shape" else ""
+        return f"{self.kernel}-{self.transfer}{ratio}{shape}"
+
+    def second_moment(self, dx):
+        """D of an affine transfer [m2], 0 for one without: C adds 1/2 m D C:C to the kinetic energy of a particle."""
+        return self.affine * dx**2 / STENCILS[self.kernel].inverse_second_moment
 
 
 APIC, PIC = Scheme("apic"), Scheme("pic")
 FLIP, AFLIP = Scheme("flip", 0.99), Scheme("aflip", 0.99)
-SCHEMES = [APIC, PIC, FLIP, AFLIP]
+QUADRATIC = [APIC, PIC, FLIP, AFLIP]
+CLASSICAL = Scheme("flip", 0.99, "cubic", "shape")
+"""The algorithm of the snow chapter: cubic splines, gradient of the shape functions, PIC and FLIP."""
+CUBIC = [*(replace(scheme, kernel="cubic") for scheme in QUADRATIC), CLASSICAL]
 
 
 def free_solver(positions, volumes, law, scheme, dx, *, velocities=None, gravity=None, reach=None, precision="f64",
