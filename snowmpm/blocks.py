@@ -68,6 +68,10 @@ class BlockMap:
     def __len__(self):
         return len(self.keys)
 
+    def keys_of(self, coordinates):
+        """Keys of block coordinates (n, dim)."""
+        return keys_of(coordinates)
+
     @classmethod
     def from_cells(cls, cells, dim):
         """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""

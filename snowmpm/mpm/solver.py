@@ -7,13 +7,15 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
-from snowmpm.contact import CODES
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
+from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.gather import gather_kernel
-from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
+from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.mpm.surface import Plane, Surface
+from snowmpm.mpm.walls import Walls
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.severing import sever_kernel
 from snowmpm.stencil import STENCILS
@@ -49,18 +51,19 @@ class MpmSolver:
         self._basis, self._gradient = kernel, gradient
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
-        self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
         self._gravity = real_array(self.gravity)
-        self._sides = self._side_table(sides or [["open", "open"]] * dim)
+        self.surfaces = self._sides(sides or [["open", "open"]] * dim)
+        if terrain is not None:
+            geometry = Walls(dim, precision, self._wall_distance(terrain))
+            self.surfaces.insert(0, Surface(geometry, dim, terrain_contact, terrain_friction))
         self._populate(population)
-        self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None,
-                             self.flip)
-        self._bind_kernels(with_terrain=terrain is not None)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
+        self._bind_kernels()
         self._follow_blocks()
         self.time, self.steps, self.sorts = 0.0, 0, 0
         self.keep = 1.0
         """Share of a node's velocity kept each step: below 1 only while an initial state settles."""
-        self._total = np.zeros(dim + 1)
+        self._loaded = np.zeros(dim)
         self.weight_impulse = np.zeros(dim)
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.removed = {"count": 0, "mass": 0.0, "momentum": np.zeros(dim)}
@@ -83,12 +86,12 @@ class MpmSolver:
     @property
     def impulse(self):
         """Impulse that terrain, sides and loads gave [N s], (dim,)."""
-        return self._total[: self.dim]
+        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
 
     @property
     def contact_work(self):
-        """Kinetic energy that terrain and sides took [J]."""
-        return float(self._total[self.dim])
+        """Energy that terrain and sides took [J]."""
+        return float(sum(surface.total[self.dim] for surface in self.surfaces))
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
@@ -98,10 +101,13 @@ class MpmSolver:
 
     def update_grid(self, dt):
         grid = self.grid
-        self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.first_tile, grid.tiles_at,
-                     grid.node_coordinates, grid.wall_slot, grid.walls.array, self._sides, self._loads, self._gravity,
-                     dt, self.keep, self._terrain_code, self._terrain_friction, self._impulses, self._total,
-                     self._n_loads, grid.n_node_blocks, grid.node_shares)
+        self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
+                     grid.node_coordinates, grid.contact.index, self._loads, self._gravity, dt, self.keep,
+                     self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
+        if grid.contact.n:
+            grid.act(self.dx)
+            self._write_back(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile,
+                             grid.tiles_at, grid.contact.node_block, grid.contact.shares)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
@@ -169,7 +175,7 @@ class MpmSolver:
         if self._reports is None or self._reports.shape[0] < max(1, len(self.blocks)):
             self._reports = ti.ndarray(ti.f64, (int(1.25 * len(self.blocks)) + 8, report_of.N_REPORT))
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
-            self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim + 1))
+            self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
         if self.atomic:
             self._block_of = int_array(np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start)))
         self._excursion = 0.0
@@ -206,11 +212,13 @@ class MpmSolver:
                                  elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
         self._reports = self._impulses = self._block_of = None
 
-    def _bind_kernels(self, with_terrain):
+    def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
-        self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
+        self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
+        for surface in self.surfaces:
+            surface.bind(real, self._basis, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
                                      self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
                                      self._affine_share > 0.0)
@@ -222,11 +230,11 @@ class MpmSolver:
             return distance / self.dx, normal
         return wall_distance
 
-    def _side_table(self, sides):
-        table = np.zeros((self.dim, 2, 2))
-        table[:, 0, 0], table[:, 1, 0] = self.lower, self.upper
-        table[:, :, 1] = [[CODES[name] for name in pair] for pair in sides]
-        return real_array(table)
+    def _sides(self, sides):
+        """Surfaces of the sides that are not open; sides (dim, 2) names."""
+        levels = np.stack([self.lower, self.upper], axis=1)
+        return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
+                for axis in range(self.dim) for end in range(2) if sides[axis][end] != "open"]
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
@@ -284,7 +292,9 @@ class MpmSolver:
     def restart_clock(self):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
-        self._total[:] = 0.0
+        self._loaded[:] = 0.0
+        for surface in self.surfaces:
+            surface.total[:] = 0.0
         self.weight_impulse[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
@@ -296,7 +306,8 @@ class MpmSolver:
             "keys": self.blocks.keys, "start": self.blocks.start, "excursion": self._excursion,
             "frame": np.array([self.origin, self.lower, self.upper]), "extremes": asdict(self.extremes),
             "time": self.time, "steps": self.steps, "sorts": self.sorts, "mass": self.mass,
-            "total": self._total.copy(), "weight_impulse": self.weight_impulse.copy(),
+            "loaded": self._loaded.copy(), "surfaces": np.array([surface.total for surface in self.surfaces]),
+            "weight_impulse": self.weight_impulse.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "removed": {**self.removed, "momentum": self.removed["momentum"].copy()},
         }
@@ -317,6 +328,8 @@ class MpmSolver:
         self._follow_blocks()
         self._excursion, self.extremes = state["excursion"], Extremes(**state["extremes"])
         self.time, self.steps, self.sorts, self.mass = (state[name] for name in ("time", "steps", "sorts", "mass"))
-        self._total[:], self.weight_impulse[:] = state["total"], state["weight_impulse"]
+        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
+        for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
+            surface.total[:] = total
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic, self.removed = state["n_plastic"], dict(state["removed"])

@@ -47,14 +47,17 @@ CLASSICAL = Scheme("flip", 0.99, "cubic", "shape")
 CUBIC = [*(replace(scheme, kernel="cubic") for scheme in QUADRATIC), CLASSICAL]
 
 
-def free_solver(positions, volumes, law, scheme, dx, *, velocities=None, gravity=None, reach=None, precision="f64",
-                **options):
-    """Solver of a body with nothing around it within `reach` [m] (30 of its cells by default)."""
-    dim = positions.shape[1]
+def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=None, gravity=None, reach=None,
+                precision="f64", **options):
+    """Solver of a body with nothing around it within `reach` [m] (30 of its cells by default).
+
+    laws: one, or a list of those that `material` counts.
+    """
+    dim, laws = positions.shape[1], laws if isinstance(laws, list) else [laws]
     reach = 30.0 * dx if reach is None else reach
     lower, upper = positions.min(axis=0) - reach, positions.max(axis=0) + reach
     origin = dx * np.floor(lower / dx)
-    return MpmSolver(Population(positions, volumes, 0, velocities), [law], dx=dx, precision=precision, origin=origin,
+    return MpmSolver(Population(positions, volumes, material, velocities), laws, dx=dx, precision=precision, origin=origin,
                      lower=lower, upper=upper, gravity=np.zeros(dim) if gravity is None else gravity,
                      **scheme.options, **options)
 
