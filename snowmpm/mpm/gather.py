@@ -3,10 +3,11 @@
     v_grid = sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T,   x <- x + dt v_grid
     v  <- v_grid + flip_ratio (v + sum_i w dv_i - v_grid)        flip_ratio = 0 in PIC and APIC
     L = grad v: C with the gradient "affine", sum_i v_i grad w^T with "shape" (see `scatter`)
-    f = exp(dt L) to second order: A = f - I = dt L + (dt L)^2 / 2
-    law.update(h, A) -> h, tau, state;   J <- J det f
+    f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f
 
-The first-order A lets a rotating body swell by omega^2 dt t; the second order leaves (omega dt)^4 / 4 a step.
+f is the deformation of the map x + dt v_grid(x) itself, so that stress and places stay one thing: v is that of the end
+of the step over the geometry of its start, and in a rotation L has the part -omega^2 dt / 2 I, which leaves det f = 1 +
+(omega dt)^4 / 4. exp(dt L) would hold J as well, but let the places swell by omega^2 dt t against it.
 """
 
 import functools
@@ -172,7 +173,6 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
         report = ti.Vector.zero(real, N_REPORT)
         report[SPEED2] = velocity.norm_sqr()
         A = dt * grad_v
-        A = A + 0.5 * A @ A
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0]
         if ratio * growth > LARGEST_RATIO and growth > 1.0:
