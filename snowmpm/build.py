@@ -90,7 +90,7 @@ class Model:
                          origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
                          cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
                          transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, **contact)
+                         terrain=self.distance, sides=sides, obstacles=self.obstacles, **contact)
 
     def events(self):
         """The scene's events, ready to be applied."""
@@ -121,8 +121,6 @@ def _refuse_unbuilt(scene):
     solver = scene.solver
     if solver.method != "mpm":
         raise InputError.at("solver.method", solver.method, 'this version computes "mpm" only', scene.source)
-    if scene.obstacles:
-        raise InputError(f"{scene.source}: obstacles: this version has none")
     if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
         raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
 

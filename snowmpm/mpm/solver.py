@@ -14,6 +14,7 @@ from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.mpm.solid_field import SolidField
 from snowmpm.mpm.surface import Plane, Surface
 from snowmpm.mpm.walls import Walls
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
@@ -32,11 +33,12 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
+        obstacles: `solids.Obstacle`s.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
@@ -60,6 +62,8 @@ class MpmSolver:
         if terrain is not None:
             geometry = Walls(dim, precision, self._wall_distance(terrain))
             self.surfaces.insert(0, Surface(geometry, dim, terrain_contact, terrain_friction))
+        self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
+        self.surfaces += self.obstacles
         self._populate(population)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
         self._bind_kernels()
@@ -97,6 +101,13 @@ class MpmSolver:
         """Energy that terrain and sides took [J]."""
         return float(sum(surface.total[self.dim] for surface in self.surfaces))
 
+    @property
+    def obstacle_totals(self):
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+        rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
+        return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
+
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, work = self._work()
@@ -105,6 +116,9 @@ class MpmSolver:
 
     def update_grid(self, dt):
         grid = self.grid
+        strayed = [surface.follow(self.time + dt, self.origin, self.dx) for surface in self.obstacles if surface.moving]
+        if any(strayed):
+            grid.fit_contact()
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
                      grid.node_coordinates, grid.contact.index, self._loads, self._gravity, dt, self.keep,
                      self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
@@ -240,6 +254,12 @@ class MpmSolver:
         levels = np.stack([self.lower, self.upper], axis=1)
         return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
                 for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _solid(self, obstacle):
+        geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
+        surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, moving=not obstacle.still)
+        surface.follow(0.0, self.origin, self.dx)
+        return surface
 
     def _periods(self, sides):
         """Blocks after which each axis repeats, 0 where it does not, (dim,)."""
