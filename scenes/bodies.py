@@ -1,5 +1,6 @@
 """What moves and what stands in the way."""
 
+
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape

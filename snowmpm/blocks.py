@@ -27,10 +27,14 @@ no drift back."""
 
 _RADIX = 1 << 20
 
+MOST_FIELDS = 8
+"""Velocity fields at most: what is left of a 64-bit key."""
 
-def keys_of(coordinates):
-    """Sortable 64-bit key of integer block coordinates (n, dim); lexicographic, last axis fastest."""
-    key = np.zeros(len(coordinates), np.int64)
+
+def keys_of(coordinates, field=0):
+    """Sortable 64-bit key of integer block coordinates (n, dim); lexicographic, last axis fastest; field: the velocity
+    field (n,) of the block, which comes first: blocks of two fields have nothing to do with each other."""
+    key = np.zeros(len(coordinates), np.int64) + field
     for column in np.asarray(coordinates, np.int64).T:
         key = key * _RADIX + (column + _RADIX // 2)
     return key
@@ -43,6 +47,16 @@ def coordinates_of(keys, dim):
         columns.append(keys % _RADIX - _RADIX // 2)
         keys = keys // _RADIX
     return np.stack(columns[::-1], axis=1)
+
+
+def fields_of(keys, dim):
+    """Velocity field of each key."""
+    return keys // _RADIX**dim
+
+
+def places_of(keys, dim):
+    """Keys without their field: the same for blocks at the same place."""
+    return keys % _RADIX**dim
 
 
 def _brought_home(coordinates, period):
@@ -79,15 +93,16 @@ class BlockMap:
     def __len__(self):
         return len(self.keys)
 
-    def keys_of(self, coordinates):
-        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic."""
-        return keys_of(_brought_home(coordinates, self.period))
+    def keys_of(self, coordinates, field):
+        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic, of fields (n,)."""
+        return keys_of(_brought_home(coordinates, self.period), field)
 
     @classmethod
-    def from_cells(cls, cells, dim, period=None):
-        """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""
+    def from_cells(cls, cells, dim, period=None, field=0):
+        """Group positions [cells] (n, dim) of velocity fields (n,): -> map, order of the particles, positions relative
+        to their blocks."""
         block, local = home_block(cells, EDGE[dim])
-        keys = keys_of(_brought_home(block, period))
+        keys = keys_of(_brought_home(block, period), field)
         order = np.argsort(keys, kind="stable")
         unique, counts = np.unique(keys, return_counts=True)
         return cls(unique, counts, dim, period), order, local[order]
@@ -102,7 +117,8 @@ class BlockMap:
             # A sorted run for each step
             return self._key_steps()[:, None] + self.keys
         around = self.coordinates + neighbour_steps(self.dim)[:, None]
-        return self.keys_of(around.reshape(-1, self.dim)).reshape(len(around), -1)
+        field = np.tile(fields_of(self.keys, self.dim), len(around))
+        return self.keys_of(around.reshape(-1, self.dim), field).reshape(len(around), -1)
 
     def _key_steps(self):
         """What a step to a neighbour adds to a key, which is linear in the coordinates, (3^dim,)."""

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from snowmpm import runtime
+from snowmpm.blocks import MOST_FIELDS
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
@@ -90,7 +91,8 @@ class Model:
                          origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
                          cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
                          transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, obstacles=self.obstacles, **contact)
+                         terrain=self.distance, sides=sides, obstacles=self.obstacles,
+                         body_friction=_body_friction(scene), **contact)
 
     def events(self):
         """The scene's events, ready to be applied."""
@@ -163,6 +165,7 @@ def _seed(scene, surface):
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
         parts.append((seeds, materials.index(body.material), np.broadcast_to(body.velocity, seeds.positions.shape)))
+    fields = velocity_fields(scene)
     counts = [len(seeds.volumes) for seeds, _, _ in parts]
     if sum(counts) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
@@ -170,8 +173,25 @@ def _seed(scene, surface):
         positions=np.concatenate([seeds.positions for seeds, _, _ in parts]),
         volumes=np.concatenate([seeds.volumes for seeds, _, _ in parts]),
         material=np.concatenate([np.full(n, m) for n, (_, m, _) in zip(counts, parts, strict=True)]),
-        velocities=np.concatenate([velocity for _, _, velocity in parts]))
+        velocities=np.concatenate([velocity for _, _, velocity in parts]), field=np.repeat(fields, counts))
     return population, np.concatenate([[0], np.cumsum(counts)[:-1]])
+
+
+def velocity_fields(scene):
+    """Number of the velocity field of each body: 0 for those that share one. Raises InputError for too many."""
+    separate = [body.contact == "separate" for body in scene.bodies]
+    if sum(separate) >= MOST_FIELDS:
+        raise InputError(f'{scene.source}: bodies: at most {MOST_FIELDS - 1} may have contact = "separate"')
+    return np.where(separate, np.cumsum(separate), 0)
+
+
+def _body_friction(scene):
+    """Coulomb coefficient between velocity fields (n, n)."""
+    friction = np.full(1 + sum(body.contact == "separate" for body in scene.bodies), np.inf)
+    for body, field in zip(scene.bodies, velocity_fields(scene), strict=True):
+        if field > 0:
+            friction[field] = body.friction
+    return np.minimum(friction[:, None], friction)
 
 
 def _domain(scene, surface, seeds):

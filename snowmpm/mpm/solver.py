@@ -11,6 +11,7 @@ from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
 from snowmpm.mpm.arrays import int_array, real_array
+from snowmpm.mpm.body_contact import BodyContact
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.scatter import scatter_kernel
@@ -33,12 +34,12 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
-        obstacles: `solids.Obstacle`s.
+        obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
@@ -65,7 +66,13 @@ class MpmSolver:
         self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
         self.surfaces += self.obstacles
         self._populate(population)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
+        bodies = None
+        if population.field.max(initial=0) > 0:
+            mass = population.volumes * self.materials.density[population.material]
+            density = np.bincount(population.field, mass) / np.maximum(np.bincount(population.field, population.volumes),
+                                                                       1e-300)
+            bodies = BodyContact(dim, runtime.DTYPES[precision][0], self.flip, body_friction, np.maximum(density, 1e-300))
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
         self._bind_kernels()
         self._follow_blocks()
         self.time, self.steps, self.sorts = 0.0, 0, 0
@@ -98,8 +105,9 @@ class MpmSolver:
 
     @property
     def contact_work(self):
-        """Energy that terrain and sides took [J]."""
-        return float(sum(surface.total[self.dim] for surface in self.surfaces))
+        """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
+        between = self.grid.bodies.lost[0] if self.grid.bodies else 0.0
+        return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
 
     @property
     def obstacle_totals(self):
@@ -219,7 +227,7 @@ class MpmSolver:
     def _populate(self, population):
         layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
         cells = (population.positions - self.origin) / self.dx
-        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         self.particles = ParticleStore(layout, len(order), self.precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
@@ -334,6 +342,8 @@ class MpmSolver:
         self._loaded[:] = 0.0
         for surface in self.surfaces:
             surface.total[:] = 0.0
+        if self.grid.bodies:
+            self.grid.bodies.lost[:] = 0.0
         self.weight_impulse[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
@@ -370,5 +380,7 @@ class MpmSolver:
         self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
+        if self.grid.bodies:
+            self.grid.bodies.lost[:] = state["lost_between_bodies"]
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic, self.removed = state["n_plastic"], dict(state["removed"])

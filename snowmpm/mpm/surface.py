@@ -29,9 +29,9 @@ class Plane:
 class Surface:
     """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
 
-    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it took
-    [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion: velocity
-    [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
+    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it
+    took [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion:
+    velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
     """
 
     def __init__(self, geometry, dim, contact, friction=0.0, moving=False):
