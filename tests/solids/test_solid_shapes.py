@@ -9,10 +9,10 @@ import trimesh
 
 from snowmpm import runtime
 from snowmpm.errors import InputError
-from snowmpm.solids import Obstacle, RigidMotion, SolidShape
+from snowmpm.solids import Obstacle, RigidMotion, SolidShape, samples
 from snowmpm.solids.motion import Uniform
 from snowmpm.solids.samples import DistanceSamples
-from snowmpm.solids.table import CODE, FRICTION, REACH, SolidTable, solid_functions
+from snowmpm.solids.table import CODE, FRICTION, REACH, STEP, SolidTable, solid_functions
 
 DX = 0.1
 L_SHAPE = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
@@ -274,8 +274,12 @@ def test_drawings_lie_on_the_surface_and_enclose_it(dim, spec, reference):
         assert np.array_equal(facets[:, 1], np.roll(facets[:, 0], -1))
 
 
-def test_too_large_a_mesh_is_refused_when_it_would_move(meshes):
+def test_a_large_mesh_gets_coarser_samples_and_too_large_a_one_is_refused(meshes, monkeypatch):
     solid = shape(3, meshes, kind="mesh", file="ball.stl")
-    moving = Obstacle("ball", solid, RigidMotion(solid.origin, Uniform(np.ones(3), np.zeros(3))))
-    with pytest.raises(InputError, match="obstacle ball: too large to move"):
-        SolidTable([moving], dim=3, precision="f32", origin=np.zeros(3), dx=0.005)
+    ball = Obstacle("ball", solid, RigidMotion(solid.origin))
+    options = {"dim": 3, "precision": "f32", "origin": np.zeros(3)}
+    monkeypatch.setattr(samples, "LARGEST", 50_000)
+    steps = [SolidTable([ball], dx=dx, **options).sizes.to_numpy()[0, STEP] for dx in (0.2, 0.1)]
+    assert steps == [0.5, 1.0]
+    with pytest.raises(InputError, match="obstacle ball: too large for this"):
+        SolidTable([ball], dx=0.05, **options)
