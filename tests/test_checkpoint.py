@@ -372,7 +372,7 @@ def test_changed_file_is_refused(scene, stopped, tmp_path, what):
 def test_checkpoint_of_another_version_is_refused(scene, stopped, tmp_path):
     folder = _copy(stopped, tmp_path)
     write_archive(folder / checkpoint.FILE, {**read_archive(folder / checkpoint.FILE), "version": 99})
-    with pytest.raises(InputError, match=r"version 99; this program reads snowmpm checkpoint version 1"):
+    with pytest.raises(InputError, match=r"version 99; this program reads snowmpm checkpoint version \d+"):
         snowmpm.run(scene, folder, resume=True)
 
 

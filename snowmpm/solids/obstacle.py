@@ -59,13 +59,17 @@ class Obstacle:
         """Velocity (k, dim) [m/s] of the solid at points (k, dim) [m] of space."""
         return self.motion.velocity_at(np.asarray(points, float), time)
 
-    def frame_at(self, time):
-        """Middle (dim,) [m] and axes (dim, dim), unit rows, of the shape's own frame in space."""
-        middle = self.motion.moved(self.shape.origin[None], time)[0]
-        return middle, self.shape.axes @ self.motion.pose(time).rotation.T
+    def frame(self, pose):
+        """Middle (dim,) [m] and axes (dim, dim), unit rows, of the shape's own frame in space, at a `Pose`."""
+        middle = pose.centre + pose.rotation @ (self.shape.origin - self.motion.start_centre)
+        return middle, self.shape.axes @ pose.rotation.T
+
+    def half_sides(self, axes):
+        """Half sides (dim,) [m] of a box along the axes of space that holds the solid when its own axes are these."""
+        return self.shape.size if self.shape.kind == BALL else np.abs(axes.T) @ self.shape.size
 
     def bounds_at(self, time):
-        """Lower and upper corner (dim,) [m] of a box along the axes of space that holds the solid."""
-        middle, axes = self.frame_at(time)
-        half = self.shape.size if self.shape.kind == BALL else np.abs(axes.T) @ self.shape.size
+        """Lower and upper corner (dim,) [m] of that box."""
+        middle, axes = self.frame(self.motion.pose(time))
+        half = self.half_sides(axes)
         return middle - half, middle + half
