@@ -59,7 +59,8 @@ class Model:
         """`Obstacle`s in the order of the scene. Raises InputError for a file or a shape that is wrong."""
         scene = self.scene
         try:
-            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})")
+            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
+                                TERRAIN_REACH * scene.solver.dx)
                     for i, spec in enumerate(scene.obstacles)]
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None

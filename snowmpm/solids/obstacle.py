@@ -22,10 +22,12 @@ class Obstacle:
     friction: float = 0.0
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="obstacle"):
-        """Obstacle of a scene's obstacle table; files are relative to base_dir. InputError: a file or a shape that is
-        wrong, with `key` in front."""
-        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape")
+    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf):
+        """Obstacle of a scene's obstacle table; files are relative to base_dir; reach [m]: of `SolidShape`.
+
+        InputError: a file or a shape that is wrong, with `key` in front.
+        """
+        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach)
         try:
             motion = RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
@@ -49,7 +51,8 @@ class Obstacle:
         return of_shape + ([rows] if rows is not None else [])
 
     def query_at(self, points, time):
-        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m] of space."""
+        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m] of space
+        (`SolidShape.query`)."""
         pose = self.motion.pose(time)
         at_start = self.motion.start_centre + (np.asarray(points, float) - pose.centre) @ pose.rotation
         distance, normal = self.shape.query(at_start)

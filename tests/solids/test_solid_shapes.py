@@ -112,6 +112,18 @@ def test_a_mesh_matches_trimesh(meshes, file):
     assert np.allclose(x - distance[:, None] * normal, foot, rtol=0.0, atol=1e-6)
 
 
+def test_a_mesh_may_be_cut_off_near_its_surface(meshes):
+    x = spread(3)
+    whole, near = (SolidShape.of(SimpleNamespace(kind="mesh", file="ball.stl"), 3, meshes, reach=reach)
+                   for reach in (np.inf, 0.3))
+    (distance, normal), (cut, same) = whole.query(x), near.query(x)
+    inside_reach = np.abs(distance) < 0.3
+    assert 100 < inside_reach.sum() < 1000
+    assert np.array_equal(cut[inside_reach], distance[inside_reach])
+    assert np.array_equal(same[inside_reach], normal[inside_reach])
+    assert np.array_equal(cut[~inside_reach], 0.3 * np.sign(distance[~inside_reach]))
+
+
 def test_a_polygon_is_inside_where_its_corners_say():
     solid = shape(2, kind="polygon", points=L_SHAPE)
     distance, normal = solid.query([[0.5, 0.5], [1.5, 1.5], [-0.3, -0.4], [1.5, 1.1], [1.9, 0.5], [0.5, 3.0]])
@@ -119,6 +131,8 @@ def test_a_polygon_is_inside_where_its_corners_say():
     assert distance == pytest.approx([-0.5, 0.5, 0.5, 0.1, -0.1, 1.0])
     assert normal[2:] == pytest.approx(np.array([[-0.6, -0.8], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), abs=1e-12)
     assert solid.query([[1.0 - 0.1, 1.0 - 0.1]])[0] == pytest.approx([-0.1 / corner], rel=1e-12)
+    again = shape(2, kind="polygon", points=[*L_SHAPE[:2], *L_SHAPE[1:], L_SHAPE[0]])  # repeated points, closed ring
+    assert np.array_equal(again.query(spread(2))[0], solid.query(spread(2))[0])
 
 
 @pytest.mark.parametrize(
