@@ -7,36 +7,43 @@ import numpy as np
 import taichi as ti
 
 from .critical_state_return import critical_state_return, ellipse_at, is_outside
-from .elastic import elastic_trial
+from .elastic import elastic_trial, small_elastic_trial
 from .hardening import Hardening, HardeningKind, HardeningRate
-from .hencky import deviation_of_strain
-from .law import Law, NonNegative, Positive, StateVariable
+from .hencky import deviation_of_small_strain, deviation_of_strain
+from .law import REDO, Law, NonNegative, Positive, StateVariable
+from .precision import by_precision
 from .substepping import substeps
 from .symmetric import contract, plus_isotropic
 
+STEPS = (2, 3)
+"""Newton steps in a straight line, float32 and float64."""
+
 
 @functools.cache
-def critical_state_update(return_map):
-    """Update function (see `Law`) of a return map by name.
+def critical_state_update(return_map, straight=False):
+    """Update function (see `Law`) of a return map by name; straight: its `lanes`, not for "substepped".
 
     prm: `CriticalStateLaw.parameters`; state: ζ, and for a weak layer whether it has collapsed.
     """
 
+    trial, failed = (small_elastic_trial, REDO) if straight else (elastic_trial, -1)
+
     @ti.func
     def update(prm, h, state, A, dt):
-        h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
+        h_new, deviator, volume, deviator2, valid = trial(h, A)
         p_trial = -prm[0] * volume
         zeta, collapsed = state[0], 0.0
         if ti.static(state.n > 1):
             collapsed = ti.select(prm[7] > 0.0, state[1], 0.0)
         work, n_substeps = 0.0, 0
         if ti.static(return_map == "substepped"):
-            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed)
+            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, False)
             if valid == 1 and is_outside(w, radius, shear2, beta):
                 deviator, volume, zeta, work, n_substeps = substeps(prm, h_new, A, deviator, volume, zeta, collapsed)
                 p_trial, deviator2 = -prm[0] * volume, contract(deviator, deviator)
         p, ratio, zeta_new, collapsed_new, iterations, yielded = critical_state_return(
-            prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen"
+            prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen",
+            ti.static(by_precision(*STEPS) if straight else 0)
         )
         state_new = state
         dissipation = work
@@ -47,11 +54,14 @@ def critical_state_update(return_map):
             dissipation += p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
             if ratio == 0.0:
                 h_new.fill(0.0)  # separated: stress-free, the common case in a flow
+            elif ti.static(straight):
+                h_new, small = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
+                valid = ti.select(small, valid, 0)
             else:
                 h_new = deviation_of_strain(deviator, -p * prm[8], deviator2, ratio)
         tau = plus_isotropic((2.0 * prm[1] * ratio) * deviator, -p)
-        count = ti.select(iterations < 0, -1, iterations + n_substeps)
-        return h_new, tau, state_new, dissipation, ti.select(valid == 1, count, -1)
+        count = ti.select(iterations < 0, failed, iterations + n_substeps)
+        return h_new, tau, state_new, dissipation, ti.select(valid == 1, count, failed)
 
     return update
 
@@ -84,6 +94,10 @@ class CriticalStateLaw(Law):
     @property
     def update(self):
         return critical_state_update(self.return_map)
+
+    @property
+    def lanes(self):
+        return None if self.return_map == "substepped" else critical_state_update(self.return_map, straight=True)
 
     @property
     def hardening_part(self):

@@ -8,10 +8,13 @@ from .precision import by_precision
 
 
 @ti.func
-def ellipse_at(prm, p, deviator2, zeta, collapsed):
-    """Ellipse of a state: w = p − c, half-axis r [Pa], 6G²/M² e:e, β, p₀ and v; it is w² + (1 + 2β) 6G²/M² e:e = r²."""
+def ellipse_at(prm, p, deviator2, zeta, collapsed, straight: ti.template()):
+    """Ellipse of a state: w = p − c, half-axis r [Pa], 6G²/M² e:e, β, p₀ and v; it is w² + (1 + 2β) 6G²/M² e:e = r².
+
+    straight: see `hardening_value`.
+    """
     beta = ti.select(collapsed == 0.0, prm[3], 0.0)
-    value = hardening_value(prm[2] * zeta, prm[10])
+    value = hardening_value(prm[2] * zeta, prm[10], straight)
     p0 = prm[4] + prm[9] * value
     return p - 0.5 * (1.0 - beta) * p0, 0.5 * (1.0 + beta) * p0, prm[6] * deviator2, beta, p0, value
 
@@ -23,16 +26,17 @@ def is_outside(w, radius, shear2, beta):
 
 
 @ti.func
-def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template()):
+def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), steps: ti.template()):
     """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
 
     prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
     the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
+    steps: 0, or how many at most, in a straight line (see `return_to_ellipse`).
     frozen: p₀ of the start of the step serves all of it.
     """
     K, xi, p_fixed, alpha, per_K = prm[0], prm[2], prm[4], prm[7], prm[8]
     scale, offset = prm[9], prm[10]
-    w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed)
+    w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, ti.static(steps > 0))
     softens = alpha > 0.0 and collapsed == 0.0
     p, ratio, iterations, yielded = p_trial, 1.0, 0, 0
     zeta_new, collapsed_new = zeta, collapsed
@@ -64,7 +68,7 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
                 end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
             p, ratio, iterations = return_to_ellipse(
                 p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value, side,
-                start, end
+                start, end, steps
             )  # fmt: skip
         zeta_new = zeta0 + rate * ((p_trial - p) * per_K)
         if ti.static(frozen):  # noqa: SIM102 (one is compile time)

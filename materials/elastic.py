@@ -4,10 +4,13 @@ from typing import Literal
 
 import taichi as ti
 
-from .hencky import hencky_strain, trial_deviation
-from .law import Law
-from .precision import by_precision
+from .hencky import hencky_strain, log_series, trial_deviation
+from .law import REDO, Law
+from .precision import by_precision, is_within
 from .symmetric import plus_isotropic
+
+STEP_LIMIT = 0.25
+"""A : A up to which a step cannot turn a particle inside out."""
 
 
 @ti.func
@@ -19,7 +22,7 @@ def trial_state(h, A):
     h_trial = trial_deviation(h, A)
     valid = 1
     # |A| < 1 cannot turn f inside out, so the determinant is only needed for steps beyond any time step limit
-    if not (A.norm_sqr() < 0.25):
+    if not (A.norm_sqr() < STEP_LIMIT):
         stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
         possible = stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))
         valid = ti.select(possible, 1, 0)
@@ -36,11 +39,26 @@ def elastic_trial(h, A):
 
 
 @ti.func
-def elastic_update(prm, h, state, A, dt):
-    """See `Law`. prm: K, G."""
-    h_new, deviator, volume, _, valid = elastic_trial(h, A)
-    tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
-    return h_new, tau, state, 0.0, valid - 1
+def small_elastic_trial(h, A):
+    """`elastic_trial` in a straight line, for strains and steps that are small; the last number is 0 elsewhere."""
+    h_trial = trial_deviation(h, A)
+    deviator, volume, deviator2, near = log_series(h_trial)
+    return h_trial, deviator, volume, deviator2, ti.select(near and is_within(A.norm_sqr(), STEP_LIMIT), 1, 0)
+
+
+def elastic_update(trial, failed):
+    """Update function (see `Law`) that makes its trial state by a function and reports a failure by a number.
+
+    prm: K, G.
+    """
+
+    @ti.func
+    def update(prm, h, state, A, dt):
+        h_new, deviator, volume, _, valid = trial(h, A)
+        tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
+        return h_new, tau, state, 0.0, ti.select(valid == 1, 0, failed)
+
+    return update
 
 
 class Elastic(Law):
@@ -55,7 +73,8 @@ class Elastic(Law):
 
     kind: Literal["elastic"] = "elastic"
 
-    update = staticmethod(elastic_update)
+    update = staticmethod(elastic_update(elastic_trial, -1))
+    lanes = staticmethod(elastic_update(small_elastic_trial, REDO))
 
     def parameters(self):
         return self.bulk_modulus, self.shear_modulus

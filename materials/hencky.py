@@ -12,7 +12,7 @@ from math import factorial
 
 import taichi as ti
 
-from .precision import by_precision
+from .precision import by_precision, is_within
 from .spectral import compose, eigen
 from .symmetric import (
     add_symmetric_part,
@@ -32,6 +32,8 @@ MEAN_LIMIT = 0.15  # the isotropic part of h up to which its own series is used
 EXP_ORDER = (4, 8)
 EXP_RADIUS = (0.06, 0.05)
 MAX_HALVINGS = 12
+WIDE_EXP_ORDER = (5, 9)  # of a series without halvings
+WIDE_EXP_RADIUS = (0.12, 0.1)
 
 
 @ti.func
@@ -47,7 +49,7 @@ def log1p_series(x):
 
 @ti.func
 def expm1_series(x):
-    """exp(x) − 1 for |x| < EXP_RADIUS, relative accuracy kept."""
+    """exp(x) − 1 for |x| < WIDE_EXP_RADIUS, relative accuracy kept."""
     poly = 1.0
     for k in ti.static(range(by_precision(5, 9), 1, -1)):
         poly = 1.0 + poly * x * ti.static(1.0 / k)
@@ -80,8 +82,8 @@ def _log_spectral(h):
 
 
 @ti.func
-def hencky_strain(h):
-    """Deviator e and trace of ε = ½ ln(I + h), e : e, and 1 if they are finite, else 0."""
+def log_series(h):
+    """Deviator e and trace of ε = ½ ln(I + h), e : e, and whether h is near enough to zero for them to be right."""
     mean = trace(h) / 3.0
     scale = 1.0 + mean
     # X = (h − mean I) / scale is traceless; its two invariants and the two coefficients carry the scale
@@ -91,25 +93,31 @@ def hencky_strain(h):
     inverse2 = inverse * inverse
     j2 = 0.5 * trace(D2) * inverse2
     j3 = determinant(D) * inverse2 * inverse
-    deviator = D
-    volume, deviator2, finite = 0.0, 0.0, 1
-    if j2 < ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2) and ti.abs(mean) < MEAN_LIMIT:
-        # tr ε = ½ ln det b = (3/2) ln(1 + mean) + ½ ln(1 + j₃ − j₂); the last is a correction, below radius²/4
-        y = j3 - j2
-        poly = 0.0
-        for k in ti.static(range(by_precision(3, 6), 0, -1)):
-            poly = ti.static((-1) ** (k + 1) * 0.5 / k) + poly * y
-        volume = 1.5 * log1p_series(mean) + poly * y
-        # ln(I + X) = Σ (−1)^(k+1) X^k / k;  X^k = c0 I + c1 X + c2 X²
-        a1, a2 = 0.5, -0.25
-        c0, c1, c2 = 0.0, 0.0, 1.0
-        for k in ti.static(range(3, by_precision(*LOG_ORDER) + 1)):
-            c0, c1, c2 = c2 * j3, c0 + c2 * j2, c1
-            a1 += ti.static((-1) ** (k + 1) * 0.5 / k) * c1
-            a2 += ti.static((-1) ** (k + 1) * 0.5 / k) * c2
-        deviator = plus_isotropic((a1 * inverse) * D + (a2 * inverse2) * D2, -a2 * j2 * ti.static(2.0 / 3.0))
-        deviator2 = 2.0 * a1 * a1 * j2 + a2 * (6.0 * a1 * j3 + ti.static(2.0 / 3.0) * a2 * j2 * j2)
-    else:
+    # tr ε = ½ ln det b = (3/2) ln(1 + mean) + ½ ln(1 + j₃ − j₂); the last is a correction, below radius²/4
+    y = j3 - j2
+    poly = 0.0
+    for k in ti.static(range(by_precision(3, 6), 0, -1)):
+        poly = ti.static((-1) ** (k + 1) * 0.5 / k) + poly * y
+    volume = 1.5 * log1p_series(mean) + poly * y
+    # ln(I + X) = Σ (−1)^(k+1) X^k / k;  X^k = c0 I + c1 X + c2 X²
+    a1, a2 = 0.5, -0.25
+    c0, c1, c2 = 0.0, 0.0, 1.0
+    for k in ti.static(range(3, by_precision(*LOG_ORDER) + 1)):
+        c0, c1, c2 = c2 * j3, c0 + c2 * j2, c1
+        a1 += ti.static((-1) ** (k + 1) * 0.5 / k) * c1
+        a2 += ti.static((-1) ** (k + 1) * 0.5 / k) * c2
+    deviator = plus_isotropic((a1 * inverse) * D + (a2 * inverse2) * D2, -a2 * j2 * ti.static(2.0 / 3.0))
+    deviator2 = 2.0 * a1 * a1 * j2 + a2 * (6.0 * a1 * j3 + ti.static(2.0 / 3.0) * a2 * j2 * j2)
+    near = is_within(j2, ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2)) and is_within(mean, MEAN_LIMIT)
+    return deviator, volume, deviator2, near
+
+
+@ti.func
+def hencky_strain(h):
+    """Deviator e and trace of ε = ½ ln(I + h), e : e, and 1 if they are finite, else 0."""
+    deviator, volume, deviator2, near = log_series(h)
+    finite = 1
+    if not near:
         deviator, volume = _log_spectral(h)
         deviator2 = contract(deviator, deviator)
         # An ordered comparison, because a NaN fails it
@@ -132,13 +140,32 @@ def deviation_of_strain(deviator, volume, deviator2, factor):
         scale *= 0.5
         share *= 0.5
         halvings += 1
+    h = exp_series(deviator, deviator2, scale, share, ti.static(by_precision(*EXP_ORDER)))
+    for _ in range(halvings):
+        h = 2.0 * h + squared(h)
+    return h
+
+
+@ti.func
+def deviation_of_small_strain(deviator, volume, deviator2, factor):
+    """`deviation_of_strain` in a straight line, and whether the strain is small enough for it to be right."""
+    scale = 2.0 * factor
+    share = ti.static(2.0 / 3.0) * volume
+    h = exp_series(deviator, deviator2, scale, share, ti.static(by_precision(*WIDE_EXP_ORDER)))
+    norm2 = scale * scale * deviator2 + share * share
+    return h, is_within(norm2, ti.static(by_precision(*WIDE_EXP_RADIUS) ** 2))
+
+
+@ti.func
+def exp_series(deviator, deviator2, scale, share, order: ti.template()):
+    """exp(scale e + share I) − I of a deviator e near zero; deviator2: e : e."""
     scale2 = scale * scale
     j2 = 0.5 * scale2 * deviator2
     j3 = scale2 * scale * determinant(deviator)
     # exp(X) − I = Σ X^k / k!,  X = scale e
     a0, a1, a2 = 0.0, 1.0, 0.5
     c0, c1, c2 = 0.0, 0.0, 1.0
-    for k in ti.static(range(3, by_precision(*EXP_ORDER) + 1)):
+    for k in ti.static(range(3, order + 1)):
         c0, c1, c2 = c2 * j3, c0 + c2 * j2, c1
         a0 += ti.static(1.0 / factorial(k)) * c0
         a1 += ti.static(1.0 / factorial(k)) * c1
@@ -146,7 +173,4 @@ def deviation_of_strain(deviator, volume, deviator2, factor):
     # exp(X + x I) − I = (1 + g)(exp(X) − I) + g I,  g = exp(x) − 1
     g = expm1_series(share)
     grown = 1.0 + g
-    h = plus_isotropic((grown * a1 * scale) * deviator + (grown * a2 * scale2) * squared(deviator), grown * a0 + g)
-    for _ in range(halvings):
-        h = 2.0 * h + squared(h)
-    return h
+    return plus_isotropic((grown * a1 * scale) * deviator + (grown * a2 * scale2) * squared(deviator), grown * a0 + g)

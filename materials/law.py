@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from .symmetric import invariants
 
+REDO = -2
+"""Iterations of a straight-line update (`Law.lanes`) that `update` has to do instead."""
+
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
@@ -42,6 +45,10 @@ class Law(BaseModel):
     iterations   Newton iterations; 0 elastic (or stress-free); −1 the update failed: not converged, or A is not finite
                  or turns the particle inside out (det f <= 0), in which case A is ignored. Callers count and report it.
 
+    A law may also have `lanes`, the same function in a straight line, without loops or calls of a mathematical library,
+    so that a compiler works on several particles at once (`packs.py`). Where a state is beyond it, `iterations` is
+    REDO, none of the other results may be used, and `update` takes over; elsewhere it is `update` to round-off.
+
     `update` is a Taichi function, called as `Class.update(...)` from any kernel compiled in the working precision. All
     numbers arrive at run time: changing a parameter compiles nothing.
     """
@@ -51,6 +58,7 @@ class Law(BaseModel):
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    lanes: ClassVar = None  # Taichi function like `update`, see above
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
 
     density: Positive  # ρ₀ [kg/m³]

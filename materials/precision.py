@@ -14,6 +14,20 @@ def by_precision(f32, f64):
     return f32 if impl.get_runtime().default_fp == ti.f32 else f64
 
 
+@ti.func
+def is_within(x, limit: ti.template()):
+    """|x| < limit, false where x is not a number.
+
+    By the bits, since fast floating-point mode may turn a comparison around, and with it what it says of a NaN.
+    """
+    within = True
+    if ti.static(by_precision(True, False)):
+        within = ti.bit_cast(ti.cast(ti.abs(x), ti.f32), ti.i32) < ti.bit_cast(ti.cast(limit, ti.f32), ti.i32)
+    else:
+        within = ti.bit_cast(ti.cast(ti.abs(x), ti.f64), ti.i64) < ti.bit_cast(ti.cast(limit, ti.f64), ti.i64)
+    return within
+
+
 @contextlib.contextmanager
 def working_precision(name):
     """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.

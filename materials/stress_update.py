@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
+from .law import REDO
+from .packs import LANES, read_lane, update_lane, update_pack, write_lane, write_matrix_lane
 from .precision import DTYPES, working_precision
 from .symmetric import size
 
@@ -14,8 +16,11 @@ STRETCH = 32
 
 
 @functools.cache
-def _update_kernel(update, dimension, precision, n_parameters, n_state):
-    """One kernel per law, dimension and precision; shapes and parameters are run-time values."""
+def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
+    """One kernel per law, dimension and precision; shapes and parameters are run-time values.
+
+    lanes: straight-line form of `update`, with which points are taken in packs, or None.
+    """
     real = DTYPES[precision][0]
     # Vector entries, not longer shapes: their strides are then known when the kernel is compiled
     tensor = ti.types.vector(size(dimension), real)
@@ -48,7 +53,46 @@ def _update_kernel(update, dimension, precision, n_parameters, n_state):
                     dissipation[i, step] = work
                     iterations[i, step] = count
 
-    return update_all
+    @ti.kernel
+    def update_packs(
+        parameters: ti.types.ndarray(),
+        h: ti.types.ndarray(dtype=tensor, ndim=1),
+        state: ti.types.ndarray(dtype=internal, ndim=1),
+        increments: ti.types.ndarray(dtype=gradient, ndim=2),
+        dt: float,
+        h_path: ti.types.ndarray(dtype=tensor, ndim=2),
+        stress: ti.types.ndarray(dtype=tensor, ndim=2),
+        state_path: ti.types.ndarray(dtype=internal, ndim=2),
+        dissipation: ti.types.ndarray(dtype=real, ndim=2),
+        iterations: ti.types.ndarray(dtype=ti.i32, ndim=2),
+    ):
+        for pack in range((increments.shape[0] + LANES - 1) // LANES):
+            prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
+            first = pack * LANES
+            count = ti.min(increments.shape[0] - first, LANES)
+            h_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
+            tau_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
+            state_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(n_state))]
+            A_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(dimension**2))]
+            work_p, count_p = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
+            for lane in range(count):
+                write_lane(h_p, lane, h[first + lane])
+                write_lane(state_p, lane, state[first + lane])
+            for step in range(increments.shape[1]):
+                for lane in range(count):
+                    write_matrix_lane(A_p, lane, increments[first + lane, step])
+                update_pack(lanes, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p)
+                for lane in range(count):
+                    if count_p[lane] == REDO:
+                        update_lane(update, lane, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p)
+                for lane in range(count):
+                    h_path[first + lane, step] = read_lane(h_p, lane)
+                    stress[first + lane, step] = read_lane(tau_p, lane)
+                    state_path[first + lane, step] = read_lane(state_p, lane)
+                    dissipation[first + lane, step] = work_p[lane]
+                    iterations[first + lane, step] = count_p[lane]
+
+    return update_all if lanes is None else update_packs
 
 
 @dataclass(frozen=True)
@@ -64,10 +108,15 @@ class Updated:
 
 
 class StressUpdate:
-    """`law.update` for arrays. dimension 2 is plane strain; precision "f32" or "f64". Taichi must be running."""
+    """`law.update` for arrays. dimension 2 is plane strain; precision "f32" or "f64". Taichi must be running.
 
-    def __init__(self, law, dimension=3, precision="f64"):
+    packed: take points in packs where the law has `lanes`, as a solver does; otherwise one by one, to the same results
+    but for round-off.
+    """
+
+    def __init__(self, law, dimension=3, precision="f64", packed=True):
         self.law, self.dimension, self.precision = law, dimension, precision
+        self._lanes = law.lanes if packed else None
         self.n_state = max(1, len(law.STATE))  # Taichi has no empty vectors: a law without state gets one idle number
         self._parameters = law.parameters()
 
@@ -89,7 +138,7 @@ class StressUpdate:
             np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
-            self.law.update, self.dimension, self.precision, len(self._parameters), self.n_state
+            self.law.update, self._lanes, self.dimension, self.precision, len(self._parameters), self.n_state
         )
 
         def run():

@@ -1,10 +1,11 @@
 """The cell sort: particles grouped by blocks of cells, and only blocks that hold some are stored.
 
-A block is `EDGE[dim]` cells wide. A particle's home is the block of its base node; its position is kept relative to
-that block, so it may drift up to one cell out of its home before the particles must be sorted again. A sort gives fast
-particles the home that they will reach next (LEAD), which makes the next sort come half as soon. It moves a particle at
-most one block, so it is a counting sort over (old block, step to a neighbour) pairs: stable, without atomics, the same
-for any number of threads.
+A block is `EDGE[dim]` cells wide. A particle's home is the block of its base node, floor(x - 1/2); its position is kept
+relative to that block, so it may drift as far out of its home as its stencil allows (`Stencil.home_limit`: a cell of
+the quadratic one, half a cell of the cubic one) before the particles must be sorted again. A sort gives fast particles
+the home that they will reach next (LEAD), which makes the next sort come half as soon. It moves a particle at most one
+block, so it is a counting sort over (old block, step to a neighbour) pairs: stable, without atomics, the same for any
+number of threads.
 """
 
 import functools
@@ -21,7 +22,8 @@ EDGE = {2: 8, 3: 4}
 layer a few cells thick."""
 
 LEAD = 0.9
-"""Cells that the fastest particle is sorted ahead of itself, slower ones in proportion; 1 would leave no drift back."""
+"""Share of its home limit that the fastest particle is sorted ahead of itself, slower ones in proportion; 1 would leave
+no drift back."""
 
 _RADIX = 1 << 20
 
@@ -43,6 +45,13 @@ def coordinates_of(keys, dim):
     return np.stack(columns[::-1], axis=1)
 
 
+def _brought_home(coordinates, period):
+    """Block coordinates (n, dim) within the period of those axes that have one."""
+    if period is None:
+        return coordinates
+    return np.where(period > 0, coordinates % np.maximum(period, 1), coordinates)
+
+
 def neighbour_steps(dim):
     """The 3^dim steps to a block's neighbours and itself, first axis slowest, (3^dim, dim)."""
     return np.array(list(itertools.product((-1, 0, 1), repeat=dim)))
@@ -55,10 +64,14 @@ def home_block(cells, edge):
 
 
 class BlockMap:
-    """Occupied blocks in key order: `keys` (n,), `coordinates` (n, dim), first particle of each `start` (n + 1,)."""
+    """Occupied blocks in key order: `keys` (n,), `coordinates` (n, dim), first particle of each `start` (n + 1,).
 
-    def __init__(self, keys, counts, dim):
+    period: (dim,) number of blocks after which they repeat along each axis, 0 where they do not; None for none.
+    """
+
+    def __init__(self, keys, counts, dim, period=None):
         self.dim = dim
+        self.period = None if period is None or not np.any(period) else np.asarray(period, np.int64)
         self.keys = keys
         self.coordinates = coordinates_of(keys, dim)
         self.start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
@@ -66,18 +79,30 @@ class BlockMap:
     def __len__(self):
         return len(self.keys)
 
+    def keys_of(self, coordinates):
+        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic."""
+        return keys_of(_brought_home(coordinates, self.period))
+
     @classmethod
-    def from_cells(cls, cells, dim):
+    def from_cells(cls, cells, dim, period=None):
         """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""
         block, local = home_block(cells, EDGE[dim])
-        keys = keys_of(block)
+        keys = keys_of(_brought_home(block, period))
         order = np.argsort(keys, kind="stable")
         unique, counts = np.unique(keys, return_counts=True)
-        return cls(unique, counts, dim), order, local[order]
+        return cls(unique, counts, dim, period), order, local[order]
 
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
-        return self.keys[:, None] + self._key_steps()
+        return self._around().T
+
+    def _around(self):
+        """Keys of the blocks one step away, a row for each of `neighbour_steps`, (3^dim, n)."""
+        if self.period is None:
+            # A sorted run for each step
+            return self._key_steps()[:, None] + self.keys
+        around = self.coordinates + neighbour_steps(self.dim)[:, None]
+        return self.keys_of(around.reshape(-1, self.dim)).reshape(len(around), -1)
 
     def _key_steps(self):
         """What a step to a neighbour adds to a key, which is linear in the coordinates, (3^dim,)."""
@@ -89,9 +114,8 @@ class BlockMap:
         Rows start[n] <= i < start[n + 1] of `tiles`: an occupied block around node block n, and the step to it, 2 bits
         an axis: 0, 1, 2 for one back, none, one ahead; see `step_along`.
         """
-        steps = self._key_steps()
-        # A sorted run for each step: a stable sort merges them, three times faster than sorting them
-        around = (steps[:, None] + self.keys).ravel()
+        # A stable sort merges the sorted runs, three times faster than sorting them
+        around = self._around().ravel()
         order = np.argsort(around, kind="stable")
         ordered = around[order]
         first = np.ones(len(ordered), bool)
@@ -118,14 +142,15 @@ def sort_kernels(layout):
     at_position, at_velocity, width = layout.offsets["position"], layout.offsets["velocity"], layout.width
 
     @ti.func
-    def step_to(x, v, ahead, block, coordinates: ti.template(), lower, upper):
+    def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower, upper):
         """Index of the step from a block to the home of local position x; -1 outside [lower, upper) cells.
 
-        ahead: time [cells / (m/s)] by which a particle is sorted ahead of itself.
+        ahead: time [cells / (m/s)] by which a particle is sorted ahead of itself; lead: at most so many cells.
         """
         code, inside = 0, 1
         for a in ti.static(range(dim)):
-            base = ti.floor(x[a] + ti.max(-LEAD, ti.min(LEAD, ti.cast(ahead, float) * v[a])) - 0.5, ti.i32)
+            drift = ti.max(-ti.cast(lead, float), ti.min(ti.cast(lead, float), ti.cast(ahead, float) * v[a]))
+            base = ti.floor(x[a] + drift - 0.5, ti.i32)
             # min/max: a particle that outran its bound would otherwise address another block's table row
             code = code * 3 + ti.max(0, ti.min(2, ti.floor(ti.cast(base, float) / edge, ti.i32) + 1))
             cell = ti.cast(edge * coordinates[block, a], ti.f64) + ti.cast(x[a], ti.f64)
@@ -136,7 +161,7 @@ def sort_kernels(layout):
     @ti.kernel
     def count_moves(reals: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
                     lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
-                    counts: ti.types.ndarray(), shares: ti.types.ndarray()):
+                    lead: ti.f64, counts: ti.types.ndarray(), shares: ti.types.ndarray()):
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
@@ -145,14 +170,14 @@ def sort_kernels(layout):
                         counts[b, s] = 0
                     for p in range(start[b], start[b + 1]):
                         x, v = load(reals, p, at_position, dim), load(reals, p, at_velocity, dim)
-                        s = step_to(x, v, ahead, b, coordinates, lower, upper)
+                        s = step_to(x, v, ahead, lead, b, coordinates, lower, upper)
                         if s >= 0:
                             counts[b, s] += 1
 
     @ti.kernel
     def move(reals: ti.types.ndarray(), integers: ti.types.ndarray(), new_reals: ti.types.ndarray(),
              new_integers: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-             lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
+             lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64, lead: ti.f64,
              target: ti.types.ndarray(), shares: ti.types.ndarray()):
         for i in range(chunks(shares)):
             if is_worker(i):
@@ -160,7 +185,7 @@ def sort_kernels(layout):
                 for b in range(first, last):
                     for p in range(start[b], start[b + 1]):
                         x, v = load(reals, p, at_position, dim), load(reals, p, at_velocity, dim)
-                        s = step_to(x, v, ahead, b, coordinates, lower, upper)
+                        s = step_to(x, v, ahead, lead, b, coordinates, lower, upper)
                         if s >= 0:
                             to = target[b, s]
                             target[b, s] = to + 1

@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass
 
 DEFORMATION_LIMIT = 0.3
-"""Largest |dt grad v| of a step (Frobenius norm): the second-order exponential is then off by 0.3^3 / 6 = 0.5 %."""
+"""Largest |dt grad v| of a step (Frobenius norm): f = I + dt grad v must not turn a particle inside out."""
 
 FREE_LIMIT = 0.8
 """The same for a grain that carries no stress: only its volume follows from it, to |dt grad v|^3 / 6 a step. One grain
-in the air would else set the step of all. Below 1.4 the second-order exponential cannot turn it inside out."""
+in the air would else set the step of all. Below 1 I + dt grad v cannot turn it inside out."""
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,13 @@
 """Grid to particles, then the constitutive update: everything a particle learns from a step.
 
-    v_grid = sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T  (= grad v),   x <- x + dt v_grid
+    v_grid = sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T,   x <- x + dt v_grid
     v  <- v_grid + flip_ratio (v + sum_i w dv_i - v_grid)        flip_ratio = 0 in PIC and APIC
-    f = exp(dt grad v) to second order: A = f - I = dt C + (dt C)^2 / 2
-    law.update(h, A) -> h, tau, state;   J <- J det f
+    L = grad v: C with the gradient "affine", sum_i v_i grad w^T with "shape" (see `scatter`)
+    f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f
 
-The first-order A lets a rotating body swell by omega^2 dt t; the second order leaves (omega dt)^4 / 4 a step.
+f is the deformation of the map x + dt v_grid(x) itself, so that stress and places stay one thing: v is that of the end
+of the step over the geometry of its start, and in a rotation L has the part -omega^2 dt / 2 I, which leaves det f = 1 +
+(omega dt)^4 / 4. exp(dt L) would hold J as well, but let the places swell by omega^2 dt t against it.
 """
 
 import functools
@@ -17,7 +19,7 @@ from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import MATERIAL, accessors
-from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
+from snowmpm.stencil import STENCILS
 from snowmpm.timestep import DEFORMATION_LIMIT, FREE_LIMIT
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2 = range(9)
@@ -35,21 +37,25 @@ LARGEST_RATIO = 1e4
 """J at which a grain that flies alone stops to grow: its volume means nothing, and would overflow in the end. The law
 sees no deformation then either, so that what it has to close again and J stay the same thing."""
 
-FARTHEST_EXCURSION = 2.5
-"""Cells from home that a sort can still bring back; farther means more than a cell in one step: an unstable one."""
+FARTHEST_STEP = 1.5
+"""Cells beyond the stencil's home limit that a sort can still bring back; farther means an unstable step."""
 
 _SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
 
 
 @functools.cache
-def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip):
+def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip, basis="quadratic", gradient="affine",
+                  affine=True):
     """Kernel of the second half of a step for the update functions of these laws, and the functions that give their
-    stiffness, None where it is constant. atomic as in `scatter_kernel`."""
+    stiffness, None where it is constant. atomic, basis and gradient as in `scatter_kernel`; affine: whether the
+    transfer hands C on (APIC), and so needs it beside a grad v of the shape functions."""
     dim, edge, tile_edge = layout.dim, EDGE[layout.dim], TILE[layout.dim]
     load, store = accessors(layout)
     at = layout.offsets
     vec4 = ti.types.vector(4, real)
-    rows = [(i,) for i in range(WIDTH)] if dim == 2 else [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
+    stencil, shape = STENCILS[basis], gradient == "shape"
+    width, reach, moving = stencil.width, stencil.reach, affine or not shape
+    farthest = stencil.home_limit + FARTHEST_STEP
     stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
     n_laws, stiffens = len(updates), [function is not None for function in stiffnesses]
 
@@ -69,31 +75,61 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
         return finite
 
     @ti.func
-    def interpolate(tiles: ti.template(), b, base, f, w, inverse_dx):
-        """Velocity [m/s] and its gradient [1/s] at a particle."""
-        v = vec4(0.0)
-        moments = [vec4(0.0) for _ in ti.static(range(dim))]
+    def interpolate(tiles: ti.template(), b, base, f, w, dw, inverse_dx, moving: ti.template(), sloping: ti.template()):
+        """Velocity [m/s] at a particle and, where asked for, its affine matrix C and the sum of v grad w^T [1/s]."""
         address = b * tile_edge**dim
         for a in ti.static(range(dim)):
             address += (base[a] + 1) * stride[a]
-        for row in ti.static(rows):
-            weight, start = ti.cast(1.0, real), address
-            for a in ti.static(range(dim - 1)):
-                weight *= w[row[a], a]
-                start += row[a] * stride[a]
-            near, middle, far = tiles[start], tiles[start + 1], tiles[start + 2]
-            sum0 = weight * (w[0, dim - 1] * near + w[1, dim - 1] * middle + w[2, dim - 1] * far)
-            v += sum0
-            for a in ti.static(range(dim - 1)):
-                if ti.static(row[a] > 0):
-                    moments[a] += float(row[a]) * sum0
-            moments[dim - 1] += weight * (w[1, dim - 1] * middle + (2.0 * w[2, dim - 1]) * far)
-        velocity, gradient = ti.Vector.zero(real, dim), ti.Matrix.zero(real, dim, dim)
+        v = vec4(0.0)
+        moments, slopes = [vec4(0.0) for _ in ti.static(range(dim))], [vec4(0.0) for _ in ti.static(range(dim))]
+        if ti.static(dim == 3):
+            for i in ti.static(range(width)):
+                plane, plane_moments, plane_slopes = sum_rows(tiles, address + i * stride[0], w, dw, moving, sloping)
+                v += w[i, 0] * plane
+                if ti.static(moving):
+                    moments[0] += (float(i) * w[i, 0]) * plane
+                    moments[1] += w[i, 0] * plane_moments[0, :]
+                    moments[2] += w[i, 0] * plane_moments[1, :]
+                if ti.static(sloping):
+                    slopes[0] += dw[i, 0] * plane
+                    slopes[1] += w[i, 0] * plane_slopes[0, :]
+                    slopes[2] += w[i, 0] * plane_slopes[1, :]
+        else:
+            v, plane_moments, plane_slopes = sum_rows(tiles, address, w, dw, moving, sloping)
+            for a in ti.static(range(dim)):
+                moments[a], slopes[a] = plane_moments[a, :], plane_slopes[a, :]
+        velocity, C, L = ti.Vector.zero(real, dim), ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
         for i in ti.static(range(dim)):
             velocity[i] = v[i]
             for a in ti.static(range(dim)):
-                gradient[i, a] = (INVERSE_SECOND_MOMENT * inverse_dx) * (moments[a][i] - f[a] * v[i])
-        return velocity, gradient
+                if ti.static(moving):
+                    C[i, a] = (stencil.inverse_second_moment * inverse_dx) * (moments[a][i] - f[a] * v[i])
+                if ti.static(sloping):
+                    L[i, a] = inverse_dx * slopes[a][i]
+        return velocity, C, L
+
+    @ti.func
+    def sum_rows(tiles: ti.template(), address, w, dw, moving: ti.template(), sloping: ti.template()):
+        """Over the last two axes of a stencil: sum of w v, its two first moments, and the sums with the slopes of w."""
+        total = vec4(0.0)
+        moments, slopes = [vec4(0.0), vec4(0.0)], [vec4(0.0), vec4(0.0)]
+        for j in ti.static(range(width)):
+            row, moment, slope = vec4(0.0), vec4(0.0), vec4(0.0)
+            for k in ti.static(range(width)):
+                node = tiles[address + j * stride[dim - 2] + k]
+                row += w[k, dim - 1] * node
+                if ti.static(moving and k > 0):
+                    moment += (float(k) * w[k, dim - 1]) * node
+                if ti.static(sloping):
+                    slope += dw[k, dim - 1] * node
+            total += w[j, dim - 2] * row
+            if ti.static(moving):
+                moments[0] += (float(j) * w[j, dim - 2]) * row
+                moments[1] += w[j, dim - 2] * moment
+            if ti.static(sloping):
+                slopes[0] += dw[j, dim - 2] * row
+                slopes[1] += w[j, dim - 2] * slope
+        return total, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
 
     @ti.func
     def excursion(lowest, highest):
@@ -104,8 +140,8 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
     def store_box(boxes: ti.template(), b, lowest, highest):
         """The nodes of the tile that stencils of positions between these touch."""
         for a in ti.static(range(dim)):
-            first = ti.floor(lowest[a] - 0.5, ti.i32) + 1
-            last = ti.floor(highest[a] - 0.5, ti.i32) + 1 + WIDTH
+            first = ti.floor(lowest[a] - reach, ti.i32) + 1
+            last = ti.floor(highest[a] - reach, ti.i32) + 1 + width
             boxes[b, 3 - dim + a] = ti.max(0, first)
             boxes[b, 6 - dim + a] = ti.min(tile_edge, last)
 
@@ -115,21 +151,28 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
                         inverse_dx, flip_ratio):
         """Advance one particle; -> its report, its new position."""
         x = load(reals, p, at["position"], dim)
-        base, f, w = quadratic_stencil(x)
-        velocity, grad_v = interpolate(tiles, b, base, f, w, inverse_dx)
+        base = ti.floor(x - reach, ti.i32)
+        f = x - ti.cast(base, float)
+        w, dw = stencil.weights(f), ti.Matrix.zero(real, width, dim)
+        if ti.static(shape):
+            dw = stencil.slopes(f)
+        velocity, C, grad_v = interpolate(tiles, b, base, f, w, dw, inverse_dx, moving, shape)
+        if ti.static(not shape):
+            grad_v = C
+        elif ti.static(not moving):
+            C = grad_v
         x += (dt * inverse_dx) * velocity
         if ti.static(flip):
-            change, _ = interpolate(changes, b, base, f, w, inverse_dx)
+            change, _, _ = interpolate(changes, b, base, f, w, dw, inverse_dx, False, False)
             velocity += flip_ratio * (load(reals, p, at["velocity"], dim) + change - velocity)
         # Stored before the law starts, so that it has the registers
         store(reals, p, at["position"], x)
         store(reals, p, at["velocity"], velocity)
         for i in ti.static(range(dim)):
-            store(reals, p, at["affine"] + i * dim, grad_v[i, :])
+            store(reals, p, at["affine"] + i * dim, C[i, :])
         report = ti.Vector.zero(real, N_REPORT)
         report[SPEED2] = velocity.norm_sqr()
         A = dt * grad_v
-        A = A + 0.5 * A @ A
         growth = (ti.Matrix.identity(real, dim) + A).determinant()
         ratio = load(reals, p, at["volume_ratio"], 1)[0]
         if ratio * growth > LARGEST_RATIO and growth > 1.0:
@@ -156,7 +199,7 @@ def gather_kernel(layout, real, updates, stiffnesses, n_parameters, atomic, flip
         store(reals, p, at["elastic"], h)
         store(reals, p, at["stress"], tau)
         store(reals, p, at["volume_ratio"], ti.Vector([ratio]))
-        strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + FARTHEST_EXCURSION).any()
+        strayed = (ti.abs(x - 0.5 * (edge + 1)) > 0.5 * edge + farthest).any()
         report[DISSIPATION] = work * volume
         report[GRADIENT2] = grad_v.norm_sqr() * ti.select(tau.norm_sqr() > 0.0, 1.0, FREE_SHARE)
         report[UNCONVERGED] = ti.select(iterations < 0, 1.0, 0.0)

@@ -14,8 +14,8 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.blocks import EDGE, coordinates_of, step_along
-from snowmpm.contact import OPEN, contact_velocity
-from snowmpm.mpm.walls import FREE, ON_SURFACE, Walls
+from snowmpm.mpm.arrays import int_array
+from snowmpm.mpm.contact_blocks import ContactBlocks
 from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
 from snowmpm.runtime import DTYPES
 
@@ -34,50 +34,34 @@ def tile_strides(dim):
     return [0] * (3 - dim) + [TILE[dim] ** (dim - 1 - a) for a in range(dim)]
 
 
-def int_array(values):
-    """Taichi copy of an integer NumPy array; an empty one keeps one row so that kernels can take it."""
-    values = np.ascontiguousarray(values, np.int32)
-    if values.size == 0:
-        values = np.zeros((1, *values.shape[1:]), np.int32)
-    array = ti.ndarray(ti.i32, values.shape)
-    array.from_numpy(values)
-    return array
-
-
-def real_array(values):
-    """Taichi copy of a small table of numbers, float64; cheaper to launch a kernel with than a NumPy array."""
-    values = np.array(values, np.float64)
-    array = ti.ndarray(ti.f64, values.shape)
-    array.from_numpy(values)
-    return array
-
-
 class TileGrid:
     """Tiles of the occupied blocks, and the node blocks that they cover.
 
     tiles_at[i], first_tile[n] <= i < first_tile[n + 1]: a tile that holds copies of node block n, and the step to its
     block (`BlockMap.node_blocks`). boxes[tile]: first and one-past-last node along each of three axes that its
     particles reach.
-    wall_slot[n]: where `walls` keeps the terrain at the nodes of node block n. shares, node_shares: the tiles and the
-    node blocks, cut into chunks of about equal work.
+    nodes: scratch for the sums of a node block, one a worker, and from `room` on the nodes of the contact blocks
+    (`ContactBlocks`), which stay there until every surface has acted. shares, node_shares: the tiles and the node
+    blocks, cut into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, wall_distance=None, flip=False):
-        """flip: keep tiles for the internal impulse, then the change of velocity, too.
-        wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
+    def __init__(self, dim, precision, surfaces=(), flip=False):
+        """flip: keep tiles for the internal impulse, then the change of velocity, too."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
-        self.walls = Walls(dim, precision, wall_distance)
-        self.tiles = self.impulses = None
-        self.scratch = self._room(None, 2 * EDGE[dim] ** dim * most_workers())
+        self.surfaces = list(surfaces)
+        self.tiles = self.impulses = self.nodes = None
+        self._per_block = (2 if flip else 1) * EDGE[dim] ** dim
+        self.room = self._per_block * most_workers()
 
     def fit(self, blocks):
         """Follow a new block map."""
         dim = self.dim
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
-        self.wall_slot = int_array(self.walls.slots(keys, coordinates))
+        self._node_blocks = keys, coordinates, blocks.keys_of
+        self.fit_contact()
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
         self.start = int_array(blocks.start)
@@ -88,6 +72,18 @@ class TileGrid:
         self.boxes = self._whole_tiles(self.n_tiles)
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
+
+    def fit_contact(self):
+        """Follow surfaces that have moved."""
+        keys, coordinates, keys_of = self._node_blocks
+        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of)
+        self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
+
+    def act(self, dx):
+        """Let every surface act on the nodes of the contact blocks."""
+        for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
+            if active:
+                surface.act(self, slots, dx)
 
     def _room(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""
@@ -102,17 +98,20 @@ class TileGrid:
 
     @property
     def bytes(self):
-        """Memory of tiles, walls and tables."""
+        """Memory of tiles, surfaces and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
-        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.walls.array.shape[0] + self.scratch.shape[0]
+        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.nodes.shape[0]
+        nodes += sum(surface.geometry.array.shape[0] for surface in self.surfaces if surface.geometry.stored)
         tables = self.first_tile, self.tiles_at, self.node_coordinates, self.boxes
         integers = sum(np.prod(table.shape) for table in tables)
         return 4 * real * nodes + 4 * int(integers)
 
 
 @functools.cache
-def grid_kernel(dim, real, with_terrain, flip):
-    """Kernel that advances the nodes: v = p / m + dt g, loads, contact; the result replaces the momentum.
+def grid_kernels(dim, real, flip):
+    """`update_grid` advances the nodes: v = p / m + dt g, loads; `write_back` hands contact blocks back to the tiles.
+
+    The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
 
     flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it.
 
@@ -124,6 +123,7 @@ def grid_kernel(dim, real, with_terrain, flip):
     vec4 = ti.types.vector(4, real)
     n_nodes = edge**dim
     stride = tile_strides(dim)
+    stride_of_block = (2 if flip else 1) * n_nodes
     # Nodes of a row that the tile of the block before, the block's own and the tile of the block after hold
     held = (range(3), range(edge), range(edge - 1, edge))
 
@@ -179,106 +179,80 @@ def grid_kernel(dim, real, with_terrain, flip):
                     v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
         return v
 
-    @ti.func
-    def wall_contact(v, wall, code, friction):
-        """Velocity of a node after the terrain."""
-        if wall[3] < ON_SURFACE:
-            normal = ti.Vector([wall[a] for a in ti.static(range(dim))])
-            v = contact_velocity(v, normal, code, friction)
-        return v
-
-    @ti.func
-    def side_contact(v, x, sides: ti.template()):
-        """Velocity of a node after the sides of the domain."""
-        for a in ti.static(range(dim)):
-            for side in ti.static(range(2)):
-                sign = ti.static(1 - 2 * side)
-                code = ti.cast(sides[a, side, 1], ti.i32)
-                if code != OPEN and sign * (x[a] - ti.cast(sides[a, side, 0], real)) <= 0.0:
-                    v = contact_velocity(v, ti.Vector.unit(dim, a, real) * sign, code, 0.0)
-        return v
-
-    @ti.func
-    def reaches_side(corner, sides: ti.template()):
-        """Whether a node of the block with this first node lies on or beyond a side that is not open."""
-        reaches = 0
-        for a in ti.static(range(dim)):
-            for side in ti.static(range(2)):
-                sign = ti.static(1 - 2 * side)
-                at = corner[a] + ti.static((edge - 1) * side)
-                if sides[a, side, 1] != OPEN and sign * (at - ti.cast(sides[a, side, 0], real)) <= 0.0:
-                    reaches = 1
-        return reaches
-
     @ti.kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                    boxes: ti.types.ndarray(), scratch: ti.types.ndarray(dtype=vec4, ndim=1),
+                    boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
-                    wall_slot: ti.types.ndarray(), walls: ti.types.ndarray(dtype=vec4, ndim=1),
-                    sides: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
-                    keep: real, terrain_code: int, terrain_friction: real, impulse_of: ti.types.ndarray(),
-                    total: ti.types.ndarray(), n_loads: int, n_node_blocks: int, shares: ti.types.ndarray()):
+                    contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
+                    keep: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
+                    n_node_blocks: int, shares: ti.types.ndarray()):
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
-                sums = i // SPREAD * ti.static(2 * n_nodes)
                 pull = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
                     pull[a] = ti.cast(gravity[a], real)
                 for n in range(first, last):
-                    impulse, friction_work = ti.Vector.zero(ti.f64, dim), ti.cast(0.0, ti.f64)
-                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, scratch, sums, tiles)
+                    impulse = ti.Vector.zero(ti.f64, dim)
+                    touching = contact[n]
+                    sums = ti.select(touching >= 0, room + touching * stride_of_block, i // SPREAD * stride_of_block)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
                     if ti.static(flip):
-                        exchange(True, n, first_tile, tiles_at, boxes, scratch, sums + n_nodes, impulses)
-                    corner = ti.Vector.zero(real, dim)
-                    for a in ti.static(range(dim)):
-                        corner[a] = ti.cast(edge * node_coordinates[n, a], real)
-                    near_side, slot = reaches_side(corner, sides), wall_slot[n]
-                    near_side = ti.select(n_loads > 0, 1, near_side)
+                        exchange(True, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
+                    if touching >= 0 and found == 0:
+                        for q in range(n_nodes):
+                            nodes[sums + q] = vec4(0.0)
                     for ix, iy in ti.ndrange((least[0], most[0]), (least[1], most[1])):
                         for iz in range(least[2], most[2]):
                             q = (ix * edge + iy) * edge + iz
-                            node, internal, wall = scratch[sums + q], vec4(0.0), vec4(1.0)
+                            node, internal = nodes[sums + q], vec4(0.0)
                             if node[3] > 0.0:
                                 if ti.static(flip):
-                                    internal = scratch[sums + n_nodes + q]
-                                if ti.static(with_terrain):  # noqa: SIM102 (one is compile time)
-                                    if slot != FREE:
-                                        wall = walls[slot * n_nodes + q]
+                                    internal = nodes[sums + n_nodes + q]
                                 v = ti.Vector.zero(real, dim)
                                 for a in ti.static(range(dim)):
                                     v[a] = (node[a] + internal[a]) / node[3]
                                 v = (v + dt * pull) * keep
-                                # Most nodes are free: only the others pay for their position and the sums in double.
-                                if wall[3] < ON_SURFACE or near_side == 1:
-                                    at = ti.Vector([ix, iy, iz])
-                                    x = corner
+                                if n_loads > 0:
+                                    at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
                                     for a in ti.static(range(dim)):
-                                        x[a] += ti.cast(at[3 - dim + a], real)
-                                    loaded = v + load_velocity(x, dt, loads, n_loads)
-                                    held_back = wall_contact(loaded, wall, terrain_code, terrain_friction)
-                                    held_back = side_contact(held_back, x, sides)
-                                    impulse += ti.cast(node[3] * (held_back - v), ti.f64)
-                                    # Force times the velocity at the end of the step, as the scheme itself does work.
-                                    friction_work += ti.cast(node[3] * (loaded - held_back).dot(held_back), ti.f64)
-                                    v = held_back
+                                        x[a] = ti.cast(edge * node_coordinates[n, a] + at[3 - dim + a], real)
+                                    gained = load_velocity(x, dt, loads, n_loads)
+                                    impulse += ti.cast(node[3] * gained, ti.f64)
+                                    v += gained
                                 result = vec4(0.0)
                                 for a in ti.static(range(dim)):
                                     result[a] = v[a]
                                 result[3] = node[3]
-                                scratch[sums + q] = result
+                                nodes[sums + q] = result
                                 if ti.static(flip):
-                                    scratch[sums + n_nodes + q] = result - node / node[3]
-                    if found == 1:
-                        exchange(False, n, first_tile, tiles_at, boxes, scratch, sums, tiles)
+                                    before = node / node[3]
+                                    nodes[sums + n_nodes + q] = ti.select(touching >= 0, before, result - before)
+                    if found == 1 and touching < 0:
+                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
                         if ti.static(flip):
-                            exchange(False, n, first_tile, tiles_at, boxes, scratch, sums + n_nodes, impulses)
+                            exchange(False, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
-                    impulse_of[n, dim] = friction_work
         ti.loop_config(serialize=True)
         for n in range(n_node_blocks):
-            for a in ti.static(range(dim + 1)):
+            for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
 
-    return update_grid
+    @ti.kernel
+    def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
+                   boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
+                   first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
+                   shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
+            if is_worker(i):
+                first, last = chunk(i, shares)
+                for c in range(first, last):
+                    sums, n = room + c * stride_of_block, node_block[c]
+                    exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
+                    if ti.static(flip):
+                        for q in range(n_nodes):
+                            nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]
+                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
+
+    return update_grid, write_back

@@ -1,10 +1,14 @@
-"""Particles to grid: mass, momentum and internal force in the moving-least-squares form.
+"""Particles to grid: mass, momentum and internal force.
 
-For particle p and node i, with m = rho_0 V, D^-1 = 4 / dx^2 and x_i, x_p in metres (Hu et al. 2018,
-doi:10.1145/3197517.3201293, eq. 16-18; Kirchhoff stress tau, reference volume V):
+For particle p and node i, with m = rho_0 V, D the second moment of the basis (`stencil`), x_i, x_p in metres, Kirchhoff
+stress tau and reference volume V:
 
     m_i     += w_ip m
-    (mv)_i  += w_ip [ m v + (m C - dt D^-1 V tau) (x_i - x_p) ]
+    (mv)_i  += w_ip [ m v + m C (x_i - x_p) ] + dt f_ip
+    f_ip     = -V tau D^-1 w_ip (x_i - x_p)    gradient "affine": moving least squares (Hu et al. 2018,
+                                               doi:10.1145/3197517.3201293, eq. 16-18)
+             = -V tau grad w_ip                gradient "shape": the classical form (Sulsky et al. 1995,
+                                               doi:10.1016/0010-4655(94)00170-7)
 
 PIC and FLIP leave out m C.
 """
@@ -17,22 +21,22 @@ from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import MATERIAL, accessors
-from snowmpm.stencil import INVERSE_SECOND_MOMENT, WIDTH, quadratic_stencil
+from snowmpm.stencil import STENCILS
 
 
 @functools.cache
-def scatter_kernel(layout, real, atomic, flip):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine"):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
+    basis: name of a stencil; gradient: "affine" or "shape", see above.
     """
     dim, tile_edge = layout.dim, TILE[layout.dim]
+    stencil, shape = STENCILS[basis], gradient == "shape"
+    width, reach = stencil.width, stencil.reach
     load, _ = accessors(layout)
     at = layout.offsets
     vec4 = ti.types.vector(4, real)
-    rows = [()] if dim == 1 else [(i,) for i in range(WIDTH)]
-    if dim == 3:
-        rows = [(i, j) for i in range(WIDTH) for j in range(WIDTH)]
     stride = tile_strides(dim)[3 - dim:]
     plane = tile_strides(dim)[0]
 
@@ -59,42 +63,69 @@ def scatter_kernel(layout, real, atomic, flip):
         if ti.static(real == ti.f32):
             # A zero the compiler cannot see keeps the four lanes of a node alike: one vector, 15 % faster.
             zero = ti.select(n_tiles < 0, 1.0, 0.0)
-        base, f, w = quadratic_stencil(load(reals, p, at["position"], dim))
+        x = load(reals, p, at["position"], dim)
+        base = ti.floor(x - reach, ti.i32)
+        f = x - ti.cast(base, float)
+        w, dw = stencil.weights(f), ti.Matrix.zero(real, width, dim)
         velocity = load(reals, p, at["velocity"], dim)
         grad_v = load(reals, p, at["affine"], dim * dim)
         tau = symmetric_matrix(load(reals, p, at["stress"], layout.sym_size))
         volume = load(reals, p, at["volume"], 1)[0]
         mass = volume * materials[integers[p, MATERIAL], DENSITY]
-        internal = ((-dt * INVERSE_SECOND_MOMENT / dx) * volume) * tau
+        internal, pull = (-dt / dx * volume) * tau, ti.Matrix.zero(real, dim, dim)
+        if ti.static(shape):
+            dw, pull, internal = stencil.slopes(f), internal, pull
+        else:
+            internal *= stencil.inverse_second_moment
         affine = ti.Matrix.zero(real, dim, dim)
         for i in ti.static(range(dim)):
             for j in ti.static(range(dim)):
                 affine[i, j] = affine_share * mass * dx * grad_v[i * dim + j]
         if ti.static(flip):
-            scatter_linear(impulses, b, base, w, node_vector(-internal @ f, zero), internal, zero)
+            scatter_field(impulses, b, base, w, dw, node_vector(-internal @ f, zero), internal, pull, zero, shape)
         else:
             affine += internal
-        scatter_linear(tiles, b, base, w, node_vector(mass * velocity - affine @ f, mass), affine, zero)
+        scatter_field(tiles, b, base, w, dw, node_vector(mass * velocity - affine @ f, mass), affine, pull, zero,
+                      shape and not flip)
 
     @ti.func
-    def scatter_linear(tiles: ti.template(), b, base, w, corner, slope, zero):
-        """Add to the nodes of a stencil a weighted vector that is linear in the node: corner + slope (node - base)."""
+    def scatter_field(tiles: ti.template(), b, base, w, dw, corner, slope, pull, zero, pulled: ti.template()):
+        """Add to the nodes of a stencil a weighted vector that is linear in the node, w (corner + slope (node - base)),
+        and, if pulled, pull grad w."""
         step = [node_vector(slope[:, a], zero) for a in ti.static(range(dim))]
+        force = [node_vector(pull[:, a], zero) for a in ti.static(range(dim))]
         address = b * tile_edge**dim
         for a in ti.static(range(dim)):
             address += (base[a] + 1) * stride[a]
-        for row in ti.static(rows):
-            value, weight, start = corner, ti.cast(1.0, real), address
-            for a in ti.static(range(dim - 1)):
-                value += float(row[a]) * step[a]
-                weight *= w[row[a], a]
-                start += row[a] * stride[a]
-            for k in ti.static(range(WIDTH)):
-                part = (weight * w[k, dim - 1]) * (value + float(k) * step[dim - 1])
-                if ti.static(atomic):
-                    ti.atomic_add(tiles[start + k], part)
+        if ti.static(dim == 3):
+            for i in ti.static(range(width)):
+                scatter_rows(tiles, address + i * stride[0], w, dw, w[i, 0], corner + float(i) * step[0],
+                             dw[i, 0] * force[0], step, force, pulled)
+        else:
+            scatter_rows(tiles, address, w, dw, ti.cast(1.0, real), corner, vec4(0.0), step, force, pulled)
+
+    @ti.func
+    def scatter_rows(tiles: ti.template(), address, w, dw, weight, value, tilt, step: ti.template(),
+                     force: ti.template(), pulled: ti.template()):
+        """The last two axes of `scatter_field`."""
+        for j in ti.static(range(width)):
+            row_weight = weight * w[j, dim - 2]
+            row_value, row_force = value + float(j) * step[dim - 2], vec4(0.0)
+            if ti.static(pulled):
+                row_value = w[j, dim - 2] * tilt + (weight * dw[j, dim - 2]) * force[dim - 2] + row_weight * row_value
+                row_force = row_weight * force[dim - 1]
+            for k in ti.static(range(width)):
+                part = vec4(0.0)
+                if ti.static(pulled):
+                    part = w[k, dim - 1] * (row_value + (float(k) * row_weight) * step[dim - 1])
+                    part += dw[k, dim - 1] * row_force
                 else:
-                    tiles[start + k] = tiles[start + k] + part
+                    part = (row_weight * w[k, dim - 1]) * (row_value + float(k) * step[dim - 1])
+                node = address + j * stride[dim - 2] + k
+                if ti.static(atomic):
+                    ti.atomic_add(tiles[node], part)
+                else:
+                    tiles[node] = tiles[node] + part
 
     @ti.func
     def clear_box(tiles: ti.template(), boxes: ti.template(), b):

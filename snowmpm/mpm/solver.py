@@ -1,4 +1,4 @@
-"""Explicit MLS-MPM: quadratic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
+"""Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
 from dataclasses import asdict
 
@@ -7,19 +7,20 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
-from snowmpm.contact import CODES
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
 from snowmpm.mpm import gather as report_of
+from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.gather import gather_kernel
-from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
+from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.mpm.solid_field import SolidField
+from snowmpm.mpm.surface import Plane, Surface
+from snowmpm.mpm.walls import Walls
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.severing import sever_kernel
+from snowmpm.stencil import STENCILS
 from snowmpm.timestep import Extremes, stable_step
-
-_HOME_LIMIT = 0.999
-"""Excursion [cells] at which particles are sorted again; at 1 a stencil would leave its tile."""
 
 
 class MpmSolver:
@@ -32,12 +33,15 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
-        sides: (dim, 2) names of `contact.CODES`, "open" by default.
+        obstacles: `solids.Obstacle`s.
+        kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
+        sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
+        must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
         self.dim = dim = len(origin)
@@ -47,19 +51,27 @@ class MpmSolver:
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
+        self._basis, self._gradient = kernel, gradient
+        self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
-        self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
         self._gravity = real_array(self.gravity)
-        self._sides = self._side_table(sides or [["open", "open"]] * dim)
+        sides = sides or [["open", "open"]] * dim
+        self._period = self._periods(sides)
+        self._limits = (np.where(self._period > 0, -np.inf, self.lower), np.where(self._period > 0, np.inf, self.upper))
+        self.surfaces = self._sides(sides)
+        if terrain is not None:
+            geometry = Walls(dim, precision, self._wall_distance(terrain))
+            self.surfaces.insert(0, Surface(geometry, dim, terrain_contact, terrain_friction))
+        self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
+        self.surfaces += self.obstacles
         self._populate(population)
-        self.grid = TileGrid(dim, precision, self._wall_distance(terrain) if terrain is not None else None,
-                             self.flip)
-        self._bind_kernels(with_terrain=terrain is not None)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
+        self._bind_kernels()
         self._follow_blocks()
         self.time, self.steps, self.sorts = 0.0, 0, 0
         self.keep = 1.0
         """Share of a node's velocity kept each step: below 1 only while an initial state settles."""
-        self._total = np.zeros(dim + 1)
+        self._loaded = np.zeros(dim)
         self.weight_impulse = np.zeros(dim)
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.removed = {"count": 0, "mass": 0.0, "momentum": np.zeros(dim)}
@@ -70,7 +82,7 @@ class MpmSolver:
     def step(self, dt):
         """Advance by dt [s]."""
         with runtime.precision(self.precision):
-            if self._excursion >= _HOME_LIMIT:
+            if self._excursion >= self._home_limit:
                 self.sort()
             self.particles_to_grid(dt)
             self.update_grid(dt)
@@ -82,12 +94,19 @@ class MpmSolver:
     @property
     def impulse(self):
         """Impulse that terrain, sides and loads gave [N s], (dim,)."""
-        return self._total[: self.dim]
+        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
 
     @property
     def contact_work(self):
-        """Kinetic energy that terrain and sides took [J]."""
-        return float(self._total[self.dim])
+        """Energy that terrain and sides took [J]."""
+        return float(sum(surface.total[self.dim] for surface in self.surfaces))
+
+    @property
+    def obstacle_totals(self):
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+        rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
+        return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
@@ -97,10 +116,16 @@ class MpmSolver:
 
     def update_grid(self, dt):
         grid = self.grid
-        self._update(grid.tiles, grid.impulses, grid.boxes, grid.scratch, grid.first_tile, grid.tiles_at,
-                     grid.node_coordinates, grid.wall_slot, grid.walls.array, self._sides, self._loads, self._gravity,
-                     dt, self.keep, self._terrain_code, self._terrain_friction, self._impulses, self._total,
-                     self._n_loads, grid.n_node_blocks, grid.node_shares)
+        strayed = [surface.follow(self.time + dt, self.origin, self.dx) for surface in self.obstacles if surface.moving]
+        if any(strayed):
+            grid.fit_contact()
+        self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
+                     grid.node_coordinates, grid.contact.index, self._loads, self._gravity, dt, self.keep,
+                     self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
+        if grid.contact.n:
+            grid.act(self.dx)
+            self._write_back(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile,
+                             grid.tiles_at, grid.contact.node_block, grid.contact.shares)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
@@ -139,9 +164,10 @@ class MpmSolver:
         """Bring every particle home to its block; those outside the domain are removed and counted."""
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
-        ahead = LEAD / max(self.extremes.speed, 1e-30)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead,
+        lower, upper = (ti.Vector(limit) for limit in self._limits)
+        lead = LEAD * self._home_limit
+        ahead = lead / max(self.extremes.speed, 1e-30)
+        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
                           counts, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
@@ -156,9 +182,10 @@ class MpmSolver:
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   ahead, int_array(target), self.grid.shares)
+                   ahead, lead, int_array(target), self.grid.shares)
         store.swap(alive)
-        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
+        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                               self._period)
         self._follow_blocks()
         self.sorts += 1
 
@@ -167,14 +194,14 @@ class MpmSolver:
         if self._reports is None or self._reports.shape[0] < max(1, len(self.blocks)):
             self._reports = ti.ndarray(ti.f64, (int(1.25 * len(self.blocks)) + 8, report_of.N_REPORT))
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
-            self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim + 1))
+            self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
         if self.atomic:
             self._block_of = int_array(np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start)))
         self._excursion = 0.0
 
     def _count_removed(self):
         cells = (self.positions() - self.origin) / self.dx
-        self._tally_removed(~((cells >= self.lower) & (cells < self.upper)).all(axis=1))
+        self._tally_removed(~((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1))
 
     def _tally_removed(self, gone):
         mass = self.masses()[gone]
@@ -192,7 +219,7 @@ class MpmSolver:
     def _populate(self, population):
         layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
         cells = (population.positions - self.origin) / self.dx
-        self.blocks, order, local = BlockMap.from_cells(cells, self.dim)
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
         self.particles = ParticleStore(layout, len(order), self.precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
@@ -204,13 +231,16 @@ class MpmSolver:
                                  elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
         self._reports = self._impulses = self._block_of = None
 
-    def _bind_kernels(self, with_terrain):
+    def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip)
-        self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
+        self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
+        for surface in self.surfaces:
+            surface.bind(real, self._basis, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
-                                     self.materials.n_parameters, self.atomic, self.flip)
+                                     self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
+                                     self._affine_share > 0.0)
         self._count_moves, self._move = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
@@ -219,11 +249,29 @@ class MpmSolver:
             return distance / self.dx, normal
         return wall_distance
 
-    def _side_table(self, sides):
-        table = np.zeros((self.dim, 2, 2))
-        table[:, 0, 0], table[:, 1, 0] = self.lower, self.upper
-        table[:, :, 1] = [[CODES[name] for name in pair] for pair in sides]
-        return real_array(table)
+    def _sides(self, sides):
+        """Surfaces of the sides that are not open; sides (dim, 2) names."""
+        levels = np.stack([self.lower, self.upper], axis=1)
+        return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
+                for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _solid(self, obstacle):
+        geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
+        surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, moving=not obstacle.still)
+        surface.follow(0.0, self.origin, self.dx)
+        return surface
+
+    def _periods(self, sides):
+        """Blocks after which each axis repeats, 0 where it does not, (dim,)."""
+        period, edge = np.zeros(self.dim, np.int64), EDGE[self.dim]
+        for axis, names in enumerate(sides):
+            if "periodic" in names:
+                blocks = (self.upper[axis] - self.lower[axis]) / edge
+                if abs(blocks - round(blocks)) > 1e-6 or round(blocks) < 1 or abs(self.lower[axis]) > 1e-9:
+                    raise InputError("domain.boundary = periodic: the domain must be a whole number of"
+                                     f" {edge * self.dx:g} m ({edge} cells) long, not {blocks * edge * self.dx:g} m")
+                period[axis] = round(blocks)
+        return period
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
@@ -242,7 +290,9 @@ class MpmSolver:
         """Scene coordinates of the particles [m], (n, dim); local: their position columns when already at hand."""
         local = self.column("position") if local is None else local
         home = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
-        return self.origin + self.dx * (EDGE[self.dim] * home + local)
+        cells = EDGE[self.dim] * home + local
+        length = EDGE[self.dim] * self._period
+        return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 
     def rewrite(self, table):
         """Put back a changed copy of `particles.table()`; positions and volumes must stay."""
@@ -269,7 +319,7 @@ class MpmSolver:
         filled = counts > 0
         columns = {name: table[:, self.particles.layout.columns(name)] for name in self.particles.layout.sizes}
         self.particles.fill(columns, labels[:, 0], labels[:, 1])
-        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim)
+        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period)
         excursion = self._excursion
         self._follow_blocks()
         self._excursion = excursion
@@ -281,7 +331,9 @@ class MpmSolver:
     def restart_clock(self):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
-        self._total[:] = 0.0
+        self._loaded[:] = 0.0
+        for surface in self.surfaces:
+            surface.total[:] = 0.0
         self.weight_impulse[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
@@ -293,7 +345,8 @@ class MpmSolver:
             "keys": self.blocks.keys, "start": self.blocks.start, "excursion": self._excursion,
             "frame": np.array([self.origin, self.lower, self.upper]), "extremes": asdict(self.extremes),
             "time": self.time, "steps": self.steps, "sorts": self.sorts, "mass": self.mass,
-            "total": self._total.copy(), "weight_impulse": self.weight_impulse.copy(),
+            "loaded": self._loaded.copy(), "surfaces": np.array([surface.total for surface in self.surfaces]),
+            "weight_impulse": self.weight_impulse.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "removed": {**self.removed, "momentum": self.removed["momentum"].copy()},
         }
@@ -310,10 +363,12 @@ class MpmSolver:
             raise InputError("the domain is not the checkpoint's: without domain.min and domain.max it follows"
                              " end_time, which then must stay as it was")
         self.particles.replace(reals, state["labels"])
-        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim)
+        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim, self._period)
         self._follow_blocks()
         self._excursion, self.extremes = state["excursion"], Extremes(**state["extremes"])
         self.time, self.steps, self.sorts, self.mass = (state[name] for name in ("time", "steps", "sorts", "mass"))
-        self._total[:], self.weight_impulse[:] = state["total"], state["weight_impulse"]
+        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
+        for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
+            surface.total[:] = total
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic, self.removed = state["n_plastic"], dict(state["removed"])

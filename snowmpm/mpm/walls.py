@@ -1,4 +1,4 @@
-"""Where the terrain is at the nodes of the grid, kept for the node blocks that reach into it."""
+"""Where a surface at rest is at the nodes of the grid, kept for the node blocks near it."""
 
 import functools
 
@@ -8,37 +8,37 @@ import taichi as ti
 from snowmpm.blocks import EDGE
 from snowmpm.runtime import DTYPES
 
-ON_SURFACE = 1e-5
-"""Cells above the ground up to which a node counts as inside: a node exactly on it must not be left to round-off."""
+NEAR = 1.75
+"""Cells above the surface up to which a node has to do with it: leaders of lines lie there (`columns`)."""
 
 FREE = -1
-"""Slot of a node block that is all above the ground."""
+"""Slot of a node block that has nothing to do with the surface."""
 
 
 class Walls:
-    """Outward normal and signed distance to the terrain [cells] at each node of the node blocks met so far.
+    """Outward normal and signed distance to a surface [cells] at each node of the node blocks met so far.
 
-    Only blocks with a node in the ground take a slot in `array`: most blocks are free air, and need nothing. A terrain
-    does not move, so what is known stays known, and memory goes with the ground that the snow has reached.
+    Only blocks near it take a slot in `array`: most blocks are free air, and need nothing. The surface does not move,
+    so what is known stays known, and memory goes with the ground that the snow has reached.
     """
 
+    stored = True
+
     def __init__(self, dim, precision, wall_distance):
-        """wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim); None without terrain."""
+        """wall_distance(nodes (k, dim) in cells) -> distance [cells] (k,), normal (k, dim)."""
         self.dim, self.wall_distance = dim, wall_distance
         self._real, self._dtype = DTYPES[precision]
         self._n_nodes = EDGE[dim] ** dim
         self._keys = np.zeros(0, np.int64)
         self._slots = np.zeros(0, np.int32)
         self._used = 0
-        self.array = self._allocate(64 if wall_distance else 1)
+        self.array = self._allocate(64)
 
     def _allocate(self, slots):
         return ti.ndarray(ti.types.vector(4, self._real), (slots * self._n_nodes,))
 
     def slots(self, keys, coordinates):
         """Slot of each node block, or FREE; keys sorted (n,), coordinates (n, dim)."""
-        if not self.wall_distance:
-            return np.full(len(keys), FREE, np.int32)
         at = np.searchsorted(self._keys, keys)
         known = np.zeros(len(keys), bool)
         inside = at < len(self._keys)
@@ -52,7 +52,7 @@ class Walls:
         return slots
 
     def _learn(self, coordinates):
-        """Ask the terrain about blocks not met before; -> their slots."""
+        """Ask the surface about blocks not met before; -> their slots."""
         dim, edge = self.dim, EDGE[self.dim]
         nodes = np.stack(np.meshgrid(*[np.arange(edge)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         points = (edge * coordinates[:, None] + nodes).reshape(-1, dim)
@@ -60,7 +60,7 @@ class Walls:
         walls = np.zeros((len(points), 4), self._dtype)
         walls[:, :dim], walls[:, 3] = normal, distance
         walls = walls.reshape(len(coordinates), self._n_nodes, 4)
-        solid = (walls[:, :, 3] < ON_SURFACE).any(axis=1)
+        solid = (walls[:, :, 3] < NEAR).any(axis=1)
         slots = np.full(len(coordinates), FREE, np.int32)
         slots[solid] = self._used + np.arange(solid.sum())
         self._append(walls[solid])

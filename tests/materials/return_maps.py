@@ -16,7 +16,7 @@ def _kernel(precision):
         for i in range(trial.shape[0]):
             prm = ti.Vector([parameters[k] for k in ti.static(range(13))])
             p, ratio, zeta, collapsed, iterations, yielded = critical_state_return(
-                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False
+                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False, 0
             )
             found[i, 0] = p
             found[i, 1] = ratio

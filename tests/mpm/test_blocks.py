@@ -5,6 +5,7 @@ import pytest
 
 from snowmpm import parallel, runtime
 from snowmpm.blocks import EDGE, LEAD, BlockMap, coordinates_of, keys_of
+from snowmpm.stencil import STENCILS
 
 from .conftest import SNOW
 
@@ -54,8 +55,8 @@ def test_sort_moves_no_particle_and_brings_all_home(make_solver, dim):
     np.testing.assert_allclose(solver.positions()[by_number(solver)], before, rtol=0, atol=1e-13)
     np.testing.assert_array_equal(solver.column("velocity")[by_number(solver)], velocity)
     local = solver.column("position")
-    # Home is where a particle will be, up to LEAD cells ahead along each axis, the fastest the most
-    lead = LEAD * solver.column("velocity") / np.linalg.norm(velocity, axis=1).max()
+    # Home is where a particle will be, up to LEAD of the stencil's limit ahead along each axis, the fastest the most
+    lead = LEAD * STENCILS["quadratic"].home_limit * solver.column("velocity") / np.linalg.norm(velocity, axis=1).max()
     ahead = local + lead
     assert (ahead >= 0.5 - 1e-12).all() and (ahead < EDGE[dim] + 0.5 + 1e-12).all()
     assert np.abs(lead).max() > 0.5 * LEAD

@@ -1,0 +1,69 @@
+"""What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
+
+import numpy as np
+
+from snowmpm.blocks import EDGE
+from snowmpm.contact import CODES
+from snowmpm.mpm.arrays import real_array
+from snowmpm.mpm.columns import N_TOTALS, contact_kernel
+from snowmpm.mpm.walls import FREE, NEAR
+
+
+class Plane:
+    """Geometry of a side of the domain: x[axis] = level [cells], normal along `sign`, inwards."""
+
+    stored = False
+    array = None
+
+    def __init__(self, axis, sign, level):
+        self.axis, self.sign, self.level = axis, sign, level
+
+    def slots(self, keys, coordinates):
+        """0 for the node blocks (coordinates (n, dim)) near it, FREE for others."""
+        edge = EDGE[coordinates.shape[1]]
+        first = edge * coordinates[:, self.axis]
+        nearest = np.minimum(self.sign * (first - self.level), self.sign * (first + edge - 1 - self.level))
+        return np.where(nearest < NEAR, 0, FREE).astype(np.int32)
+
+
+class Surface:
+    """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
+
+    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it took
+    [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion: velocity
+    [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
+    """
+
+    def __init__(self, geometry, dim, contact, friction=0.0, moving=False):
+        self.geometry, self.dim, self.moving = geometry, dim, moving
+        self.code, self.friction = CODES[contact], friction
+        self.motion = real_array(np.zeros(9))
+        self.total = np.zeros(N_TOTALS[dim])
+
+    def slots(self, keys, coordinates):
+        return self.geometry.slots(keys, coordinates)
+
+    def bind(self, real, kernel, flip):
+        """Compile for a precision, a basis and a transfer."""
+        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.geometry.stored, self.moving)
+
+    def follow(self, time, origin, dx):
+        """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
+        pose, motion = self.geometry.obstacle.motion.pose(time), np.zeros((3, 3))
+        motion[0, : self.dim], motion[2, : self.dim] = pose.velocity, (pose.centre - origin) / dx
+        motion[1, 3 - np.size(pose.omega) :] = pose.omega
+        self.motion.from_numpy(motion.ravel())
+        return self.geometry.follow(time)
+
+    def given_to_solid(self, dx):
+        """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
+        dim = self.dim
+        return -np.concatenate([self.total[:dim], dx * self.total[dim + 1 : -1], self.total[-1:]])
+
+    def act(self, grid, slots, dx):
+        """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
+        blocks, geometry = grid.contact, self.geometry
+        plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
+        walls = geometry.array if geometry.stored else grid.nodes
+        self._resolve(grid.nodes, grid.room, blocks.coordinates, blocks.neighbours, slots, walls, *plane, self.motion,
+                      dx, self.code, self.friction, blocks.part, self.total, blocks.n, blocks.shares)

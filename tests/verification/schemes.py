@@ -1,0 +1,71 @@
+"""Which transfers on which splines the verification cases go through, and the solver of one of them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.population import Population
+from snowmpm.stencil import STENCILS
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"."""
+
+    transfer: str
+    flip_ratio: float = 0.97
+    kernel: str = "quadratic"
+    gradient: str = "affine"
+
+    @property
+    def options(self):
+        """Arguments of `MpmSolver`."""
+        return {"transfer": self.transfer, "flip_ratio": self.flip_ratio, "kernel": self.kernel,
+                "gradient": self.gradient}
+
+    @property
+    def affine(self):
+        """Whether particles hand their velocity gradient on."""
+        return self.transfer in ("apic", "aflip")
+
+    def __str__(self):
+        ratio = f"-{self.flip_ratio:g}" if "flip" in self.transfer else ""
+        shape = "-shape" if self.gradient == "shape" else ""
+        return f"{self.kernel}-{self.transfer}{ratio}{shape}"
+
+    def second_moment(self, dx):
+        """D of an affine transfer [m2], 0 for one without: C adds 1/2 m D C:C to the kinetic energy of a particle."""
+        return self.affine * dx**2 / STENCILS[self.kernel].inverse_second_moment
+
+
+APIC, PIC = Scheme("apic"), Scheme("pic")
+FLIP, AFLIP = Scheme("flip", 0.99), Scheme("aflip", 0.99)
+QUADRATIC = [APIC, PIC, FLIP, AFLIP]
+CLASSICAL = Scheme("flip", 0.99, "cubic", "shape")
+"""The algorithm of the snow chapter: cubic splines, gradient of the shape functions, PIC and FLIP."""
+CUBIC = [*(replace(scheme, kernel="cubic") for scheme in QUADRATIC), CLASSICAL]
+
+
+def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=None, gravity=None, reach=None,
+                precision="f64", **options):
+    """Solver of a body with nothing around it within `reach` [m] (30 of its cells by default).
+
+    laws: one, or a list of those that `material` counts.
+    """
+    dim, laws = positions.shape[1], laws if isinstance(laws, list) else [laws]
+    reach = 30.0 * dx if reach is None else reach
+    lower, upper = positions.min(axis=0) - reach, positions.max(axis=0) + reach
+    origin = dx * np.floor(lower / dx)
+    return MpmSolver(Population(positions, volumes, material, velocities), laws, dx=dx, precision=precision, origin=origin,
+                     lower=lower, upper=upper, gravity=np.zeros(dim) if gravity is None else gravity,
+                     **scheme.options, **options)
+
+
+def lattice(lower, upper, dx, per_axis=2):
+    """Regular particles of a box: positions (n, dim) [m] and volumes (n,)."""
+    counts = [round((hi - lo) / dx * per_axis) for lo, hi in zip(lower, upper, strict=True)]
+    axes = [lo + (np.arange(n) + 0.5) * (hi - lo) / n for lo, hi, n in zip(lower, upper, counts, strict=True)]
+    positions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return positions, np.full(len(positions), float(np.prod([a[1] - a[0] if len(a) > 1 else dx / per_axis
+                                                             for a in axes])))
