@@ -5,6 +5,7 @@ import pytest
 
 import snowmpm
 from snowmpm import Simulation
+from snowmpm.build import build
 from snowmpm.errors import InputError
 from snowmpm.render import render_history, render_run
 from snowmpm.scenes.schema import Scene
@@ -107,6 +108,18 @@ def test_loads_reach_the_run_file_and_go_on_after_a_stop(tmp_path):
     assert middle == pytest.approx(np.array([0.475, 0.25]) + 0.085 * np.array(velocity))
     assert render_run(whole, tmp_path / "film.png", size=(320, 180)).is_file()
     assert render_history(whole, tmp_path / "history.png", dpi=50).is_file()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_no_snow_starts_inside_an_obstacle(dim):
+    mast = {"shape": {"kind": "sphere", "centre": [0.2] * dim, "radius": 0.09}}
+    with_mast, without = (build(scene(dim, {"shape": {**mast["shape"], "radius": radius}})).population
+                          for radius in (0.09, 1e-6))
+    assert np.linalg.norm(with_mast.positions - 0.2, axis=1).min() > 0.09
+    gone = np.linalg.norm(without.positions - 0.2, axis=1) < 0.09
+    assert gone.sum() > 2 and np.array_equal(with_mast.positions, without.positions[~gone])
+    with pytest.raises(InputError, match=r"bodies\.0 \(block\): lies wholly inside obstacles"):
+        build(scene(dim, {"shape": {**mast["shape"], "radius": 2.0}}))
 
 
 def test_a_wrong_obstacle_is_named(tmp_path):

@@ -76,3 +76,13 @@ class Obstacle:
         middle, axes = self.frame(self.motion.pose(time))
         half = self.half_sides(axes)
         return middle - half, middle + half
+
+
+def inside_any(obstacles, points, time=0.0):
+    """Which of the points (k, dim) [m] of space lie inside one of the obstacles at `time` [s], (k,)."""
+    inside = np.zeros(len(points), bool)
+    for obstacle in obstacles:
+        lower, upper = obstacle.bounds_at(time)
+        near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
+        inside[near] |= obstacle.query_at(points[near], time)[0] < 0.0
+    return inside
