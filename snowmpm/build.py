@@ -13,7 +13,7 @@ from snowmpm.initial_stress import geostatic_stress, overburden
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.seeding import seed_body
-from snowmpm.solids import Obstacle
+from snowmpm.solids import Obstacle, inside_any
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -25,7 +25,7 @@ class Model:
     """A scene made of numbers: what a solver is built from.
 
     laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
-    which the front is measured (the mean dip under the snow, +x on the flat).
+    which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
     """
 
     scene: object
@@ -34,6 +34,7 @@ class Model:
     upper: np.ndarray
     population: Population
     body_starts: np.ndarray
+    obstacles: list
 
     @cached_property
     def laws(self):
@@ -53,16 +54,6 @@ class Model:
         if self.surface is None:
             return None
         return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
-
-    @cached_property
-    def obstacles(self):
-        """`Obstacle`s in the order of the scene. Raises InputError for a file or a shape that is wrong."""
-        scene = self.scene
-        try:
-            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})")
-                    for i, spec in enumerate(scene.obstacles)]
-        except InputError as error:
-            raise InputError(f"{scene.source}: {error}") from None
 
     @cached_property
     def body_of(self):
@@ -105,14 +96,15 @@ def build(scene):
     _refuse_unbuilt(scene)
     runtime.start()
     surface = _surface(scene)
-    seeds, starts = _seed(scene, surface)
+    obstacles = _obstacles(scene)
+    seeds, starts = _seed(scene, surface, obstacles)
     lower, upper = _domain(scene, surface, seeds)
     outside = ~((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
     if outside.any():
         body = scene.bodies[np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1]
         raise InputError(f"{scene.source}: body {body.name}: reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
-    model = Model(scene, surface, lower, upper, seeds, starts)
+    model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
     if scene.initial.stress != "none":
         _stress_from_weight(model)
     return model
@@ -153,7 +145,17 @@ def _extent(scene):
     return np.max([lower for lower, _ in boxes], axis=0), np.min([upper for _, upper in boxes], axis=0)
 
 
-def _seed(scene, surface):
+def _obstacles(scene):
+    try:
+        return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
+                            TERRAIN_REACH * scene.solver.dx)
+                for i, spec in enumerate(scene.obstacles)]
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None
+
+
+def _seed(scene, surface, obstacles):
+    """Particles of all bodies, none inside an obstacle, and the first number of each body."""
     solver, parts = scene.solver, []
     materials = list(scene.materials)
     rng = np.random.default_rng(scene.seed)
@@ -164,6 +166,9 @@ def _seed(scene, surface):
                               base_dir=scene.base_dir)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
+        seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))
+        if len(seeds.volumes) == 0:
+            raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
         parts.append((seeds, materials.index(body.material), np.broadcast_to(body.velocity, seeds.positions.shape)))
     fields = velocity_fields(scene)
     counts = [len(seeds.volumes) for seeds, _, _ in parts]

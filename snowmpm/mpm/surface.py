@@ -58,7 +58,7 @@ class Surface:
     def given_to_solid(self, dx):
         """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
         dim = self.dim
-        return -np.concatenate([self.total[:dim], dx * self.total[dim + 1 : -1], self.total[-1:]])
+        return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
     def act(self, grid, slots, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
