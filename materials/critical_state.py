@@ -15,7 +15,6 @@ from .precision import by_precision
 from .substepping import substeps
 from .symmetric import contract, plus_isotropic
 
-
 STEPS = (2, 3)
 """Newton steps in a straight line, float32 and float64."""
 

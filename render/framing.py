@@ -25,6 +25,10 @@ class Action:
     points: np.ndarray
     direction: np.ndarray
 
+    def showing(self, more):
+        """The same with further points (k, 3) to be kept in sight."""
+        return Action(np.concatenate([self.points, more]), self.direction)
+
     def box(self):
         """(lower, upper) plan box of the action with its surroundings."""
         plan = self.points[:, :2]

@@ -19,12 +19,13 @@ CONTOURS = 14  # about so many over the height of the picture
 class Ground:
     """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen.
 
-    underside  (height, width) where the ground is seen from below, as past the edge of an open surface
+    slack  (height, width): snow shows down to so many of its diameters behind the depth: 1, -1 where the ground is seen
+           from below, as past the edge of an open surface, 0 on an obstacle
     """
 
     light: np.ndarray
     depth: np.ndarray
-    underside: np.ndarray
+    slack: np.ndarray
     contour_interval: float = 0.0
 
 
@@ -33,19 +34,21 @@ def draw_ground(relief, camera, sun):
     backdrop = light.sky(camera.size)
     if relief is None:
         nothing = np.full(backdrop.shape[:2], np.inf, np.float32)
-        return Ground(backdrop, nothing, np.isfinite(nothing))
+        return Ground(backdrop, nothing, np.ones(nothing.shape))
     large = camera.enlarged(OVERSAMPLING)
-    raster, depth, underside = _seen(relief, large)
+    raster, depth, underside = seen_facets(relief, large)
     interval = _nice(np.ptp(relief.vertices[:, 2]) / CONTOURS)
     picture = light.sky(large.size)
     picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
     blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)
     small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
-    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), underside.reshape(blocks).any(axis=(1, 3)), interval)
+    slack = np.where(underside.reshape(blocks).any(axis=(1, 3)), -1.0, 1.0)
+    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, interval)
 
 
-def _seen(relief, camera):
+def seen_facets(relief, camera):
+    """Raster of facets, their depth [m] at each pixel, inf where there are none, and where they turn their back."""
     x, y, depth = camera.project(relief.vertices)
     nearest = 0.02 * float(np.median(depth))
     if camera.perspective:

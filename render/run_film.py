@@ -16,6 +16,7 @@ from snowmpm.render.overlay import Overlay
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
 from snowmpm.render.snow import draw_snow
+from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.tracking import plan_track
 
 SIZES = (64, 8192)
@@ -101,6 +102,7 @@ class SpaceView(_View):
     def __init__(self, run, size, color, camera):
         super().__init__(run, size, color)
         action = sample_action(run)
+        action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
         self.camera = choose_camera(camera, action, relief, size)
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
@@ -111,7 +113,8 @@ class SpaceView(_View):
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
         time, snow = self._frame(i)
-        overlay = Overlay(light.encode(draw_snow(self.ground, self.camera, self.sun, *snow)))
+        behind = draw_solids(self.ground, self.camera, self.sun, *placed(self.run, i))
+        overlay = Overlay(light.encode(draw_snow(behind, self.camera, self.sun, *snow)))
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
         if not self.camera.perspective:
@@ -134,7 +137,7 @@ class SectionView(_View):
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
         time, snow = self._frame(i)
-        camera = self.track.camera(i)
+        camera, snow = self.track.camera(i), (*snow, placed(self.run, i))
         overlay = Overlay(light.encode(draw_section(self.profile, camera, *snow)))
         side = "right" if self.track.falls_left else "left"
         if self.track.close:

@@ -8,6 +8,7 @@ from scipy import ndimage
 from snowmpm.render import light
 from snowmpm.render.camera import Camera
 from snowmpm.render.snow import SNOW, grain
+from snowmpm.render.solid import draw_areas
 from snowmpm.render.splat import splat_discs
 
 TOP_SOIL = light.decode([0.46, 0.42, 0.38])
@@ -42,13 +43,15 @@ def section_camera(centre, pixels_per_metre, size):
     return Camera(np.array([centre[0], -1.0, centre[1]]), axes, float(pixels_per_metre), tuple(size), perspective=False)
 
 
-def draw_section(profile, camera, points, spacing, colours=None, identity=None):
+def draw_section(profile, camera, points, spacing, colours=None, identity=None, solids=None):
     """Picture (height, width, 3) in linear light.
 
     points (n, 3) [m], spacing [m] between them; colours (n, 3) in linear light, or None for plain snow; identity (n,)
-    whole numbers that stay with their particles, or None
+    whole numbers that stay with their particles, or None; solids: vertices (k, 3) [m] and segments (m, 2), or None
     """
     picture = light.sky(camera.size)
+    if solids is not None:
+        draw_areas(picture, camera, *solids)
     if profile is not None:
         _draw_ground(picture, profile, camera)
     x, y, _ = camera.project(points)

@@ -24,8 +24,8 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     radius_px = radius * camera.pixels_per_metre(depth)
     number, front = splat_balls(x, y, depth, radius, radius_px, camera.size)
     # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
-    # and what is a little above them does not shine through from below.
-    hidden = front > ground.depth + 2.0 * radius * np.where(ground.underside, -1.0, 1.0)
+    # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
+    hidden = front > ground.depth + 2.0 * radius * ground.slack
     number[hidden], front[hidden] = -1, np.inf
     hit = number >= 0
     if not hit.any():

@@ -7,6 +7,7 @@ from scipy import ndimage
 
 from snowmpm.render.colour import scalar
 from snowmpm.render.section import section_camera
+from snowmpm.render.solid import nearby
 
 THINNEST = 8.0  # px: a layer drawn thinner than this asks for a closer view
 CLOSE_UP = 16.0  # px: thickness of the layer in the closer view
@@ -43,6 +44,8 @@ class Track:
 def plan_track(run, profile, spacing, size, close=True):
     """Views for all frames of `run`. `close` False keeps the whole run in sight however thin the snow."""
     low, high, focus, thickness, slope = _survey(run, spacing)
+    in_sight = np.concatenate([[low, high], nearby(run, low, high)])
+    low, high = in_sight.min(axis=0), in_sight.max(axis=0)
     if profile is not None:
         ground = profile.height(np.linspace(low[0], high[0], 200))
         ground = ground[np.isfinite(ground)]

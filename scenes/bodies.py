@@ -3,8 +3,8 @@
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
-from snowmpm.scenes.space import Vector, zero_vector
-from snowmpm.scenes.spec import Name, NonNegative, Positive, Spec, refuse
+from snowmpm.scenes.space import FileName, Vector, by_type, dimension, zero_vector
+from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.terrain import Touching
 
 
@@ -19,20 +19,60 @@ class Body(Spec):
     """initial velocity [m/s]"""
 
 
-class Motion(Spec):
-    """Uniform motion from `start` to `stop`; at rest before and after."""
+def _no_rotation():
+    return 0.0 if dimension() == 2 else zero_vector()
 
-    velocity: Vector
-    """[m/s]"""
+
+def _moves(value):
+    return any(value) if isinstance(value, tuple) else bool(value)
+
+
+class Motion(Spec):
+    """Rigid motion of an obstacle: uniform from `start` to `stop` and at rest before and after, or from a table."""
+
+    velocity: Vector = Field(default_factory=zero_vector)
+    """of the centre [m/s]"""
+    angular_velocity: by_type(number=Number, list=Vector) = Field(default_factory=_no_rotation)
+    """[degrees/s]; 2-D: a number, positive from +x towards +z; 3-D: a vector along the axis, right-handed"""
+    centre: Vector | None = None
+    """point of the obstacle about which it turns, where it is at the start [m]; the middle of the shape when missing"""
     start: NonNegative = 0.0
-    """[s]"""
+    """[s]; of a table: when its time is 0"""
     stop: Positive | None = None
     """[s]; never when missing"""
+    ramp: NonNegative = 0.0
+    """time in which the speed grows smoothly from 0 after `start`, and falls back to 0 before `stop` [s]"""
+    file: FileName | None = None
+    """table (.csv) of displacement and angle over time, in place of the velocities"""
+
+    @model_validator(mode="after")
+    def _is_one_motion(self):
+        given = self.model_fields_set
+        if self.file is not None:
+            for key in ("velocity", "angular_velocity", "stop", "ramp"):
+                # Defaults, as a resolved scene writes them out, say nothing
+                if key in given and _moves(getattr(self, key)):
+                    raise refuse("does not go with file, which says all about the motion", key, getattr(self, key))
+        elif not given & {"velocity", "angular_velocity"}:
+            raise refuse("needs velocity, angular_velocity or file")
+        return self
+
+    @model_validator(mode="after")
+    def _turns_in_its_plane(self):
+        if dimension() == 2 and isinstance(self.angular_velocity, tuple):
+            raise refuse("must be a number [degrees/s] in a 2-D scene", "angular_velocity", self.angular_velocity)
+        if dimension() == 3 and not isinstance(self.angular_velocity, tuple):
+            raise refuse("must be 3 numbers, [x, y, z] [degrees/s], in a 3-D scene", "angular_velocity",
+                         self.angular_velocity)
+        return self
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self):
         if self.stop is not None and self.stop <= self.start:
             raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        if self.stop is not None and 2.0 * self.ramp > self.stop - self.start:
+            raise refuse(f"must be at most half of the time from start to stop, {self.stop - self.start:g}", "ramp",
+                         self.ramp)
         return self
 
 

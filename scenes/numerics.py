@@ -41,6 +41,9 @@ class Solver(Spec):
     dx: Positive
     """grid spacing (mpm) or particle spacing (sph) [m]"""
     kernel: Literal["quadratic", "cubic"] = "quadratic"
+    gradient: Literal["affine", "shape"] = "affine"
+    """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
+    cubic kernel and flip, the classical scheme)"""
     transfer: Literal["apic", "pic", "flip", "aflip"] = "apic"
     flip_ratio: Fraction = 0.97
     """share of FLIP in flip and aflip; the rest is PIC [-]"""

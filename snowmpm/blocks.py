@@ -45,6 +45,13 @@ def coordinates_of(keys, dim):
     return np.stack(columns[::-1], axis=1)
 
 
+def _brought_home(coordinates, period):
+    """Block coordinates (n, dim) within the period of those axes that have one."""
+    if period is None:
+        return coordinates
+    return np.where(period > 0, coordinates % np.maximum(period, 1), coordinates)
+
+
 def neighbour_steps(dim):
     """The 3^dim steps to a block's neighbours and itself, first axis slowest, (3^dim, dim)."""
     return np.array(list(itertools.product((-1, 0, 1), repeat=dim)))
@@ -57,10 +64,14 @@ def home_block(cells, edge):
 
 
 class BlockMap:
-    """Occupied blocks in key order: `keys` (n,), `coordinates` (n, dim), first particle of each `start` (n + 1,)."""
+    """Occupied blocks in key order: `keys` (n,), `coordinates` (n, dim), first particle of each `start` (n + 1,).
 
-    def __init__(self, keys, counts, dim):
+    period: (dim,) number of blocks after which they repeat along each axis, 0 where they do not; None for none.
+    """
+
+    def __init__(self, keys, counts, dim, period=None):
         self.dim = dim
+        self.period = None if period is None or not np.any(period) else np.asarray(period, np.int64)
         self.keys = keys
         self.coordinates = coordinates_of(keys, dim)
         self.start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
@@ -69,21 +80,29 @@ class BlockMap:
         return len(self.keys)
 
     def keys_of(self, coordinates):
-        """Keys of block coordinates (n, dim)."""
-        return keys_of(coordinates)
+        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic."""
+        return keys_of(_brought_home(coordinates, self.period))
 
     @classmethod
-    def from_cells(cls, cells, dim):
+    def from_cells(cls, cells, dim, period=None):
         """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""
         block, local = home_block(cells, EDGE[dim])
-        keys = keys_of(block)
+        keys = keys_of(_brought_home(block, period))
         order = np.argsort(keys, kind="stable")
         unique, counts = np.unique(keys, return_counts=True)
-        return cls(unique, counts, dim), order, local[order]
+        return cls(unique, counts, dim, period), order, local[order]
 
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
-        return self.keys[:, None] + self._key_steps()
+        return self._around().T
+
+    def _around(self):
+        """Keys of the blocks one step away, a row for each of `neighbour_steps`, (3^dim, n)."""
+        if self.period is None:
+            # A sorted run for each step
+            return self._key_steps()[:, None] + self.keys
+        around = self.coordinates + neighbour_steps(self.dim)[:, None]
+        return self.keys_of(around.reshape(-1, self.dim)).reshape(len(around), -1)
 
     def _key_steps(self):
         """What a step to a neighbour adds to a key, which is linear in the coordinates, (3^dim,)."""
@@ -95,9 +114,8 @@ class BlockMap:
         Rows start[n] <= i < start[n + 1] of `tiles`: an occupied block around node block n, and the step to it, 2 bits
         an axis: 0, 1, 2 for one back, none, one ahead; see `step_along`.
         """
-        steps = self._key_steps()
-        # A sorted run for each step: a stable sort merges them, three times faster than sorting them
-        around = (steps[:, None] + self.keys).ravel()
+        # A stable sort merges the sorted runs, three times faster than sorting them
+        around = self._around().ravel()
         order = np.argsort(around, kind="stable")
         ordered = around[order]
         first = np.ones(len(ordered), bool)

@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from snowmpm import runtime
-from snowmpm.contact import CODES
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.seeding import seed_body
+from snowmpm.solids import Obstacle
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -54,6 +54,16 @@ class Model:
         return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
 
     @cached_property
+    def obstacles(self):
+        """`Obstacle`s in the order of the scene. Raises InputError for a file or a shape that is wrong."""
+        scene = self.scene
+        try:
+            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})")
+                    for i, spec in enumerate(scene.obstacles)]
+        except InputError as error:
+            raise InputError(f"{scene.source}: {error}") from None
+
+    @cached_property
     def body_of(self):
         return np.searchsorted(self.body_starts, np.arange(len(self.population.volumes)), side="right") - 1
 
@@ -78,8 +88,9 @@ class Model:
         contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
         return MpmSolver(self.population, self.laws, dx=scene.solver.dx, precision=scene.solver.precision,
                          origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
-                         cfl=scene.solver.cfl, transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, **contact)
+                         cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
+                         transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
+                         terrain=self.distance, sides=sides, obstacles=self.obstacles, **contact)
 
     def events(self):
         """The scene's events, ready to be applied."""
@@ -108,13 +119,10 @@ def build(scene):
 def _refuse_unbuilt(scene):
     """Choices of the schema that this version does not compute."""
     solver = scene.solver
-    for key, value, built in (("solver.method", solver.method, "mpm"), ("solver.kernel", solver.kernel, "quadratic")):
-        if value != built:
-            raise InputError.at(key, value, f'this version computes "{built}" only', scene.source)
-    if scene.obstacles:
-        raise InputError(f"{scene.source}: obstacles: this version has none")
-    if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
-        raise InputError.at("domain.boundary", "periodic", f"this version has {', '.join(CODES)}", scene.source)
+    if solver.method != "mpm":
+        raise InputError.at("solver.method", solver.method, 'this version computes "mpm" only', scene.source)
+    if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
 
 
 def _surface(scene):

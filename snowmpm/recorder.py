@@ -11,13 +11,17 @@ import taichi
 from snowmpm import __version__, diagnostics, fields, maps, runtime
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
+from snowmpm.solids.loads import LoadHistory
 
 MAP_CELLS = 2
 """Plan cells of the peak maps, in grid spacings."""
 
+CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
+"""What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
+
 
 class Recorder:
-    """Writes what a simulation shows: frames, history rows, peak maps, summary."""
+    """Writes what a simulation shows: frames, history rows, loads on obstacles, peak maps, summary."""
 
     def __init__(self, simulation, folder, state=None):
         """state: of the recorder whose run file in `folder` is continued; later frames there are dropped.
@@ -30,6 +34,8 @@ class Recorder:
         model = simulation.model
         self._origin = model.lower
         self._maps, self._moved = None, 0.0
+        self._obstacles = model.obstacles
+        self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
             self._maps = maps.PeakMaps(simulation.solver, MAP_CELLS)
         if state is not None:
@@ -39,8 +45,11 @@ class Recorder:
     def _new_file(self):
         surface = self._simulation.model.surface
         terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
-        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, origin=self._origin,
-                         dimension=self._simulation.scene.dimension, units=fields.UNITS, durable=False)
+        drawings = {obstacle.name: obstacle.shape.drawing() for obstacle in self._obstacles}
+        drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
+        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
+                         origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
+                         durable=False)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -57,11 +66,12 @@ class Recorder:
         """All that a continuation needs, by name (`snowmpm.checkpoint`)."""
         return {"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
-                "maps": self._maps.values if self._maps else {}}
+                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {}}
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
         self._causes, self._smallest_dt, self._moved = state["causes"], state["smallest_dt"], state["moved"]
+        self._loads.restore(state["loads"])
         if self._maps:
             self._maps.values = state["maps"]
 
@@ -76,12 +86,14 @@ class Recorder:
                 "particles": self._simulation.n_particles}
 
     def watch(self):
-        """After a step: keep the peak maps and the record of time steps."""
+        """After a step: keep the peak maps, the loads and the record of time steps."""
         simulation = self._simulation
         self.particle_steps += simulation.n_particles
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)
+        if self._obstacles:
+            self._loads.watch(simulation.time, simulation.solver.obstacle_totals)
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
             if self._moved > self._maps.cell:
@@ -92,16 +104,21 @@ class Recorder:
         self._maps.see()
 
     def frame(self):
-        """Write the state now: particles, a row of the history, the maps so far."""
+        """Write the state now: particles, obstacles, a row of the history, the maps so far."""
         simulation = self._simulation
         particles = simulation.particles
-        self.last = simulation.audit(particles)
-        self._writer.history(simulation.time, self.last, diagnostics.UNITS)
+        loads = self._loads.take()
+        self.last = {**simulation.audit(particles), **self._loads.means()}
+        counts = {f"steps_{cause}": self._causes.get(cause, 0) for cause in dict.fromkeys([*CAUSES, *self._causes])}
+        units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
+        self._writer.history(simulation.time, {**self.last, **counts}, units)
         names = dict.fromkeys(simulation.scene.output.fields)
         values = {name: particles[name] for name in names}
         if "stress" in values and simulation.scene.dimension == 2:
             values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
-        self._writer.frame(simulation.time, particles["position"] - self._origin, values)
+        poses = {obstacle.name: obstacle.motion.placement(simulation.time, self._origin)
+                 for obstacle in self._obstacles}
+        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads)
         self.frames += 1
         if self._maps:
             self._see()

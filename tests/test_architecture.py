@@ -34,7 +34,8 @@ MAY_IMPORT = {
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
-    "mpm": {"materials", "common", "errors"},
+    "solids": {"seeding", "terrain", "common", "errors"},
+    "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {
         "errors",
@@ -45,6 +46,7 @@ MAY_IMPORT = {
         "render",
         "terrain",
         "seeding",
+        "solids",
         "mpm",
         "sph",
         "cli",
@@ -68,6 +70,7 @@ FORBIDDEN = {
     "common": PICTURES | {"h5py", "typer", "rich"},
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "seeding": PICTURES | {"h5py", "typer", "rich"},
+    "solids": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
 IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}

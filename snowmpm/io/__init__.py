@@ -1,6 +1,7 @@
 """Run files: `RunWriter` writes them, `Run` reads them. Needs neither Taichi nor a solver."""
 
+from snowmpm.io.obstacles import Obstacle
 from snowmpm.io.reader import Frame, Map, Run, Terrain
 from snowmpm.io.writer import RunWriter
 
-__all__ = ["Frame", "Map", "Run", "RunWriter", "Terrain"]
+__all__ = ["Frame", "Map", "Obstacle", "Run", "RunWriter", "Terrain"]

@@ -11,6 +11,9 @@ A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK igno
         Steps/                 Values [s], PointOffsets, PointDataOffsets/<field>, ...; attribute NSteps
     history/<name>             (rows,) float64; attribute `units`; `time` is one of them
     terrain/vertices, facets   (n, 3) float64 [m] relative to `origin`; (m, 3) triangles or (m, 2) segments
+    obstacles/<name>/          if any: vertices, facets as of the terrain, where the scene draws it
+        rotation, translation  (steps, 3, 3), (steps, 3) [m]: in step i it is at rotation x + translation
+        time, force, moment, impulse, work   loads by the snow, finer than the steps; attribute `units`
     maps/<name>                (rows, columns) float32 rasters in plan; attributes x0, y0, cell, units
     provenance/record          JSON
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io import layout
+from snowmpm.io.obstacles import read_obstacles
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_provenance, run_file
 
@@ -56,7 +57,8 @@ class Run:
     path, dimension (2 or 3), origin (3,) [m], complete (the run came to its end)
     times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame
     field_names;  units of fields and history by name;  history: arrays by name, "time" among them
-    terrain -> Terrain or None;  maps: Map by name;  provenance;  summary (summary.json, or {})
+    terrain -> Terrain or None;  obstacles: `snowmpm.io.obstacles.Obstacle` by name;  maps: Map by name;  provenance
+    summary (summary.json, or {})
 
     Raises InputError when there is no run there or its format is unknown.
     """
@@ -69,7 +71,7 @@ class Run:
 
     def refresh(self):
         """Look again: frames and history rows may have come since."""
-        for name in ("terrain", "maps", "provenance", "summary"):
+        for name in ("terrain", "obstacles", "maps", "provenance", "summary"):
             self.__dict__.pop(name, None)
         self._read(self._read_index)
 
@@ -144,6 +146,10 @@ class Run:
     @cached_property
     def terrain(self):
         return self._read(_read_terrain)
+
+    @cached_property
+    def obstacles(self):
+        return self._read(read_obstacles)
 
     @cached_property
     def maps(self):

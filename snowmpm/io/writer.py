@@ -11,6 +11,8 @@ import numpy as np
 
 from snowmpm.io import layout
 from snowmpm.io.journal import Journal
+from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
+from snowmpm.io.rows import as_field, as_rows
 from snowmpm.io.transaction import TransactionFile
 from snowmpm.io.vtkhdf import COMPRESSION, append_step, create_steps, growing, keep_steps
 
@@ -23,6 +25,7 @@ class RunWriter:
     path        the file, or the folder that gets `run.vtkhdf`; an existing run there is replaced
     provenance  anything JSON can hold: resolved scene, versions, backend, precision, seed ...
     terrain     (vertices (n, 2|3) [m], facets (m, 3) triangles or (m, 2) segments), relative to `origin`; or None
+    obstacles   {name: (vertices (n, 2|3) [m], facets as of the terrain)}, where the scene draws them; or None
     origin      map coordinates (x, y, z) [m] of the local origin; (x, z) in 2-D
     dimension   2 or 3
     units       unit of each field of the frames, by name
@@ -32,7 +35,8 @@ class RunWriter:
     frame readable.
     """
 
-    def __init__(self, path, *, provenance, terrain=None, origin=None, dimension=3, units=None, durable=True):
+    def __init__(self, path, *, provenance, terrain=None, obstacles=None, origin=None, dimension=3, units=None,
+                 durable=True):
         self.path = run_file(path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._units = dict(units or {})
@@ -44,6 +48,7 @@ class RunWriter:
             with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS, locking=False) as h5:
                 _create(h5, dimension, as_rows(np.zeros(dimension) if origin is None else origin)[0], self._units)
                 _write_terrain(h5, terrain)
+                create_obstacles(h5, obstacles or {}, dimension)
                 _write_provenance(h5, provenance)
             os.replace(draft, self.path)
             self._open(dimension)
@@ -92,18 +97,23 @@ class RunWriter:
         self._file.commit()
         self._last_commit = clock.monotonic()
 
-    def frame(self, time, points, fields):
+    def frame(self, time, points, fields, poses=None, loads=None):
         """Append the state at `time` [s].
 
         points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z); stored as float32. n may change between frames.
         fields  by name, the same names in every frame: (n,), (n, 2|3) vectors or (n, 6) symmetric tensors; floats are
                 stored as float32, integers as they are.
+        poses   {name: (rotation (dim, dim), translation (dim,) [m])} of the obstacles that have moved, relative to
+                `origin`
+        loads   on obstacles since the last frame, {name: {"time" (k,), "force" (k, dim), ...}} (`io.obstacles`)
         Raises ValueError for a wrong shape or another set of names.
         """
         points = as_rows(points).astype(np.float32, copy=False)
-        fields = {name: _as_field(name, values, len(points)) for name, values in fields.items()}
+        fields = {name: as_field(name, values, len(points)) for name, values in fields.items()}
         with self._transaction() as h5:
             append_step(h5["VTKHDF"], float(time), points, fields, self._units)
+            append_poses(h5, poses or {})
+            append_loads(h5, loads or {})
             self._write_rows(h5)
         self._rows.clear()
 
@@ -185,27 +195,6 @@ def read_provenance(h5):
     return json.loads(h5["provenance/record"][()])
 
 
-def as_rows(values):
-    """(n, 3) from (n, 3) or, with y = 0, from plane-strain (n, 2) rows (x, z); one row from a single vector."""
-    values = np.atleast_2d(np.asarray(values))
-    if values.ndim != 2 or values.shape[1] not in (2, 3):
-        raise ValueError(f"shape {values.shape}, must be (n, 2) or (n, 3)")
-    if values.shape[1] == 2:
-        values = np.column_stack([values[:, 0], np.zeros(len(values), values.dtype), values[:, 1]])
-    return np.ascontiguousarray(values)
-
-
-def _as_field(name, values, n):
-    values = np.asarray(values)
-    if values.ndim == 2 and values.shape[1] == 2:
-        values = as_rows(values)
-    if values.shape not in ((n,), (n, 3), (n, 6)):
-        raise ValueError(f"field {name}: shape {values.shape}, must be ({n},), ({n}, 3) or ({n}, 6)")
-    if values.dtype == bool:
-        return values.astype(np.uint8)
-    return values.astype(np.float32, copy=False) if values.dtype.kind == "f" else values
-
-
 def _create(h5, dimension, origin, units):
     h5.attrs.update(
         format=layout.FORMAT,
@@ -225,6 +214,7 @@ def _drop_after(h5, until):
     """Forget the frames and history rows later than `until` [s]; with slack for times that were summed in steps."""
     limit = until + 1e-9 * max(1.0, abs(until))
     keep_steps(h5["VTKHDF"], limit)
+    keep_obstacles(h5, limit, int(h5["VTKHDF/Steps"].attrs["NSteps"]))
     rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
     for data in h5["history"].values():
         data.resize(rows, axis=0)

@@ -8,16 +8,16 @@ Where a surface (signed distance d, unit normal n out of the solid) crosses a li
     deep nodes  further down
 
 A velocity that vanishes on the surface is linear in d beside it, so the constrained part of a follower is d_f / d_l
-times that of its leader. It is imposed as Galerkin's method asks, on test functions that vanish on the surface too: with
-r_f = d_f / d_l and v* the velocities without contact (relative to the solid),
+times that of its leader. It is imposed as Galerkin's method asks, on test functions that vanish on the surface too:
+with r_f = d_f / d_l and v* the velocities without contact (relative to the solid),
 
     v_l = (m_l v*_l + sum_f r_f m_f v*_f) / (m_l + sum_f r_f^2 m_f),      v_f = r_f v_l
 
 for all components (stick), or for the normal one only (slip, separate), where the tangential ones stay as they are:
-the natural condition of zero shear. A linear velocity is reproduced, and a uniform stress gives a line no net force, because
-the splines reproduce linear functions; so the wall is exact to second order, wherever it lies between the nodes. A wall
-made of nodes that are held acts as if shifted by a third of a cell. Momentum is conserved: what a line gains,
-J = sum m (v - v*), is the impulse of the solid.
+the natural condition of zero shear. A linear velocity is reproduced, and a uniform stress gives a line no net force,
+because the splines reproduce linear functions; so the wall is exact to second order, wherever it lies between the
+nodes. A wall made of nodes that are held acts as if shifted by a third of a cell. Momentum is conserved: what a line
+gains, J = sum m (v - v*), is the impulse of the solid.
 
     slip:      J_n as it comes
     separate:  none if J_n < 0 (it would pull), and only as far as snow has arrived: see `touching`
@@ -49,8 +49,8 @@ TOUCH = (0.4, 0.8)
 which contact sets in and is complete. A gap between snow and wall lowers it: without the measure, snow would stop
 a cell above the wall. It does not depend on how dense the snow lies."""
 
-N_TOTALS = {2: 4, 3: 7}
-"""Impulse, work, and moment about the reference point."""
+N_TOTALS = {2: 5, 3: 8}
+"""What a surface gave the snow: impulse, minus work, moment about the reference point, minus the work of the solid."""
 
 
 def half_space_mass(kernel):
@@ -175,8 +175,8 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
         return x
 
     @ti.func
-    def tally(totals: ti.template(), before, after, mass, x):
-        """Add what one node gained: impulse [N s], work of the snow [J], moment [N s cells]."""
+    def tally(totals: ti.template(), before, after, mass, x, solid):
+        """Add what one node gained: impulse [N s], energy it lost [J], moment [N s cells], work it did on the solid."""
         J = mass * (after - before)
         for a in ti.static(range(dim)):
             totals[a] += ti.cast(J[a], ti.f64)
@@ -188,6 +188,7 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
             moment = x.cross(J)
             for a in ti.static(range(3)):
                 totals[4 + a] += ti.cast(moment[a], ti.f64)
+        totals[N_TOTALS[dim] - 1] -= ti.cast(J.dot(solid), ti.f64)
 
     @ti.func
     def write(nodes: ti.template(), address, v, mass):
@@ -268,7 +269,7 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
                                     change = target - u
                                     part_n = change.dot(n) * n
                                     after = u + share_n * part_n + share_t * (change - part_n) + own_v
-                                    tally(totals, u + own_v, after, mass, offset(c, q, coordinates, motion))
+                                    tally(totals, u + own_v, after, mass, offset(c, q, coordinates, motion), own_v)
                                     write(nodes, here, after, mass)
                                     for j in ti.static(range(reach)):
                                         if address[j] >= 0:
@@ -280,7 +281,7 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
                                             part_n = change.dot(n) * n
                                             after = u_f + share_n * part_n + share_t * (change - part_n) + v_s
                                             tally(totals, u_f + v_s, after, masses[j],
-                                                  offset(cf, qf, coordinates, motion))
+                                                  offset(cf, qf, coordinates, motion), v_s)
                                             write(nodes, at, after, masses[j])
                         elif known == 1 and wall[3] <= 0.0 and nodes[here][3] > 0.0:
                             j = steps_to_leader(z)
@@ -296,7 +297,7 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
                                 v_s = solid_velocity(c, q, coordinates, motion, dx)
                                 before, mass = as_vector(nodes[here]), nodes[here][3]
                                 after = contact_velocity(before - v_s, as_vector(wall), code, friction) + v_s
-                                tally(totals, before, after, mass, offset(c, q, coordinates, motion))
+                                tally(totals, before, after, mass, offset(c, q, coordinates, motion), v_s)
                                 write(nodes, here, after, mass)
                     for t in ti.static(range(N_TOTALS[dim])):
                         part[c, t] = totals[t]

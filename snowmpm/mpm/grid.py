@@ -60,8 +60,8 @@ class TileGrid:
         dim = self.dim
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
-        self.contact = ContactBlocks(keys, coordinates, self.surfaces, blocks.keys_of)
-        self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
+        self._node_blocks = keys, coordinates, blocks.keys_of
+        self.fit_contact()
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
         self.start = int_array(blocks.start)
@@ -72,6 +72,12 @@ class TileGrid:
         self.boxes = self._whole_tiles(self.n_tiles)
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
         self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
+
+    def fit_contact(self):
+        """Follow surfaces that have moved."""
+        keys, coordinates, keys_of = self._node_blocks
+        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of)
+        self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
 
     def act(self, dx):
         """Let every surface act on the nodes of the contact blocks."""

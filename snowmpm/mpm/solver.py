@@ -15,6 +15,7 @@ from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.mpm.solid_field import SolidField
 from snowmpm.mpm.surface import Plane, Surface
 from snowmpm.mpm.walls import Walls
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
@@ -34,13 +35,15 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
+        obstacles: `solids.Obstacle`s.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
-        sides: (dim, 2) names of `contact.CODES`, "open" by default.
+        sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
+        must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
         self.dim = dim = len(origin)
@@ -54,10 +57,15 @@ class MpmSolver:
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
         self._gravity = real_array(self.gravity)
-        self.surfaces = self._sides(sides or [["open", "open"]] * dim)
+        sides = sides or [["open", "open"]] * dim
+        self._period = self._periods(sides)
+        self._limits = (np.where(self._period > 0, -np.inf, self.lower), np.where(self._period > 0, np.inf, self.upper))
+        self.surfaces = self._sides(sides)
         if terrain is not None:
             geometry = Walls(dim, precision, self._wall_distance(terrain))
             self.surfaces.insert(0, Surface(geometry, dim, terrain_contact, terrain_friction))
+        self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
+        self.surfaces += self.obstacles
         self._populate(population)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
         self._bind_kernels()
@@ -95,6 +103,13 @@ class MpmSolver:
         """Energy that terrain and sides took [J]."""
         return float(sum(surface.total[self.dim] for surface in self.surfaces))
 
+    @property
+    def obstacle_totals(self):
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+        rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
+        return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
+
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, work = self._work()
@@ -103,6 +118,9 @@ class MpmSolver:
 
     def update_grid(self, dt):
         grid = self.grid
+        strayed = [surface.follow(self.time + dt, self.origin, self.dx) for surface in self.obstacles if surface.moving]
+        if any(strayed):
+            grid.fit_contact()
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
                      grid.node_coordinates, grid.contact.index, self._loads, self._gravity, dt, self.keep,
                      self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
@@ -148,7 +166,7 @@ class MpmSolver:
         """Bring every particle home to its block; those outside the domain are removed and counted."""
         blocks, store = self.blocks, self.particles
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
+        lower, upper = (ti.Vector(limit) for limit in self._limits)
         lead = LEAD * self._home_limit
         ahead = lead / max(self.extremes.speed, 1e-30)
         self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
@@ -168,7 +186,8 @@ class MpmSolver:
         self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
                    ahead, lead, int_array(target), self.grid.shares)
         store.swap(alive)
-        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
+        self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                               self._period)
         self._follow_blocks()
         self.sorts += 1
 
@@ -184,7 +203,7 @@ class MpmSolver:
 
     def _count_removed(self):
         cells = (self.positions() - self.origin) / self.dx
-        self._tally_removed(~((cells >= self.lower) & (cells < self.upper)).all(axis=1))
+        self._tally_removed(~((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1))
 
     def _tally_removed(self, gone):
         mass = self.masses()[gone]
@@ -207,7 +226,7 @@ class MpmSolver:
     def _populate(self, population):
         layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
         cells = (population.positions - self.origin) / self.dx
-        self.blocks, order, local = BlockMap.from_cells(cells, self.dim)
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
         self.particles = ParticleStore(layout, len(order), self.precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
@@ -241,7 +260,25 @@ class MpmSolver:
         """Surfaces of the sides that are not open; sides (dim, 2) names."""
         levels = np.stack([self.lower, self.upper], axis=1)
         return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
-                for axis in range(self.dim) for end in range(2) if sides[axis][end] != "open"]
+                for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _solid(self, obstacle):
+        geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
+        surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, moving=not obstacle.still)
+        surface.follow(0.0, self.origin, self.dx)
+        return surface
+
+    def _periods(self, sides):
+        """Blocks after which each axis repeats, 0 where it does not, (dim,)."""
+        period, edge = np.zeros(self.dim, np.int64), EDGE[self.dim]
+        for axis, names in enumerate(sides):
+            if "periodic" in names:
+                blocks = (self.upper[axis] - self.lower[axis]) / edge
+                if abs(blocks - round(blocks)) > 1e-6 or round(blocks) < 1 or abs(self.lower[axis]) > 1e-9:
+                    raise InputError("domain.boundary = periodic: the domain must be a whole number of"
+                                     f" {edge * self.dx:g} m ({edge} cells) long, not {blocks * edge * self.dx:g} m")
+                period[axis] = round(blocks)
+        return period
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
@@ -262,7 +299,9 @@ class MpmSolver:
         local = self.column("position") if local is None else local
         blocks = blocks or self.blocks
         home = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
-        return self.origin + self.dx * (EDGE[self.dim] * home + local)
+        cells = EDGE[self.dim] * home + local
+        length = EDGE[self.dim] * self._period
+        return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 
     def second_moment(self):
         """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""
@@ -301,7 +340,7 @@ class MpmSolver:
         filled = counts > 0
         columns = {name: table[:, self.particles.layout.columns(name)] for name in self.particles.layout.sizes}
         self.particles.fill(columns, labels[:, 0], labels[:, 1])
-        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim)
+        self.blocks = BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period)
         excursion = self._excursion
         self._follow_blocks()
         self._excursion = excursion
@@ -345,7 +384,7 @@ class MpmSolver:
             raise InputError("the domain is not the checkpoint's: without domain.min and domain.max it follows"
                              " end_time, which then must stay as it was")
         self.particles.replace(reals, state["labels"])
-        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim)
+        self.blocks = BlockMap(state["keys"], np.diff(state["start"]), self.dim, self._period)
         self._follow_blocks()
         self._excursion, self.extremes = state["excursion"], Extremes(**state["extremes"])
         self.time, self.steps, self.sorts, self.mass = (state[name] for name in ("time", "steps", "sorts", "mass"))

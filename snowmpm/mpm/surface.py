@@ -29,15 +29,14 @@ class Plane:
 class Surface:
     """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
 
-    total: impulse (dim,) [N s], minus the work done on the snow [J], and the moment impulse about `reference` [N s m],
-    since the start: `N_TOTALS` numbers. motion: velocity [m/s], angular velocity [rad/s], reference point [cells],
-    three numbers each.
+    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it took
+    [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion: velocity
+    [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
     """
 
-    def __init__(self, geometry, dim, contact, friction=0.0, name=None):
-        self.geometry, self.dim, self.name = geometry, dim, name
+    def __init__(self, geometry, dim, contact, friction=0.0, moving=False):
+        self.geometry, self.dim, self.moving = geometry, dim, moving
         self.code, self.friction = CODES[contact], friction
-        self.moving = False
         self.motion = real_array(np.zeros(9))
         self.total = np.zeros(N_TOTALS[dim])
 
@@ -47,6 +46,19 @@ class Surface:
     def bind(self, real, kernel, flip):
         """Compile for a precision, a basis and a transfer."""
         self._resolve = contact_kernel(self.dim, real, kernel, flip, self.geometry.stored, self.moving)
+
+    def follow(self, time, origin, dx):
+        """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
+        pose, motion = self.geometry.obstacle.motion.pose(time), np.zeros((3, 3))
+        motion[0, : self.dim], motion[2, : self.dim] = pose.velocity, (pose.centre - origin) / dx
+        motion[1, 3 - np.size(pose.omega) :] = pose.omega
+        self.motion.from_numpy(motion.ravel())
+        return self.geometry.follow(time)
+
+    def given_to_solid(self, dx):
+        """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
+        dim = self.dim
+        return -np.concatenate([self.total[:dim], dx * self.total[dim + 1 : -1], self.total[-1:]])
 
     def act(self, grid, slots, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""

@@ -24,11 +24,28 @@ def state(i, n):
     }
 
 
+def loads(i, dimension=3):
+    """Rows of the loads on an obstacle before frame `i`: two of them, none before the first frame."""
+    times = np.array([i - 0.5, i]) * 0.1 if i else np.zeros(0)
+    force = np.outer(times, np.arange(1.0, 1.0 + dimension))
+    return {"time": times, "force": force, "moment": force if dimension == 3 else times, "impulse": 2.0 * force,
+            "work": 3.0 * times}
+
+
+def pose(i, dimension=3):
+    """Rotation and translation of the obstacle in frame `i`."""
+    c, s = np.cos(0.1 * i), np.sin(0.1 * i)
+    rotation = np.eye(dimension)
+    rotation[np.ix_([0, -1], [0, -1])] = [[c, -s], [s, c]]
+    return rotation, np.full(dimension, 0.5 * i)
+
+
 def new_writer(path, **options):
     terrain = (np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0.5]]), np.array([[0, 1, 2]]))
     settings = dict(
         provenance={"scene": "made up", "seed": 1},
         terrain=terrain,
+        obstacles={"wall": terrain},
         origin=(5.0e5, 2.0e5, 1.0e3),
         dimension=3,
         units=UNITS,
@@ -40,7 +57,7 @@ def new_writer(path, **options):
 def write_frame(writer, i, n):
     points, fields = state(i, n)
     writer.history(i * 0.1, {"mass": 2.0, "front": float(i)}, {"mass": "kg", "front": "m"})
-    writer.frame(i * 0.1, points, fields)
+    writer.frame(i * 0.1, points, fields, {"wall": pose(i)}, {"wall": loads(i)})
 
 
 def assert_whole(run, n):
@@ -53,3 +70,10 @@ def assert_whole(run, n):
         assert set(frame.fields) == set(fields)
         for name, values in fields.items():
             assert np.array_equal(frame.fields[name], values), name
+    wall = run.obstacles["wall"]
+    for name in loads(0):
+        written = np.concatenate([loads(0)[name], *(loads(i)[name] for i in range(1, len(wall.rotation)))])
+        assert np.array_equal(getattr(wall, name), written), name
+    assert len(run) <= len(wall.rotation) == len(wall.translation)
+    for i in range(len(run)):
+        assert np.array_equal(wall.rotation[i], pose(i)[0]) and np.array_equal(wall.translation[i], pose(i)[1])

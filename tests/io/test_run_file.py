@@ -5,7 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
-from run_states import UNITS, assert_whole, n_points, new_writer, state, write_frame
+from run_states import UNITS, assert_whole, loads, n_points, new_writer, pose, state, write_frame
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter, layout
@@ -48,6 +48,42 @@ def test_everything_beside_the_frames_comes_back(run_path):
     depth = run.maps["peak_depth"]
     assert (depth.x0, depth.y0, depth.cell, depth.units) == (0.5, 1.5, 2.0, "m")
     assert np.array_equal(depth.values, [[1.0, 2.0, np.nan]], equal_nan=True)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_obstacles_come_back_with_their_loads_and_where_they_were(tmp_path, dimension):
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]) if dimension == 2 else np.eye(3)
+    facets = np.array([[0, 1], [1, 2], [2, 0]]) if dimension == 2 else np.array([[0, 1, 2]])
+    with RunWriter(tmp_path, provenance={}, obstacles={"wall": (corners, facets), "mast": (corners + 1.0, facets)},
+                   dimension=dimension) as writer:
+        for i in range(4):
+            writer.frame(i * 0.1, np.zeros((3, dimension)), {}, {"wall": pose(i, dimension)},
+                         {"wall": loads(i, dimension)})
+    run = Run(tmp_path)
+    wall, mast = run.obstacles["wall"], run.obstacles["mast"]
+    rows = {name: np.concatenate([loads(i, dimension)[name] for i in range(4)]) for name in loads(0)}
+    axes = [0, 2] if dimension == 2 else [0, 1, 2]
+    assert np.array_equal(wall.force[:, axes], rows["force"]) and np.array_equal(wall.impulse[:, axes], rows["impulse"])
+    assert wall.force.shape == (6, 3) and (dimension == 3 or not wall.force[:, 1].any())
+    assert all(np.array_equal(getattr(wall, name), rows[name]) for name in ("time", "moment", "work"))
+    for i in range(4):
+        rotation, translation = pose(i, dimension)
+        assert np.allclose(wall.placed(i)[:, axes], corners @ rotation.T + translation, rtol=0.0, atol=1e-14)
+        assert np.array_equal(mast.placed(i)[:, axes], corners + 1.0) and not len(mast.time)
+    with h5py.File(tmp_path / "run.vtkhdf") as h5:
+        units = {name: data.attrs["units"] for name, data in h5["obstacles/wall"].items() if "units" in data.attrs}
+    width = "/m" if dimension == 2 else ""
+    assert units == {"vertices": "m", "translation": "m", "time": "s", "force": f"N{width}", "moment": f"N m{width}",
+                     "impulse": f"N s{width}", "work": f"J{width}"}
+
+
+def test_a_file_of_before_there_were_obstacles_has_none(run_path):
+    with h5py.File(run_path / "run.vtkhdf", "r+") as h5:
+        del h5["obstacles"]
+    assert Run(run_path).obstacles == {}
+    with RunWriter.reopen(run_path, until=0.2, durable=False) as writer:
+        writer.frame(0.3, *state(3, N))
+    assert len(Run(run_path)) == 4
 
 
 def test_a_map_may_be_written_again_in_another_size(tmp_path):

@@ -1,6 +1,7 @@
 """Made-up runs that look like avalanches: a slab lets go, slides, spreads and comes to rest. No physics in them."""
 
 import numpy as np
+import trimesh
 
 from snowmpm.io import RunWriter
 
@@ -26,8 +27,9 @@ def _travel(start, t, rng, width):
     return start + reach * share**2 * (3.0 - 2.0 * share), share
 
 
-def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra=0):
-    """A 2-D run; `extra` more particles that fly off, as a real run has them."""
+def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra=0, obstacles=False):
+    """A 2-D run; `extra` more particles that fly off, as a real run has them; `obstacles`: a wall, and a wheel that
+    rolls uphill."""
     rng = np.random.default_rng(2)
     along, up = np.meshgrid(np.arange(*RELEASE, spacing), np.arange(0.5 * spacing, thickness, spacing))
     along, up = along.ravel() + rng.normal(0, 0.05 * spacing, along.size), up.ravel()
@@ -42,13 +44,23 @@ def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra
         return np.column_stack([x, height(x) + lift / np.cos(np.radians(30.0))])
 
     damage = (up < 1.5 * spacing).astype(float)
-    _write(path, 2, positions, frames, duration, (vertices, facets), spacing**2, {"damage": damage}, extra)
+    drawings = {}
+    if obstacles:
+        base = height(120.0)
+        angle = np.linspace(0.0, 2.0 * np.pi, 13)[:-1]
+        wheel = np.array([110.0, height(110.0) + 5.0]) + 4.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+        wall = np.array([[118.0, base - 2.0], [121.0, base - 2.0], [120.0, base + 9.0], [119.0, base + 9.0]])
+        drawings = {"wall": (wall, _ring(4)), "wheel": (wheel, _ring(12))}
+    _write(path, 2, positions, frames, duration, (vertices, facets), spacing**2, {"damage": damage}, extra,
+           obstacles=drawings)
 
 
 def slab_3d(
-    path, *, particles=20000, frames=8, duration=8.0, thickness=1.2, cell=2.5, origin=(0.0, 0.0, 0.0), hole=False
+    path, *, particles=20000, frames=8, duration=8.0, thickness=1.2, cell=2.5, origin=(0.0, 0.0, 0.0), hole=False,
+    obstacles=False
 ):
-    """A 3-D run on a gully of triangles of side `cell`; with `hole`, a patch of the terrain is missing."""
+    """A 3-D run on a gully of triangles of side `cell`; with `hole`, a patch of the terrain is missing; `obstacles`: a
+    house and a mast that falls over."""
     rng = np.random.default_rng(2)
     width = 44.0
     along = rng.uniform(*RELEASE, particles)
@@ -65,7 +77,28 @@ def slab_3d(
         lift = up * (1.0 + 2.0 * np.sin(np.pi * share) * keep.random(len(up)))
         return np.column_stack([x, y, height(x, y) + lift / np.cos(np.radians(30.0))])
 
-    _write(path, 3, positions, frames, duration, gully(cell, hole), volume, {}, 0, origin)
+    drawings = {}
+    if obstacles:
+        house, mast = trimesh.creation.box(extents=[8.0, 10.0, 14.0]), trimesh.creation.cylinder(0.6, 20.0)
+        house.apply_translation([125.0, 6.0, height(125.0, 6.0)])
+        mast.apply_translation([118.0, -12.0, height(118.0, -12.0) + 9.0])
+        drawings = {"house": (house.vertices, house.faces), "mast": (mast.vertices, mast.faces)}
+    _write(path, 3, positions, frames, duration, gully(cell, hole), volume, {}, 0, origin, drawings)
+
+
+def _ring(n):
+    return np.column_stack([np.arange(n), np.roll(np.arange(n), -1)])
+
+
+def moves(name, t, dimension):
+    """Rotation and translation of an obstacle of these runs at time t: the wheel rolls uphill, the mast falls."""
+    turn = 0.12 * t if name in ("wheel", "mast") else 0.0
+    c, s = np.cos(turn), np.sin(turn)
+    rotation = np.eye(dimension)
+    rotation[np.ix_([0, -1], [0, -1])] = [[c, s if dimension == 3 else -s], [-s if dimension == 3 else s, c]]
+    centre = np.array([110.0, height(110.0) + 5.0] if dimension == 2 else [118.0, -12.0, height(118.0, -12.0)])
+    shift = 0.12 * 4.0 * t * np.array([-1.0, 0.35]) if name == "wheel" else 0.0
+    return rotation, centre - rotation @ centre + shift
 
 
 def gully(cell, hole=False):
@@ -81,10 +114,11 @@ def gully(cell, hole=False):
     return vertices, facets
 
 
-def _write(path, dimension, positions, frames, duration, terrain, volume, constant, extra, origin=None):
+def _write(path, dimension, positions, frames, duration, terrain, volume, constant, extra, origin=None, obstacles=None):
     units = {"velocity": "m/s", "density": "kg/m3", "volume": "m3" if dimension == 3 else "m2"}
     record = {"scene_name": "made_up_slab", "attribution": "synthetic slope"}
-    with RunWriter(path, provenance=record, terrain=terrain, origin=origin, dimension=dimension, units=units) as writer:
+    options = {"terrain": terrain, "obstacles": obstacles, "origin": origin, "dimension": dimension, "units": units}
+    with RunWriter(path, provenance=record, **options) as writer:
         for t in np.linspace(0.0, duration, frames):
             x, later = positions(t), positions(t + 0.01)
             velocity = (later - x) / 0.01
@@ -100,7 +134,8 @@ def _write(path, dimension, positions, frames, duration, terrain, volume, consta
             }
             speed = np.linalg.norm(velocity, axis=1)
             writer.history(t, {"max_speed": speed.max(), "front": x[:, 0].max()}, {"max_speed": "m/s", "front": "m"})
-            writer.frame(t, x, fields)
+            poses = {name: moves(name, t, dimension) for name in obstacles or {}}
+            writer.frame(t, x, fields, poses)
         if dimension == 3:
             ny, nx = 60, 90
             yy, xx = np.mgrid[0:ny, 0:nx]

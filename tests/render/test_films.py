@@ -6,6 +6,7 @@ import sys
 import imageio.v2 as imageio
 import numpy as np
 import pytest
+from scipy import ndimage
 from synthetic_runs import slab_2d, slab_3d
 
 from snowmpm.errors import InputError
@@ -13,6 +14,8 @@ from snowmpm.io import Run, RunWriter
 from snowmpm.render import light, render_run
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.run_film import SectionView, SpaceView, particle_spacing
+from snowmpm.render.snow import draw_snow
+from snowmpm.render.solid import AREA, draw_solids, placed, rings
 
 SIZE = (320, 180)
 
@@ -74,7 +77,7 @@ def test_snow_is_white_where_the_particles_are_and_nowhere_else(plain_view):
 def test_snow_hides_behind_the_terrain(space):
     """From behind the slope, whose open surface is seen from below there, nothing of it may shine through."""
     view = SpaceView(space, SIZE, "snow", "270,-20")
-    assert view.ground.underside.mean() > 0.2
+    assert (view.ground.slack < 0.0).mean() > 0.2
     ground = light.encode(view.ground.light)
     changed = np.abs(view.picture(4)[45:150].astype(int) - ground[45:150]).max(axis=-1) > 40
     assert changed.sum() <= 3  # px: where the coarse triangles cut below the smooth slope
@@ -136,6 +139,59 @@ def test_map_coordinates_change_nothing_and_a_hole_shows_the_sky(tmp_path):
     assert np.array_equal(pictures[0], pictures[1])
     changed = np.abs(pictures[0] - pictures[2]).max(axis=-1) > 30
     assert 0.005 < changed.mean() < 0.2
+
+
+def test_obstacles_of_a_section_are_where_their_pose_says_and_under_snow_and_ground(tmp_path):
+    slab_2d(tmp_path, frames=5, obstacles=True)
+    run = Run(tmp_path)
+    view = SectionView(run, (640, 360), None, "side")
+    for i in (0, 2, 4):
+        picture, camera = view.picture(i).astype(int), view.track.camera(i)
+        corners = run.obstacles["wheel"].placed(i)
+        middle = corners.mean(axis=0)
+        inner = np.concatenate([middle + share * (corners - middle) for share in (0.2, 0.6)])
+        column, row = (np.round(values).astype(int) for values in camera.project(inner)[:2])
+        is_solid = np.abs(picture - light.encode(AREA).astype(int)).max(axis=-1) <= 2
+        assert is_solid[row, column].mean() > 0.9
+        x, y, _ = camera.project(corners)
+        box = is_solid[:, int(x.min()) - 3 : int(x.max()) + 4]
+        rows = np.flatnonzero(box.any(axis=1))
+        assert abs(rows[0] - y.min()) < 5.0 and rows[-1] < y.max() + 1.0
+        foot = run.obstacles["wall"].placed(i)[:2].mean(axis=0) + np.array([0.0, 0.0, 0.5])
+        column, row, _ = (int(value[0]) for value in camera.project(foot[None]))
+        assert not is_solid[row, column]  # in the ground
+    assert abs(run.obstacles["wheel"].placed(4)[:, 0].mean() - run.obstacles["wheel"].placed(0)[:, 0].mean()) > 3.0
+
+
+def test_obstacles_in_space_are_seen_before_what_is_behind_them_only(tmp_path):
+    slab_3d(tmp_path, particles=30000, frames=5, obstacles=True)
+    run = Run(tmp_path)
+    view = SpaceView(run, SIZE, "snow", "auto")
+    for i in (0, 2, 4):
+        vertices, facets = placed(run, i)
+        solids = draw_solids(view.ground, view.camera, view.sun, vertices, facets)
+        changed = solids.slack == 0.0
+        x, y, depth = view.camera.project(vertices)
+        column, row = x.astype(int), y.astype(int)
+        assert (solids.depth[changed] < view.ground.depth[changed]).all() and changed.sum() > 60
+        rows, columns = np.nonzero(changed)
+        assert (x.min() - 1 <= columns.min()) and (columns.max() <= x.max() + 1) and (y.min() - 1 <= rows.min())
+        up = vertices[:, 2] > run.obstacles["house"].placed(i)[:, 2].mean()
+        seen = np.abs(solids.depth[row, column] - depth) < 1.5
+        assert seen[up].mean() > 0.3 and np.array_equal(solids.light[~changed], view.ground.light[~changed])
+    behind = np.median(vertices, axis=0) + 40.0 * view.camera.axes[2]
+    cloud = behind + np.random.default_rng(0).normal(0.0, 3.0, (4000, 3))
+    front = draw_snow(solids, view.camera, view.sun, cloud - 80.0 * view.camera.axes[2], 0.5)
+    hidden = draw_snow(solids, view.camera, view.sun, cloud, 0.5)
+    assert np.abs(front - solids.light)[changed].max() > 0.1
+    inside = ndimage.binary_erosion(changed, iterations=2)
+    assert inside.any() and np.abs(hidden - solids.light)[inside].max() < 1e-6
+
+
+def test_a_chain_of_segments_becomes_rings():
+    facets = np.array([[4, 5], [0, 1], [2, 0], [5, 6], [1, 2], [6, 4]])
+    assert [sorted(ring) for ring in rings(facets)] == [[4, 5, 6], [0, 1, 2]]
+    assert next(rings(facets)) == [4, 5, 6]
 
 
 @pytest.mark.parametrize(("name", "fps"), [("film.mp4", 10), ("film.gif", 5)])

@@ -1,0 +1,166 @@
+"""Rigid shapes: how far a point is from their surface, and which way is out."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import taichi as ti
+import trimesh
+
+from snowmpm import runtime
+from snowmpm.errors import InputError
+from snowmpm.seeding.shapes import shape_of
+from snowmpm.solids.primitives import BALL, BOX, CYLINDER, SAMPLED, primitive_distance
+from snowmpm.solids.samples import DistanceSamples
+from snowmpm.terrain import DistanceField, TerrainSurface
+from snowmpm.terrain.load import existing
+from snowmpm.terrain.mesh import mesh_facets
+
+CHORDS = 96
+"""Sides of the polygon that draws a disc or a cylinder."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolidShape:
+    """A rigid shape where the scene draws it.
+
+    kind: BOX, BALL, CYLINDER or SAMPLED (`primitives`); origin (dim,) [m]: middle of its own frame; axes (dim, dim):
+    unit rows, directions of that frame; size (dim,) [m]: half sides of a box along them that holds it, and the measures
+    that `primitive_distance` wants; surface: `TerrainSurface` of a polygon or mesh, else None.
+    """
+
+    kind: int
+    origin: np.ndarray
+    axes: np.ndarray
+    size: np.ndarray
+    surface: object = None
+
+    @classmethod
+    def of(cls, spec, dim, base_dir=".", key="shape"):
+        """Shape of a scene's shape table: box, sphere, cylinder (3-D), mesh (3-D) or polygon (2-D).
+
+        InputError: a mesh that is open or cannot be read, a polygon that crosses itself, no volume.
+        """
+        return BUILDERS[spec.kind](spec, dim, base_dir, key)
+
+    @property
+    def dim(self):
+        return len(self.origin)
+
+    def query(self, points):
+        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m].
+
+        Exact; that of a polygon or mesh as far as it is large, cut off beyond.
+        """
+        points = np.ascontiguousarray(np.asarray(points, np.float64).reshape(-1, self.dim))
+        if self.surface is not None:
+            return self._field.query(points)
+        local = np.ascontiguousarray((points - self.origin) @ self.axes.T)
+        distance, normal = np.empty(len(points)), np.empty_like(points)
+        if len(points):
+            runtime.start()
+            with runtime.precision("f64"):
+                _primitive_distances(self.dim, self.kind, local, _three(self.size), distance, normal)
+        return distance, normal @ self.axes
+
+    @cached_property
+    def _field(self):
+        return DistanceField(self.surface, reach=np.inf)
+
+    def samples(self, spacing, reach, name="obstacle"):
+        """`DistanceSamples` in the shape's own frame, for a polygon or mesh."""
+        field = DistanceField(self.surface, reach)
+        return DistanceSamples.of(lambda local: field.query(self.origin + local), -self.size, self.size, spacing,
+                                  field.reach, name)
+
+    def drawing(self):
+        """Vertices (n, dim) [m] and facets that draw it: (m, 3) triangles, or (m, 2) segments, one after the other."""
+        if self.surface is not None:
+            return self.surface.vertices, self.surface.facets
+        if self.dim == 2:
+            ring = _square() if self.kind == BOX else _circle()
+            number = np.arange(len(ring))
+            return self.origin + ring * self.size, np.column_stack([number, np.roll(number, -1)])
+        mesh = {BOX: lambda: trimesh.creation.box(extents=[2.0] * 3),
+                BALL: lambda: trimesh.creation.icosphere(subdivisions=4, radius=1.0),
+                CYLINDER: lambda: trimesh.creation.cylinder(radius=1.0, height=2.0, sections=CHORDS)}[self.kind]()
+        return self.origin + (np.asarray(mesh.vertices) * self.size) @ self.axes, np.asarray(mesh.faces)
+
+
+def _square():
+    return np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def _circle():
+    angle = 2.0 * np.pi * np.arange(CHORDS) / CHORDS
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _three(size):
+    return ti.Vector([*size, *[0.0] * (3 - len(size))])
+
+
+def _primitive(kind):
+    def build(spec, dim, base_dir, key):
+        box = shape_of(spec, dim, base_dir, key)
+        return SolidShape(kind, box.origin + 0.5 * box.size @ box.axes, box.axes, 0.5 * box.size)
+    return build
+
+
+def _polygon(spec, dim, base_dir, key):
+    points = np.asarray(spec.points, float)
+    if (points[0] == points[-1]).all():
+        points = points[:-1]
+    if _crosses_itself(points):
+        raise InputError(f"{key}.points: the polygon crosses itself, so no inside")
+    number = np.arange(len(points))
+    return _of_surface(points, np.column_stack([number, np.roll(number, -1)]), f"{key}.points: the polygon")
+
+
+def _mesh(spec, dim, base_dir, key):
+    path = existing(spec.file, base_dir, f"{key}.file")
+    return _of_surface(*mesh_facets(path, f"{key}.file"), f"{key}.file = {str(spec.file)!r}: the mesh")
+
+
+def _of_surface(vertices, facets, what):
+    surface = TerrainSurface.of(vertices, facets)
+    size = surface.upper - surface.lower
+    if not surface.closed:
+        raise InputError(f"{what} must be closed (it has open edges, so no inside)")
+    if not surface.volume() > 1e-9 * np.prod(size):
+        raise InputError(f"{what} encloses nothing")
+    dim = len(size)
+    return SolidShape(SAMPLED, 0.5 * (surface.lower + surface.upper), np.eye(dim), 0.5 * size, surface)
+
+
+BUILDERS = {"box": _primitive(BOX), "sphere": _primitive(BALL), "cylinder": _primitive(CYLINDER), "polygon": _polygon,
+            "mesh": _mesh}
+
+
+def _crosses_itself(points):
+    """Whether two sides of the ring (n, 2) that are not neighbours cross or touch, or two neighbours fold back."""
+    a, b = points, np.roll(points, -1, axis=0)
+    n = len(a)
+    i, j = np.triu_indices(n, 2)
+    apart = ~((i == 0) & (j == n - 1))
+    i, j = i[apart], j[apart]
+
+    def side(p, q, r):
+        return np.sign((q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0]))
+
+    crossing = (side(a[i], b[i], a[j]) * side(a[i], b[i], b[j]) <= 0) & (
+        side(a[j], b[j], a[i]) * side(a[j], b[j], b[i]) <= 0)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    overlap = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
+    return bool((crossing & overlap).any())
+
+
+@ti.kernel
+def _primitive_distances(dim: ti.template(), kind: ti.i32, points: ti.types.ndarray(dtype=ti.f64, ndim=2),
+                         size: ti.types.vector(3, ti.f64), distance: ti.types.ndarray(dtype=ti.f64, ndim=1),
+                         normal: ti.types.ndarray(dtype=ti.f64, ndim=2)):
+    for i in range(points.shape[0]):
+        d, n = primitive_distance(dim, kind, ti.Vector([points[i, k] for k in ti.static(range(dim))]), size)
+        distance[i] = d
+        for k in ti.static(range(dim)):
+            normal[i, k] = n[k]

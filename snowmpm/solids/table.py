@@ -1,0 +1,160 @@
+"""Obstacles inside a kernel: their shapes and poses as tables, distance and velocity as Taichi functions.
+
+Lengths are cells of `dx` from `origin`, as in a solver. A kernel takes the four tables of a `SolidTable` and calls, for
+obstacle number o and the position x [cells] of a node, with `solid = solid_functions(dim, real)`,
+
+    d, n = solid.distance(o, x, numbers, sizes, poses, samples)   # signed distance [cells], outward normal, in space
+    v = solid.velocity(o, x, poses)                               # v + omega x arm [m/s]
+    m = solid.moment(o, x, impulse, poses)                        # arm [cells] x impulse: 1 number in 2-D, 3 in 3-D
+
+The arm is taken from the centre of rotation.
+"""
+
+import functools
+from collections import namedtuple
+
+import numpy as np
+import taichi as ti
+
+from snowmpm import runtime
+from snowmpm.solids.primitives import SAMPLED, primitive_distance
+from snowmpm.solids.samples import sampled_distance
+
+SPACING = 0.5
+"""Spacing of the samples of a polygon or mesh [cells]."""
+
+REACH = 4.0
+"""Cells around the surface of a polygon or mesh in which its distance is sampled."""
+
+# Columns of `numbers` and of `sizes`
+KIND, CODE, FIRST, SHAPE = 0, 1, 2, 3
+SIZE, LOWER, STEP, CUT_OFF, FRICTION = 0, 3, 6, 7, 8
+
+SolidFunctions = namedtuple("SolidFunctions", "distance velocity moment")
+
+
+def pose_columns(dim):
+    """First column of `poses` of each entry: axes (dim x dim, by rows), middle, centre, velocity, box, turning."""
+    ends = np.cumsum([0, dim * dim, dim, dim, dim, dim, dim, 1 if dim == 2 else 3])
+    return dict(zip(("axes", "middle", "centre", "velocity", "lower", "upper", "omega", "end"), ends.tolist(),
+                    strict=True))
+
+
+class SolidTable:
+    """Tables of obstacles for kernels of one precision.
+
+    numbers (n, 6) int32: kind, contact code, first sample, shape of the samples; sizes (n, 9) float64 [cells]: size,
+    first corner, spacing and reach of the samples, friction [-]; poses (n, ...) float64: columns of `pose_columns`, for
+    the time of the last `move`; samples: vectors of 4, normal and distance [cells].
+    """
+
+    def __init__(self, obstacles, *, dim, precision, origin, dx):
+        self.obstacles, self.dim, self.dx = list(obstacles), dim, dx
+        self.origin = np.asarray(origin, float)
+        self.count = len(self.obstacles)
+        runtime.start()
+        rows = max(1, self.count)
+        numbers, sizes = np.zeros((rows, SHAPE + 3), np.int32), np.zeros((rows, FRICTION + 1))
+        parts, first = [], 0
+        for o, obstacle in enumerate(self.obstacles):
+            shape = obstacle.shape
+            numbers[o, :SHAPE] = shape.kind, obstacle.code, first
+            sizes[o, :dim], sizes[o, FRICTION] = shape.size / dx, obstacle.friction
+            if shape.kind == SAMPLED:
+                found = shape.samples(SPACING * dx, REACH * dx, f"obstacle {obstacle.name}")
+                numbers[o, SHAPE : SHAPE + dim] = found.shape
+                sizes[o, LOWER : LOWER + dim] = found.lower / dx
+                sizes[o, STEP], sizes[o, CUT_OFF] = found.spacing / dx, found.reach / dx
+                parts.append(found.values / ([1.0] * 3 + [dx]))
+                first += len(found.values)
+        real, numpy_real = runtime.DTYPES[precision]
+        self.numbers, self.sizes = _on_device(numbers, ti.i32), _on_device(sizes, ti.f64)
+        self.samples = ti.ndarray(ti.types.vector(4, real), (max(1, first),))
+        if parts:
+            self.samples.from_numpy(np.concatenate(parts).astype(numpy_real))
+        self._columns = pose_columns(dim)
+        self._rows = np.zeros((rows, self._columns["end"]))
+        self.poses = ti.ndarray(ti.f64, self._rows.shape)
+        self._moved = False
+
+    def move(self, time):
+        """Put every obstacle where it is at `time` [s]. Costs nothing when none moves."""
+        if self._moved and all(obstacle.still for obstacle in self.obstacles):
+            return
+        self._moved = True
+        for row, obstacle in zip(self._rows, self.obstacles, strict=False):
+            pose = obstacle.motion.pose(time)
+            middle, axes = obstacle.frame_at(time)
+            lower, upper = obstacle.bounds_at(time)
+            places = [(place - self.origin) / self.dx for place in (middle, pose.centre)]
+            ends = [(end - self.origin) / self.dx for end in (lower, upper)]
+            row[:] = np.concatenate([axes.ravel(), *places, pose.velocity, *ends, np.atleast_1d(pose.omega) * self.dx])
+        self.poses.from_numpy(self._rows)
+
+    def boxes(self):
+        """Lower and upper corners (n, dim) [cells] of boxes that hold the obstacles where they are now."""
+        first, middle, last = (self._columns[name] for name in ("lower", "upper", "omega"))
+        return self._rows[: self.count, first:middle], self._rows[: self.count, middle:last]
+
+
+def _on_device(values, dtype):
+    array = ti.ndarray(dtype, values.shape)
+    array.from_numpy(values)
+    return array
+
+
+@functools.cache
+def solid_functions(dim, real):
+    """Taichi functions of a precision: distance, velocity and moment (see the top)."""
+    at = pose_columns(dim)
+    axes, middle, centre, velocity, omega = (at[name] for name in ("axes", "middle", "centre", "velocity", "omega"))
+    n_turn = at["end"] - omega
+
+    @ti.func
+    def entry(n: ti.template(), column: ti.template(), o, table: ti.template()):
+        return ti.Vector([table[o, column + k] for k in ti.static(range(n))])
+
+    @ti.func
+    def distance(o, x, numbers: ti.template(), sizes: ti.template(), poses: ti.template(), samples: ti.template()):
+        # In double: x and the middle of the solid may be far from the origin, and close to each other.
+        away = x - entry(dim, middle, o, poses)
+        local, out = ti.Vector.zero(real, dim), ti.Vector.zero(real, dim)
+        for k in ti.static(range(dim)):
+            local[k] = ti.cast(entry(dim, ti.static(axes + k * dim), o, poses).dot(away), real)
+        d, n = ti.cast(0.0, real), ti.Vector.zero(real, dim)
+        if numbers[o, KIND] == SAMPLED:
+            lower = ti.cast(entry(dim, LOWER, o, sizes), real)
+            step, reach = ti.cast(sizes[o, STEP], real), ti.cast(sizes[o, CUT_OFF], real)
+            shape = entry(dim, SHAPE, o, numbers)
+            d, n = sampled_distance(dim, local, lower, step, shape, numbers[o, FIRST], reach, samples)
+        else:
+            d, n = primitive_distance(dim, numbers[o, KIND], local, ti.cast(entry(3, SIZE, o, sizes), real))
+        for k in ti.static(range(dim)):
+            out += n[k] * ti.cast(entry(dim, ti.static(axes + k * dim), o, poses), real)
+        return d, out
+
+    @ti.func
+    def arm_of(o, x, poses: ti.template()):
+        return ti.cast(x - entry(dim, centre, o, poses), real)
+
+    @ti.func
+    def velocity_at(o, x, poses: ti.template()):
+        arm, w = arm_of(o, x, poses), ti.cast(entry(n_turn, omega, o, poses), real)
+        v = ti.cast(entry(dim, velocity, o, poses), real)
+        if ti.static(dim == 2):
+            v += w[0] * ti.Vector([-arm[1], arm[0]])
+        else:
+            v += w.cross(arm)
+        return v
+
+    @ti.func
+    def moment_of(o, x, impulse, poses: ti.template()):
+        arm = arm_of(o, x, poses)
+        moment = ti.Vector.zero(real, n_turn)
+        if ti.static(dim == 2):
+            moment[0] = arm[0] * impulse[1] - arm[1] * impulse[0]
+        else:
+            moment = arm.cross(impulse)
+        return moment
+
+    return SolidFunctions(distance, velocity_at, moment_of)
