@@ -24,6 +24,7 @@ class ParticleFields:
         self._solver = solver
         self._table = solver.particles.table()
         self._labels = solver.particles.labels()
+        self._blocks = solver.blocks  # a sort makes a new one; the table belongs to this one
         self._body_starts = np.asarray(body_starts)
 
     def __getitem__(self, name):
@@ -38,7 +39,7 @@ class ParticleFields:
         return self._table[:, self._solver.particles.layout.columns(name)].astype(np.float64)
 
     def _position(self):
-        return self._solver.positions(self._column("position"))
+        return self._solver.positions(self._column("position"), self._blocks)
 
     def _velocity(self):
         return self._column("velocity")
@@ -68,6 +69,10 @@ class ParticleFields:
         """Kirchhoff stress (n, 6) [Pa]."""
         tau = self._column("stress")
         return tau if tau.shape[1] == 6 else np.pad(tau, ((0, 0), (0, 2)))
+
+    def velocity_gradient(self):
+        """grad v (n, dim * dim) [1/s], row major: the affine part of a particle's motion."""
+        return self._column("affine")
 
     def state(self):
         """State of the law of each particle (n, largest number of state variables)."""

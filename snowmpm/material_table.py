@@ -37,3 +37,12 @@ class MaterialTable:
         law_of = np.array([self.updates.index(law.update) for law in laws], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)
+
+    def elastic_energy(self, material, stress, state, volume):
+        """Recoverable energy [J] of particles: material (n,), Kirchhoff stress (n, 4) or (n, 6) [Pa], state of the laws
+        (n, state_size), reference volume (n,) [m3]. NumPy."""
+        stress, energy = np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), 0.0
+        for m, law in enumerate(self.laws):
+            own = material == m
+            energy += float(volume[own] @ law.elastic_energy(stress[own], state[own]))
+        return energy

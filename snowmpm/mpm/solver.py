@@ -14,6 +14,7 @@ from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.body_contact import BodyContact
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
+from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.scatter import scatter_kernel
 from snowmpm.mpm.solid_field import SolidField
 from snowmpm.mpm.surface import Plane, Surface
@@ -29,7 +30,8 @@ class MpmSolver:
 
     Lengths inside are cells from `origin` (scene coordinates of grid node 0). Totals since the start: `impulse` of
     terrain, sides and loads and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return
-    maps, and `removed` (count, mass [kg], momentum [kg m/s]) of the particles that left through open sides.
+    maps, and `removed` (count, mass [kg], momentum [kg m/s], energy [J]: kinetic, elastic and -m g.x) of the particles
+    that left through open sides.
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
@@ -81,7 +83,7 @@ class MpmSolver:
         self._loaded = np.zeros(dim)
         self.weight_impulse = np.zeros(dim)
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
-        self.removed = {"count": 0, "mass": 0.0, "momentum": np.zeros(dim)}
+        self.removed = {"count": 0, "mass": 0.0, "energy": 0.0, "momentum": np.zeros(dim)}
         self.set_loads([])
 
     # ---- the step ---------------------------------------------------------------------------------------------
@@ -216,7 +218,12 @@ class MpmSolver:
         self.removed["count"] += int(gone.sum())
         self.removed["mass"] += float(mass.sum())
         self.mass -= float(mass.sum())
-        self.removed["momentum"] += mass @ self.column("velocity")[gone]
+        velocity, affine = self.column("velocity")[gone], self.column("affine")[gone]
+        self.removed["momentum"] += mass @ velocity
+        square = (velocity**2).sum(axis=1) + self.second_moment() * (affine**2).sum(axis=1)
+        elastic = self.materials.elastic_energy(*(values[gone] for values in (
+            self.particles.labels()[:, 0], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
+        self.removed["energy"] += float(mass @ (0.5 * square - self.positions()[gone] @ self.gravity)) + elastic
 
     def _work(self):
         """Particles by block and the shares of the CPU's threads, or the block of each particle and their number."""
@@ -294,13 +301,27 @@ class MpmSolver:
         """Copy of one column group of the particle table, float64, (n, size)."""
         return self.particles.table()[:, self.particles.layout.columns(name)].astype(np.float64)
 
-    def positions(self, local=None):
-        """Scene coordinates of the particles [m], (n, dim); local: their position columns when already at hand."""
+    def positions(self, local=None, blocks=None):
+        """Scene coordinates of the particles [m], (n, dim); local: their position columns when already at hand, blocks:
+        the `BlockMap` that they belong to."""
         local = self.column("position") if local is None else local
-        home = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        blocks = blocks or self.blocks
+        home = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
         cells = EDGE[self.dim] * home + local
         length = EDGE[self.dim] * self._period
         return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
+
+    def second_moment(self):
+        """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""
+        return self._affine_share * self.dx**2 / STENCILS[self._basis].inverse_second_moment
+
+    def grid_kinetic_energy(self):
+        """Kinetic energy of the nodes that the particles would give their momentum to now [J]."""
+        with runtime.precision(self.precision):
+            if self._excursion >= self._home_limit:
+                self.sort()
+            self.particles_to_grid(0.0)
+        return grid_kinetic_energy(self.grid)
 
     def rewrite(self, table):
         """Put back a changed copy of `particles.table()`; positions and volumes must stay."""

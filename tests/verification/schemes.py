@@ -6,7 +6,6 @@ import numpy as np
 
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from snowmpm.stencil import STENCILS
 
 
 @dataclass(frozen=True)
@@ -34,10 +33,6 @@ class Scheme:
         shape = "-shape" if self.gradient == "shape" else ""
         return f"{self.kernel}-{self.transfer}{ratio}{shape}"
 
-    def second_moment(self, dx):
-        """D of an affine transfer [m2], 0 for one without: C adds 1/2 m D C:C to the kinetic energy of a particle."""
-        return self.affine * dx**2 / STENCILS[self.kernel].inverse_second_moment
-
 
 APIC, PIC = Scheme("apic"), Scheme("pic")
 FLIP, AFLIP = Scheme("flip", 0.99), Scheme("aflip", 0.99)
@@ -57,8 +52,8 @@ def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=
     reach = 30.0 * dx if reach is None else reach
     lower, upper = positions.min(axis=0) - reach, positions.max(axis=0) + reach
     origin = dx * np.floor(lower / dx)
-    return MpmSolver(Population(positions, volumes, material, velocities), laws, dx=dx, precision=precision, origin=origin,
-                     lower=lower, upper=upper, gravity=np.zeros(dim) if gravity is None else gravity,
+    return MpmSolver(Population(positions, volumes, material, velocities), laws, dx=dx, precision=precision,
+                     origin=origin, lower=lower, upper=upper, gravity=np.zeros(dim) if gravity is None else gravity,
                      **scheme.options, **options)
 
 

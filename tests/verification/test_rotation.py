@@ -59,16 +59,13 @@ def spinning_disc(scheme):
     return solver
 
 
-def measured(solver, arm):
-    """Time, spin [kg m2/s], kinetic energy, mechanical energy [J], ln of <r^2> and of the area sum(J V).
-
-    arm: D of the affine transfer [m2].
-    """
+def measured(solver):
+    """Time, spin [kg m2/s], kinetic energy, mechanical energy [J], ln of <r^2> and of the area sum(J V)."""
     layout, table = solver.particles.layout, solver.particles.table()
     x = solver.positions(table[:, layout.columns("position")])
     v, c, J, volume, tau, state = (table[:, layout.columns(name)] for name in
                                    ("velocity", "affine", "volume_ratio", "volume", "stress", "state"))
-    m = LAW.density * volume[:, 0]
+    m, arm = LAW.density * volume[:, 0], solver.second_moment()
     x, v = x - m @ x / m.sum(), v - m @ v / m.sum()
     spin = m @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0] + arm * (c[:, 2] - c[:, 1]))
     kinetic = 0.5 * m @ ((v**2).sum(axis=1) + arm * (c**2).sum(axis=1))
@@ -80,11 +77,11 @@ def measured(solver, arm):
 def history(scheme, duration, every):
     """Columns of `measured`, a row every so many steps."""
     solver = spinning_disc(scheme)
-    rows = [measured(solver, scheme.second_moment(DX))]
+    rows = [measured(solver)]
     for step in range(round(duration / DT)):
         solver.step(DT)
         if step % every == every - 1:
-            rows.append(measured(solver, scheme.second_moment(DX)))
+            rows.append(measured(solver))
     return np.array(rows).T
 
 
