@@ -10,7 +10,7 @@ from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.contact import CODES
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
-from snowmpm.mpm import gather as report_of
+from snowmpm.mpm import report as report_of
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernel, int_array, real_array
 from snowmpm.mpm.scatter import scatter_kernel
@@ -93,7 +93,7 @@ class MpmSolver:
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, work = self._work()
-        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.boxes, grid.tiles,
+        self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
                       grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, work)
 
     def update_grid(self, dt):
@@ -107,8 +107,9 @@ class MpmSolver:
         grid, store = self.grid, self.particles
         home, work = self._work()
         report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
-                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, work)
+        self._gather(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, home,
+                     grid.boxes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+                     grid.n_tiles, work)
         self._read(report)
 
     def stable_dt(self):
@@ -143,8 +144,8 @@ class MpmSolver:
         lower, upper = ti.Vector(self.lower), ti.Vector(self.upper)
         lead = LEAD * self._home_limit
         ahead = lead / max(self.extremes.speed, 1e-30)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
-                          counts, self.grid.shares)
+        self._count_moves(store.reals, store.turn, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
+                          counts, store.target, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < store.count:
@@ -157,9 +158,8 @@ class MpmSolver:
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   ahead, lead, int_array(target), self.grid.shares)
-        store.swap(alive)
+        self._aim(store.reals, store.turn, self.grid.start, int_array(target), store.target, self.grid.shares)
+        store.move(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim)
         self._follow_blocks()
         self.sorts += 1
@@ -211,10 +211,9 @@ class MpmSolver:
         layout = self.particles.layout
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
         self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
-        self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
-                                     self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
-                                     self._affine_share > 0.0)
-        self._count_moves, self._move = sort_kernels(layout)
+        self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
+                                     self.flip, self._basis, self._gradient, self._affine_share > 0.0)
+        self._count_moves, self._aim = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
         def wall_distance(nodes):
@@ -259,7 +258,7 @@ class MpmSolver:
         store, grid = self.particles, self.grid
         with runtime.precision(self.precision):
             return sever_kernel(store.layout, real)(
-                store.reals, store.integers, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
+                store.reals, store.turn, store.identity, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
                 np.array(state, numpy_real), grid.n_tiles)
 
     def remove(self, gone):
