@@ -8,15 +8,14 @@ import taichi as ti
 
 from .critical_state_return import critical_state_return, ellipse_at, is_outside
 from .elastic import elastic_trial, small_elastic_trial
-from .hardening import Hardening, HardeningKind, HardeningRate
+from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
 from .hencky import deviation_of_small_strain, deviation_of_strain
 from .law import REDO, Law, NonNegative, Positive, StateVariable
-from .precision import by_precision
+from .precision import by_precision, larger
 from .substepping import substeps
 from .symmetric import contract, plus_isotropic
 
-
-STEPS = (2, 3)
+STEPS = (2, 2)
 """Newton steps in a straight line, float32 and float64."""
 
 
@@ -53,13 +52,15 @@ def critical_state_update(return_map, straight=False):
             if ti.static(state.n > 1):
                 state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, state[1])
             dissipation += p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
-            if ratio == 0.0:
-                h_new.fill(0.0)  # separated: stress-free, the common case in a flow
-            elif ti.static(straight):
+            if ti.static(straight):
                 h_new, small = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
                 valid = ti.select(small, valid, 0)
+            elif ratio == 0.0:
+                h_new.fill(0.0)  # separated: stress-free, the common case in a flow
             else:
                 h_new = deviation_of_strain(deviator, -p * prm[8], deviator2, ratio)
+        if ti.static(straight):
+            valid = ti.select(in_reach(prm[2] * larger(zeta, zeta_new), prm[10]), valid, 0)
         tau = plus_isotropic((2.0 * prm[1] * ratio) * deviator, -p)
         count = ti.select(iterations < 0, failed, iterations + n_substeps)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1, count, failed)
