@@ -77,15 +77,15 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 
 @ti.func
 def straight_return_to_ellipse(
-    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, steps: ti.template()
+    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, n: ti.template()
 ):
-    """`return_to_ellipse` in a straight line: always this many steps; −1 where they, without a bracket, do not converge."""
+    """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge."""
     growth = xi * rate
     x = start
     p0, d = 0.0, 0.0
     reach = 0.0 + ti.static(by_precision(1e30, 1e200))
-    iterations = steps
-    for k in ti.static(range(steps)):
+    iterations = n
+    for k in ti.static(range(n)):
         if ti.static(k > 0):
             value = hardening_value(xi * (zeta + rate * x), offset, True)
         p0, d, root, w, _, newton, bend, change, slopes = newton_step(
@@ -93,7 +93,7 @@ def straight_return_to_ellipse(
         )
         step = newton - newton * bend
         done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
-        if ti.static(k < steps - 1):
+        if ti.static(k < n - 1):
             # One that converged early goes on, by next to nothing
             step = ti.select(done, step, damped(newton, bend))
             x += step
