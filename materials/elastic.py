@@ -9,7 +9,6 @@ from .law import REDO, Law
 from .precision import by_precision, is_within
 from .symmetric import plus_isotropic
 
-
 STEP_LIMIT = 0.25
 """A : A up to which a step cannot turn a particle inside out."""
 
