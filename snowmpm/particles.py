@@ -22,7 +22,7 @@ from snowmpm.runtime import DTYPES
 MATERIAL, IDENTITY = 0, 1
 """Columns of `ParticleStore.labels`: index of the material, number given at seeding."""
 
-MOST_TABLES = 6
+MOST_TABLES = 5
 MOST_MATERIALS = 256
 """A material index is one byte."""
 

@@ -33,6 +33,7 @@ from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, report_functions
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
+from snowmpm.stencil import STENCILS
 
 LARGEST_RATIO = 1e4
 """J at which a grain that flies alone stops to grow: its volume means nothing, and would overflow in the end. The law
@@ -53,12 +54,15 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
     n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
     has_lanes, stiffens = ([function is not None for function in functions] for functions in (lanes, stiffnesses))
     some_stiffen = any(stiffens)
-    shape = gradient == "shape"
+    shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
     # What a pack holds, numbers a lane
-    columns = (("x", dim), ("v", dim), ("L", dim * dim), ("A", dim * dim), ("h", sym_size), ("tau", sym_size),
-               ("state", layout.state_size), ("ratio", 1), ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1))
+    columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape), ("f", dim),
+               ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim),
+               ("L", dim * dim), ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size),
+               ("ratio", 1), ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1))
+    n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
     @ti.func
@@ -87,31 +91,22 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
         return strain, wave2
 
     @ti.func
-    def follow_grid(p, b, reals: ti.template(), places, tiles: ti.template(), changes: ti.template(), dt, inverse_dx,
-                    flip_ratio):
-        """Move a particle and store its position, velocity and C; -> position, velocity, grad v."""
-        x = access.load(reals, places, p, at["position"], dim)
-        address, f, w, dw = grid.locate(x, b)
-        v, moments, slopes = grid.interpolate(tiles, address, w, dw, True)
-        C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
-        velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
-        x += (dt * inverse_dx) * velocity
-        if ti.static(flip):
-            change, _, _ = grid.interpolate(changes, address, w, dw, False)
-            old = access.load(reals, places, p, at["velocity"], dim)
-            for i in ti.static(range(dim)):
-                velocity[i] += flip_ratio * (old[i] + change[i] - velocity[i])
-        moved = ti.Vector.zero(real, 2 * dim + dim * dim)
-        for a in ti.static(range(dim)):
-            moved[a], moved[dim + a] = x[a], velocity[a]
-            for i in ti.static(range(dim)):
-                moved[2 * dim + i * dim + a] = C[i, a]
-        access.store(reals, places, p, at["position"], moved)
-        return x, velocity, L
+    def blend(velocity, changed, flip_ratio):
+        """Velocity of FLIP or AFLIP from that on the grid and the particle's own with its change."""
+        return velocity + flip_ratio * (changed - velocity)
+
+    @ti.func
+    def store_motion(p, reals: ti.template(), places, velocity, C):
+        """Columns that follow each other are stored as one vector, so that whole rows are written."""
+        motion = ti.Vector.zero(real, dim + dim * dim)
+        for i in ti.static(range(dim)):
+            motion[i] = velocity[i]
+            for a in ti.static(range(dim)):
+                motion[dim + i * dim + a] = C[i, a]
+        access.store(reals, places, p, at["velocity"], motion)
 
     @ti.func
     def store_response(p, reals: ti.template(), places, h, tau, state, ratio):
-        """What the law leaves; the columns follow each other, so that whole rows are written."""
         response = ti.Vector.zero(real, 2 * sym_size + layout.state_size + 1)
         for k in ti.static(range(sym_size)):
             response[k], response[sym_size + k] = h[k], tau[k]
@@ -127,7 +122,16 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
                         law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, inverse_dx,
                         flip_ratio):
         """Advance one particle; -> its report."""
-        x, velocity, L = follow_grid(p, b, reals, places, tiles, changes, dt, inverse_dx, flip_ratio)
+        x = access.load(reals, places, p, at["position"], dim)
+        address, f, w, dw = grid.locate(x, b)
+        v, moments, slopes = grid.interpolate(tiles, address, w, dw, True)
+        C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
+        velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
+        x += (dt * inverse_dx) * velocity
+        if ti.static(flip):
+            change, _, _ = grid.interpolate(changes, address, w, dw, False)
+            old = access.load(reals, places, p, at["velocity"], dim)
+            velocity = blend(velocity, old + ti.Vector([change[i] for i in ti.static(range(dim))]), flip_ratio)
         A, growth, ratio = deform(L, access.load(reals, places, p, at["volume_ratio"], 1)[0], dt)
         h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
         state = access.load(reals, places, p, at["state"], layout.state_size)
@@ -138,6 +142,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
                 parameters = parameters_of(materials, material[p])
                 h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
                 strain, wave2 = extremes_of_law(k, materials, material[p], h, tau, state)
+        access.store(reals, places, p, at["position"], x)
+        store_motion(p, reals, places, velocity, C)
         store_response(p, reals, places, h, tau, state, ratio)
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
@@ -170,25 +176,84 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
     # ---- packs of particles -------------------------------------------------------------------------------------
 
     @ti.func
-    def read_pack(pack: ti.template(), first, count, b, reals: ti.template(), places, tiles: ti.template(),
-                  changes: ti.template(), dt, inverse_dx, flip_ratio):
-        """Move the particles first .. first + count - 1 of block b, and load what their laws need."""
+    def read_pack(pack: ti.template(), address: ti.template(), first, count, b, reals: ti.template(), places):
+        """Load the particles first .. first + count - 1 of block b, and find their stencils."""
         for lane in range(count):
             p = first + lane
-            # Its stores keep the compiler from taking several lanes at once, which is slow here: a node is a vector
-            x, velocity, L = follow_grid(p, b, reals, places, tiles, changes, dt, inverse_dx, flip_ratio)
-            write_lane(pack["x"], lane, x)
-            write_lane(pack["v"], lane, velocity)
-            write_matrix_lane(pack["L"], lane, L)
+            write_lane(pack["x"], lane, access.load(reals, places, p, at["position"], dim))
             write_lane(pack["h"], lane, access.load(reals, places, p, at["elastic"], sym_size))
             write_lane(pack["state"], lane, access.load(reals, places, p, at["state"], layout.state_size))
             write_lane(pack["ratio"], lane, access.load(reals, places, p, at["volume_ratio"], 1))
             write_lane(pack["volume"], lane, access.load(reals, places, p, at["volume"], 1))
+            if ti.static(flip):
+                write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
+        for lane in range(LANES):
+            start, f, w, dw = grid.locate(read_lane(pack["x"], lane), b)
+            address[lane] = start
+            write_lane(pack["f"], lane, f)
+            for k in ti.static(range(width)):
+                for a in ti.static(range(dim)):
+                    pack["w"][k * dim + a][lane] = w[k, a]
+                    if ti.static(shape):
+                        pack["dw"][k * dim + a][lane] = dw[k, a]
 
     @ti.func
-    def deform_pack(pack: ti.template(), dt):
+    def sum_over_nodes(pack: ti.template(), address: ti.template(), sums: ti.template(), first, count,
+                       reals: ti.template(), places, tiles: ti.template(), changes: ti.template(), cells_per_metre):
+        """Interpolate to each lane, and move it. Node vectors are kept whole, four numbers in a register; were the
+        position not stored here, the compiler would take several lanes at once and each number of a node alone."""
+        for lane in range(count):
+            w, dw = ti.Matrix.zero(real, width, dim), ti.Matrix.zero(real, width, dim)
+            for k in ti.static(range(width)):
+                for a in ti.static(range(dim)):
+                    w[k, a] = pack["w"][k * dim + a][lane]
+                    if ti.static(shape):
+                        dw[k, a] = pack["dw"][k * dim + a][lane]
+            v, moments, slopes = grid.interpolate(tiles, address[lane], w, dw, True)
+            for c in ti.static(range(4)):
+                sums[0][4 * lane + c] = v[c]
+                for a in ti.static(range(dim)):
+                    sums[1 + a][4 * lane + c] = moments[a, c]
+                    if ti.static(shape):
+                        sums[1 + dim + a][4 * lane + c] = slopes[a, c]
+            if ti.static(flip):
+                change, _, _ = grid.interpolate(changes, address[lane], w, dw, False)
+                for c in ti.static(range(4)):
+                    sums[n_sums - 1][4 * lane + c] = change[c]
+            x = read_lane(pack["x"], lane)
+            for a in ti.static(range(dim)):
+                x[a] += cells_per_metre * v[a]
+            write_lane(pack["x"], lane, x)
+            access.store(reals, places, first + lane, at["position"], x)
+
+    @ti.func
+    def spread_sums(pack: ti.template(), sums: ti.template()):
+        """From node vectors to one array for each number, which is what a loop over lanes needs."""
         for lane in range(LANES):
-            A, growth, ratio = deform(read_matrix_lane(pack["L"], lane), pack["ratio"][0][lane], dt)
+            for i in ti.static(range(dim)):
+                pack["v"][i][lane] = sums[0][4 * lane + i]
+                for a in ti.static(range(dim)):
+                    pack["moments"][a * dim + i][lane] = sums[1 + a][4 * lane + i]
+                    if ti.static(shape):
+                        pack["slopes"][a * dim + i][lane] = sums[1 + dim + a][4 * lane + i]
+                if ti.static(flip):
+                    pack["old"][i][lane] += sums[n_sums - 1][4 * lane + i]
+
+    @ti.func
+    def deform_pack(pack: ti.template(), dt, inverse_dx, flip_ratio):
+        """Velocity, C and deformation of all lanes."""
+        for lane in range(LANES):
+            v, slopes = read_lane(pack["v"], lane), ti.Matrix.zero(real, dim, dim)
+            if ti.static(shape):
+                slopes = read_matrix_lane(pack["slopes"], lane)
+            moments = read_matrix_lane(pack["moments"], lane)
+            C, L = grid.gradients(read_lane(pack["f"], lane), v, moments, slopes, inverse_dx)
+            if ti.static(flip):
+                v = blend(v, read_lane(pack["old"], lane), flip_ratio)
+            A, growth, ratio = deform(L, pack["ratio"][0][lane], dt)
+            write_lane(pack["v"], lane, v)
+            write_matrix_lane(pack["C"], lane, C)
+            write_matrix_lane(pack["L"], lane, L)
             write_matrix_lane(pack["A"], lane, A)
             pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
 
@@ -247,6 +312,7 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
     @ti.func
     def write_pack(pack: ti.template(), first, count, reals: ti.template(), places):
         for lane in range(count):
+            store_motion(first + lane, reals, places, read_lane(pack["v"], lane), read_matrix_lane(pack["C"], lane))
             store_response(first + lane, reals, places, read_lane(pack["h"], lane), read_lane(pack["tau"], lane),
                            read_lane(pack["state"], lane), pack["ratio"][0][lane])
 
@@ -294,14 +360,17 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
                 found = {name: [ti.Vector.zero(real, LANES) for _ in ti.static(range(n))]
                          for name, n in ti.static(found_columns)}
                 work, iterations = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
-                worst = ti.Vector.zero(ti.i32, LANES)
+                worst, address = ti.Vector.zero(ti.i32, LANES), ti.Vector.zero(ti.i32, LANES)
+                sums = [ti.Vector.zero(real, 4 * LANES) for _ in ti.static(range(n_sums))]
                 for b in range(begin, end):
                     clear_found(found, worst)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)
-                        read_pack(pack, first, count, b, reals, places, tiles, changes, dt, 1.0 / dx, flip_ratio)
-                        deform_pack(pack, dt)
+                        read_pack(pack, address, first, count, b, reals, places)
+                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, changes, dt / dx)
+                        spread_sums(pack, sums)
+                        deform_pack(pack, dt, 1.0 / dx, flip_ratio)
                         apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
                         report_pack(pack, work, iterations, found, worst, first, count)
                         write_pack(pack, first, count, reals, places)
