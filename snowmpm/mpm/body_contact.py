@@ -7,9 +7,9 @@ At a node with mass of both, with v_c = (p_1 + p_2) / (m_1 + m_2) and n the unit
 
 the momentum p_n n goes from 1 to 2 if p_n > 0 (nothing holds bodies together that part), and of the tangential part
 m_1 (v_1 - v_c)_t as much as Coulomb allows: at most mu p_n. Bardenhagen, Brackbill & Sulsky 2000,
-doi:10.1016/S0045-7825(99)00338-2, eq. 19-24. V is the volume of a body at the nodes (its mass over its mean density); at
-the edge of a block on a plane, whose own normal is oblique, the plane has the longer gradient (the maximum volume gradient
-of Nairn 2013, doi:10.3970/cmes.2013.092.271). Bodies feel each other when their nodes meet: one cell or so before they touch.
+doi:10.1016/S0045-7825(99)00338-2, eq. 19-24. V is the volume of a body at the nodes (its mass over its mean density);
+at the edge of a block on a plane, whose own normal is oblique, the plane has the longer gradient (the maximum volume
+gradient of Nairn 2013, doi:10.3970/cmes.2013.092.271).
 """
 
 import functools
@@ -22,14 +22,15 @@ from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.parallel import chunk, chunks, is_worker, shares
 
 LEAST_SHARE = 0.1
-"""Share of a cell that each body must fill at a node. Less is the fringe of its splines: contact there would set in a cell
-too early, and along normals that say little."""
+"""Share of a cell that each body must fill at a node. Less is the fringe of its splines: contact there would set in a
+cell too early, and along normals that say little."""
 
 
 class BodyContact:
     """Pairs of contact blocks that hold the same nodes for two bodies, and what contact took.
 
-    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3]; lost [J]: energy that their friction took since the start.
+    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3]; lost [J]: energy
+    that their friction took since the start.
     """
 
     def __init__(self, dim, real, flip, friction, density):
@@ -58,8 +59,8 @@ class BodyContact:
     def act(self, grid, dx):
         """Let bodies that meet push each other apart."""
         for rows, part, cut, n in self._groups:
-            self._exchange(grid.nodes, grid.room, grid.contact.neighbours, rows, self._friction, self._density, dx**self._dim, part, self.lost, n,
-                           cut)
+            self._exchange(grid.nodes, grid.room, grid.contact.neighbours, rows, self._friction, self._density,
+                           dx**self._dim, part, self.lost, n, cut)
 
 
 @functools.cache
@@ -94,7 +95,8 @@ def body_contact_kernel(dim, real, flip):
     @ti.kernel
     def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, neighbours: ti.types.ndarray(),
                           rows: ti.types.ndarray(), friction: ti.types.ndarray(), density: ti.types.ndarray(),
-                          cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int, cut: ti.types.ndarray()):
+                          cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int,
+                          cut: ti.types.ndarray()):
         for w in range(chunks(cut)):
             if is_worker(w):
                 begin, end = chunk(w, cut)
@@ -107,7 +109,7 @@ def body_contact_kernel(dim, real, flip):
                     for q in range(n_nodes):
                         one, two = nodes[room + c1 * stride + q], nodes[room + c2 * stride + q]
                         m1, m2 = one[3], two[3]
-                        if ti.min(m1 / first_density, m2 / second_density) > LEAST_SHARE * cell:
+                        if m1 > LEAST_SHARE * cell * first_density and m2 > LEAST_SHARE * cell * second_density:
                             n = -mass_gradient(nodes, room, c1, q, neighbours) / first_density
                             other = mass_gradient(nodes, room, c2, q, neighbours) / second_density
                             n = ti.select(other.norm_sqr() > n.norm_sqr(), other, n)

