@@ -62,6 +62,14 @@ class Obstacle:
         """Velocity (k, dim) [m/s] of the solid at points (k, dim) [m] of space."""
         return self.motion.velocity_at(np.asarray(points, float), time)
 
+    def speed_at(self, time):
+        """A bound of the speed [m/s] of its points: |v| + |omega| R, R from the centre of rotation to the farthest
+        corner of the shape's own box. A step must not carry it across more than a share of a cell."""
+        pose = self.motion.pose(time)
+        middle = self.shape.axes @ (self.shape.origin - self.motion.start_centre)
+        farthest = np.linalg.norm(np.abs(middle) + self.shape.size)
+        return float(np.linalg.norm(pose.velocity) + np.linalg.norm(pose.omega) * farthest)
+
     def frame(self, pose):
         """Middle (dim,) [m] and axes (dim, dim), unit rows, of the shape's own frame in space, at a `Pose`."""
         middle = pose.centre + pose.rotation @ (self.shape.origin - self.motion.start_centre)

@@ -267,6 +267,18 @@ def table_boxes(table, origin):
     return np.stack([lower, upper], axis=1).reshape(-1, table.dim) * DX + origin
 
 
+@pytest.mark.parametrize(("dim", "spec", "reference"), PRIMITIVES)
+def test_no_point_is_faster_than_the_speed_of_the_solid(dim, spec, reference):
+    solid = shape(dim, **spec)
+    course = Uniform(np.full(dim, 0.4), 1.7 if dim == 2 else np.array([0.3, -1.5, 0.7]), 0.0, 3.0, 0.5)
+    obstacle = Obstacle("o", solid, RigidMotion(solid.origin + 0.3, course))
+    for time in (0.3, 2.0):
+        points = obstacle.motion.moved(solid.drawing()[0], time)
+        fastest = np.linalg.norm(obstacle.velocity_at(points, time), axis=1).max()
+        assert fastest <= obstacle.speed_at(time) < 2.5 * fastest
+    assert obstacle.speed_at(4.0) == 0.0
+
+
 def test_a_solid_that_stands_is_moved_once(monkeypatch):
     solid = shape(2, kind="sphere", centre=(0.0, 0.0), radius=0.5)
     table = SolidTable([Obstacle("o", solid, RigidMotion(solid.origin))], dim=2, precision="f64", origin=[0, 0], dx=DX)
