@@ -86,14 +86,17 @@ class TileGrid:
         if self.bodies:
             self.bodies.fit(places, fields_of(keys, self.dim), self.contact.index_of)
         self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
+        for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
+            if active:
+                surface.prepare(self, slots)
 
     def act(self, dx):
         """Let bodies that meet, then every surface act on the nodes of the contact blocks."""
         if self.bodies:
             self.bodies.act(self, dx)
-        for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
+        for surface, active in zip(self.surfaces, self.contact.active, strict=True):
             if active:
-                surface.act(self, slots, dx)
+                surface.act(self, dx)
 
     def _room(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""

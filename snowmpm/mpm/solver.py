@@ -280,7 +280,8 @@ class MpmSolver:
 
     def _solid(self, obstacle):
         geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
-        surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, moving=not obstacle.still)
+        surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, tracked=True,
+                          moving=not obstacle.still)
         surface.follow(0.0, self.origin, self.dx)
         return surface
 

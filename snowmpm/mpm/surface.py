@@ -6,6 +6,7 @@ from snowmpm.blocks import EDGE
 from snowmpm.contact import CODES
 from snowmpm.mpm.arrays import real_array
 from snowmpm.mpm.columns import N_TOTALS, contact_kernel
+from snowmpm.mpm.lines import Lines
 from snowmpm.mpm.walls import FREE, NEAR
 
 
@@ -31,11 +32,12 @@ class Surface:
 
     total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it
     took [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion:
-    velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
+    velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each. tracked: moments and the
+    solid's work are added up.
     """
 
-    def __init__(self, geometry, dim, contact, friction=0.0, moving=False):
-        self.geometry, self.dim, self.moving = geometry, dim, moving
+    def __init__(self, geometry, dim, contact, friction=0.0, tracked=False, moving=False):
+        self.geometry, self.dim, self.tracked, self.moving = geometry, dim, tracked, moving
         self.code, self.friction = CODES[contact], friction
         self.motion = real_array(np.zeros(9))
         self.total = np.zeros(N_TOTALS[dim])
@@ -45,7 +47,15 @@ class Surface:
 
     def bind(self, real, kernel, flip):
         """Compile for a precision, a basis and a transfer."""
-        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.geometry.stored, self.moving)
+        self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
+        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked)
+
+    def prepare(self, grid, slots):
+        """Find the lines of the grid that the surface crosses; slots: of the contact blocks."""
+        geometry = self.geometry
+        plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
+        self._slots = slots
+        self._lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
 
     def follow(self, time, origin, dx):
         """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
@@ -64,10 +74,11 @@ class Surface:
         dim = self.dim
         return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
-    def act(self, grid, slots, dx):
+    def act(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
-        blocks, geometry = grid.contact, self.geometry
-        plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
-        walls = geometry.array if geometry.stored else grid.nodes
-        self._resolve(grid.nodes, grid.room, blocks.coordinates, blocks.neighbours, slots, walls, *plane, self.motion,
-                      dx, self.code, self.friction, blocks.part, self.total, blocks.n, blocks.shares)
+        if self.moving:
+            self.prepare(grid, self._slots)
+        blocks, lines = grid.contact, self._lines
+        self._resolve(grid.nodes, grid.room, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
+                      lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
+                      blocks.part, self.total, blocks.n, blocks.shares)
