@@ -159,7 +159,7 @@ def test_packs_of_several_materials():
                 p = first + lane
                 write_lane(h_p, lane, ti.Vector([h[p, j] for j in ti.static(range(4))]))
                 write_lane(state_p, lane, ti.Vector([state[p, 0]]))
-                write_lane(A_p, lane, ti.Vector([steps[p, i, j] for i in ti.static(range(2)) for j in ti.static(range(2))]))
+                write_lane(A_p, lane, ti.Vector([steps[p, j // 2, j % 2] for j in ti.static(range(4))]))
                 count_p[lane] = REDO
                 same = same and material[p] == material[first]
             for m in ti.static(range(2)):
