@@ -22,7 +22,8 @@ def start(backend="auto", threads=None):
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     threads = threads or _cores()
-    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN)
+    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN,
+            cfg_optimization=False)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
     _started.update(backend=running, threads=threads)
     return running
