@@ -14,7 +14,7 @@ from .precision import by_precision, larger
 from .substepping import substeps
 from .symmetric import contract
 
-STEPS = (2, 2)
+STEPS = (2, 3)
 """Newton steps in a straight line, float32 and float64."""
 
 

@@ -6,11 +6,17 @@ import taichi as ti
 
 from .hencky import hencky_strain, log_series, trial_deviation
 from .law import REDO, Law
-from .precision import by_precision, is_within
+from .precision import by_precision
 from .symmetric import plus_isotropic
 
 STEP_LIMIT = 0.25
 """A : A up to which a step cannot turn a particle inside out."""
+
+
+@ti.func
+def determinant_of_step(A):
+    """det (I + A)"""
+    return (A + ti.Matrix.identity(float, A.n)).determinant()
 
 
 @ti.func
@@ -23,7 +29,7 @@ def trial_state(h, A):
     valid = 1
     # |A| < 1 cannot turn f inside out, so the determinant is only needed for steps beyond any time step limit
     if not (A.norm_sqr() < STEP_LIMIT):
-        stretch = (A + ti.Matrix.identity(float, A.n)).determinant()
+        stretch = determinant_of_step(A)
         possible = stretch > 0.0 and stretch < ti.static(by_precision(1e30, 1e100))
         valid = ti.select(possible, 1, 0)
         h_trial = ti.select(possible, h_trial, h)
@@ -43,7 +49,8 @@ def small_elastic_trial(h, A):
     """`elastic_trial` in a straight line, for strains and steps that are small; the last number is 0 elsewhere."""
     h_trial = trial_deviation(h, A)
     deviator, volume, deviator2, near = log_series(h_trial)
-    return h_trial, deviator, volume, deviator2, ti.select(near and is_within(A.norm_sqr(), STEP_LIMIT), 1, 0)
+    # f b fᵀ does not tell a particle from one turned inside out
+    return h_trial, deviator, volume, deviator2, ti.select(near and determinant_of_step(A) > 0.0, 1, 0)
 
 
 def elastic_update(trial, failed):

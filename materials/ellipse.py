@@ -79,12 +79,15 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 def straight_return_to_ellipse(
     p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, n: ti.template()
 ):
-    """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge."""
+    """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge.
+
+    What converged before the last step goes on, by next to nothing.
+    """
     growth = xi * rate
     x = start
     p0, d = 0.0, 0.0
     reach = 0.0 + ti.static(by_precision(1e30, 1e200))
-    iterations = n
+    iterations, within = -1, 1
     for k in ti.static(range(n)):
         if ti.static(k > 0):
             value = hardening_value(xi * (zeta + rate * x), offset, True)
@@ -93,19 +96,18 @@ def straight_return_to_ellipse(
         )
         step = newton - newton * bend
         done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
+        iterations = ti.select(done and iterations < 0, k + 1, iterations)
+        if ti.static(k == 0):
+            reach = ti.select(done, reach, root)
         if ti.static(k < n - 1):
-            # One that converged early goes on, by next to nothing
             step = ti.select(done, step, damped(newton, bend))
-            x += step
-            iterations = ti.select(side * x > side * end, -1, iterations)
-            reach = ti.select(done, reach, root) if ti.static(k == 0) else reach
+            within = ti.select(side * (x + step) > side * end, 0, within)
         else:
-            iterations = ti.select(done, iterations, -1)
-            x += step
             p0, d = followed(p0, d, slopes, step)
-        iterations = ti.select(side * x < side * start, -1, iterations)
+        x += step
+        within = ti.select(side * x < side * start, 0, within)
     p, ratio = point_of(p0, d, e2, beta)
-    return p, ratio, iterations
+    return p, ratio, ti.select(within == 1, iterations, -1)
 
 
 @ti.func

@@ -43,8 +43,8 @@ def _h_of_small(per_bulk, deviator, deviator2, p, factor):
 
 @dataclass(frozen=True)
 class Form:
-    """Which functions an update is made of. trial: like `elastic_trial`; h: like `h_of_invariants`, and 1, or 0 where it
-    is not right; failed: what `iterations` then are; straight: whether return maps must be in a straight line."""
+    """Which functions an update is made of. trial: like `elastic_trial`; h: like `h_of_invariants`, and 1, or 0 where
+    it is not right; failed: what `iterations` then are; straight: whether return maps must be in a straight line."""
 
     trial: Callable
     h: Callable

@@ -66,6 +66,12 @@ class Law(BaseModel):
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
     card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
 
+    def __init_subclass__(cls, **options):
+        """A law with an `update` of its own does not take over the `lanes` of another."""
+        if "update" in cls.__dict__ and "lanes" not in cls.__dict__:
+            cls.lanes = None
+        super().__init_subclass__(**options)
+
     @property
     def bulk_modulus(self):
         """K = E / (3 (1 − 2ν)) [Pa]"""

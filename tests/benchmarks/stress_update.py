@@ -7,7 +7,7 @@ own, so that it yields; then half of them, in random order, go on in their direc
 and do not (--yielding sets the share). The measured increments have strains of 1e-4 (a step of an explicit solver) and
 a random rotation. The least processor time over the repeats is taken, since other programs may use the machine, and of
 two counts of particles the difference, which leaves out what starting a kernel costs. "copy" loads and stores the same
-arrays and computes nothing.
+arrays and computes nothing. Laws with a straight-line form (`Law.lanes`) are measured in packs of particles too.
 """
 
 import argparse
@@ -31,6 +31,7 @@ class Copy(m.Elastic):
     """No law at all: what it costs to load and store."""
 
     update = staticmethod(copy_update)
+    lanes = staticmethod(copy_update)
 
 
 SLAB = {"density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3}
@@ -54,7 +55,7 @@ LAWS = {
                                       critical_compression=0.025, critical_stretch=0.0075),
     "hypoplastic": m.Hypoplastic(**SAND),
 }
-COLUMNS = ("law", "dimension", "precision", "ns_per_update", "yielding", "iterations")
+COLUMNS = ("law", "dimension", "precision", "ns_per_update", "ns_in_packs", "yielding", "iterations")
 
 
 def states(law, dimension, n, rng, strain=1e-4, yielding=0.5):
@@ -77,9 +78,9 @@ def states(law, dimension, n, rng, strain=1e-4, yielding=0.5):
     return before.h, before.state, strain * (onward * direction + 0.5 * (spin - spin.transpose(0, 2, 1)))
 
 
-def measure(law, dimension, precision, n, repeat, yielding):
+def measure(law, dimension, precision, n, repeat, yielding, packed=False):
     """ns per update, share of particles that yielded, mean iterations of those."""
-    update = m.StressUpdate(law, dimension, precision)
+    update = m.StressUpdate(law, dimension, precision, packed)
     h, state, A = states(law, dimension, 2 * n, np.random.default_rng(1), yielding=yielding)
     runs = [update.prepare(h[:k], state[:k], A[:k, None], 1e-3) for k in (n, 2 * n)]
     result = [run() for run in runs][1]
@@ -110,8 +111,15 @@ def main():
                 ns, share, count = measure(
                     LAWS[name], dimension, precision, options.particles, options.repeat, options.yielding
                 )
-                rows.append((name, dimension, precision, round(ns, 1), round(share, 3), round(count, 2)))
-                print("{:30s} {}-D {}  {:6.1f} ns   yielding {:.2f}   iterations {:.2f}".format(*rows[-1]), flush=True)
+                packs = np.nan
+                if LAWS[name].lanes is not None:
+                    packs, _, _ = measure(
+                        LAWS[name], dimension, precision, options.particles, options.repeat, options.yielding, True
+                    )
+                rows.append((name, dimension, precision, *(round(x, d) for x, d in zip(
+                    (ns, packs, share, count), (1, 1, 3, 2), strict=True))))
+                print("{:30s} {}-D {}  {:6.1f} ns   in packs {:6.1f} ns   yielding {:.2f}   iterations {:.2f}".format(
+                    *rows[-1]), flush=True)
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         with open(options.out / "stress_update.csv", "w", newline="") as file:
