@@ -46,7 +46,7 @@ class MpmSolver:
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
-        self._basis, self._gradient = kernel, gradient
+        self.basis, self._gradient = kernel, gradient
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
         self._terrain_code, self._terrain_friction = CODES[terrain_contact], terrain_friction
@@ -209,10 +209,10 @@ class MpmSolver:
     def _bind_kernels(self, with_terrain):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient)
         self._update = grid_kernel(self.dim, real, with_terrain, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
-                                     self.flip, self._basis, self._gradient, self._affine_share > 0.0)
+                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0)
         self._count_moves, self._aim = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
