@@ -34,6 +34,7 @@ from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, report_functions
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
+from snowmpm.runtime import plain_compilation
 from snowmpm.stencil import STENCILS
 
 LARGEST_RATIO = 1e4
@@ -61,8 +62,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
-               ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size),
-               ("ratio", 1), ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1))
+               ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
+               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1))
     n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
@@ -379,4 +380,8 @@ def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadrat
         for _ in range(1):
             judged.reduce_report(reports, report, n_tiles)
 
-    return gather_atomic if atomic else gather_blocks
+    def gather_packs(*arguments):
+        with plain_compilation():
+            gather_blocks(*arguments)
+
+    return gather_atomic if atomic else gather_packs

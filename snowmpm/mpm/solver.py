@@ -54,7 +54,7 @@ class MpmSolver:
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
-        self._basis, self._gradient = kernel, gradient
+        self.basis, self._gradient = kernel, gradient
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
         self._gravity = real_array(self.gravity)
@@ -248,12 +248,12 @@ class MpmSolver:
     def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self._basis, self._gradient)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient)
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
         for surface in self.surfaces:
-            surface.bind(real, self._basis, self.flip)
+            surface.bind(real, self.basis, self.flip)
         self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
-                                     self.flip, self._basis, self._gradient, self._affine_share > 0.0)
+                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0)
         self._count_moves, self._aim = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
@@ -322,7 +322,7 @@ class MpmSolver:
 
     def second_moment(self):
         """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""
-        return self._affine_share * self.dx**2 / STENCILS[self._basis].inverse_second_moment
+        return self._affine_share * self.dx**2 / STENCILS[self.basis].inverse_second_moment
 
     def grid_kinetic_energy(self):
         """Kinetic energy of the nodes that the particles would give their momentum to now [J]."""

@@ -5,14 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
-from snowmpm import runtime
+from snowmpm import parallel, runtime
 from snowmpm.blocks import EDGE
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.solver import MpmSolver
+from snowmpm.particles import Layout, ParticleStore
 from snowmpm.population import Population
 from snowmpm.stencil import STENCILS
 
-from .conftest import ICE
+from .conftest import ICE, SNOW, lattice
 
 DX = 0.1
 SECOND_MOMENT = {"quadratic": 0.25, "cubic": 1.0 / 3.0}  # in cells^2, by integrating the B-splines
@@ -197,3 +198,75 @@ def test_momentum_of_a_spinning_block(make_solver, kernel, gradient, transfer):
     kept = slice(0, 3 if transfer == "apic" else 2)  # only APIC keeps the angular momentum
     np.testing.assert_allclose(momenta()[kept], before[kept], rtol=0, atol=1e-11 * np.abs(before).max())
     assert solver.sorts >= 2
+
+
+def two_snows(**options):
+    """Solver in motion, one part of one material, packs of which go through its law together, the other part of two."""
+    positions, volumes = lattice([0.0, 0.0], [1.2, 0.6], DX)
+    rng = np.random.default_rng(17)
+    material = np.where(positions[:, 0] < 0.7, 0, rng.integers(0, 2, len(positions)))
+    velocities = 4.0 * np.sin(7.0 * positions[:, ::-1] + [0.0, 1.0])
+    return MpmSolver(Population(positions, volumes, material, velocities), [SNOW, ICE], dx=DX, origin=np.full(2, -10.0),
+                     lower=np.full(2, -10.0), upper=np.full(2, 10.0), gravity=np.zeros(2), kernel="cubic",
+                     gradient="shape", transfer="aflip", **options)
+
+
+def by_number(solver, name):
+    return solver.column(name)[np.argsort(solver.particles.labels()[:, 1])]
+
+
+def test_packs_agree_with_one_particle_at_a_time():
+    packs, alone = (two_snows(precision="f64", atomic=atomic) for atomic in (False, True))
+    for _ in range(60):
+        dt = packs.stable_dt()[0]
+        packs.step(dt)
+        alone.step(dt)
+        assert packs.n_plastic == alone.n_plastic
+    for name in ("velocity", "affine", "state", "volume_ratio"):
+        a, b = by_number(packs, name), by_number(alone, name)
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-9 * np.abs(b).max())  # round-off, grown over plastic steps
+    np.testing.assert_allclose(by_number(packs, "stress"), by_number(alone, "stress"), rtol=0, atol=1e-8 * 1e6)
+    for name in ("speed", "gradient", "elastic_deviation"):
+        assert getattr(packs.extremes, name) == pytest.approx(getattr(alone.extremes, name), rel=1e-7)
+    assert packs.plastic_work == pytest.approx(alone.plastic_work, rel=1e-7) and packs.plastic_work > 0.0
+    assert packs.sorts == alone.sorts >= 1 and packs.n_plastic > 20
+
+
+def test_the_same_bits_for_any_division_of_packs(monkeypatch):
+    tables = []
+    for chunks in (1, 5):
+        monkeypatch.setattr(parallel, "CHUNKS_PER_THREAD", chunks)
+        solver = two_snows(precision="f32")
+        for _ in range(60):
+            solver.step(solver.stable_dt()[0])
+        tables.append((solver.particles.table(), solver.particles.labels(), solver.plastic_work, solver.stable_dt()[0]))
+    for first, second in zip(*tables, strict=True):
+        np.testing.assert_array_equal(first, second)
+    assert solver.sorts >= 1
+
+
+@pytest.mark.parametrize("by_row", [True, False])
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_a_store_moves_every_number_and_label(by_row, precision):
+    rng = np.random.default_rng(19)
+    store = ParticleStore(Layout(3, 1, by_row), 1000, precision)
+    table = rng.normal(size=(1000, store.layout.width)).astype(store.numpy_dtype)
+    labels = np.stack([rng.integers(0, 256, 1000), rng.integers(0, 2**31 - 1, 1000)], axis=1)
+    store.replace(table, labels)
+    if precision == "f32":
+        assert store.bytes_per_particle <= 160
+    for alive in (1000, 900, 900, 700, 700, 700, 650):  # more often than there are slots
+        kept = np.sort(rng.permutation(len(table))[:alive])
+        order = rng.permutation(alive)
+        target = np.full(1000, -1, np.int32)
+        target[kept] = order
+        store.target.from_numpy(target)
+        with runtime.precision(precision):
+            store.move(alive)
+        moved, moved_labels = np.empty_like(table[:alive]), np.empty_like(labels[:alive])
+        moved[order], moved_labels[order] = table[kept], labels[kept]
+        table, labels = moved, moved_labels
+        np.testing.assert_array_equal(store.table(), table)
+        np.testing.assert_array_equal(store.labels(), labels)
+    arrays = store.reals, store.material, store.identity, store.target
+    assert sum(array.to_numpy().nbytes for array in arrays) == 1000 * store.bytes_per_particle
