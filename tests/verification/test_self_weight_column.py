@@ -42,7 +42,7 @@ def column(law, length, scheme, offset, angle):
     x, volumes = lattice([0.0, 0.0], [WIDTH * dx, length], dx)
     if angle is None:
         base, axes = np.full(2, offset * dx), np.eye(2)
-        options = dict(lower=base, upper=base + [WIDTH * dx, 1.1 * length], origin=np.zeros(2),
+        options = dict(lower=base, upper=base + np.array([WIDTH * dx, 1.1 * length]), origin=np.zeros(2),
                        sides=[["slip", "slip"], ["stick", "open"]])
     else:
         base = np.array([0.37, 0.61]) * dx
