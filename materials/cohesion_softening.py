@@ -43,16 +43,18 @@ def strength_share(strain, per_strain):
 
 
 @ti.func
-def softening_multiplier(drive, stiffness, loss, strain, per_strain):
+def softening_multiplier(drive, stiffness, loss, strain, per_strain, straight: ti.template()):
     """Root γ > 0 of F(γ) = drive − stiffness γ − loss s(κ + γ), where F(0) > 0, and iterations (−1: not converged).
 
     s is convex, so F is concave, and with F(0) > 0 it has one root for γ > 0, however steep the softening. The root of
     the fully softened line lies beyond it, and Newton from there comes down to it without ever passing it.
-    Without loss that line is the solution: no iteration.
+    Without loss that line is the solution: no iteration. straight: −1 for any loss.
     """
     gamma = drive / stiffness
     iterations = 1
-    if loss > 0.0:
+    if ti.static(straight):
+        iterations = ti.select(loss > 0.0, -1, 1)
+    elif loss > 0.0:
         converged = 0
         while converged == 0 and iterations < MAX_ITERATIONS:
             share, fall = strength_share(strain + gamma, per_strain)

@@ -7,30 +7,29 @@ import numpy as np
 import taichi as ti
 
 from .critical_state_return import critical_state_return, ellipse_at, is_outside
-from .elastic import elastic_trial, small_elastic_trial
-from .hardening import Hardening, HardeningKind, HardeningRate
-from .hencky import deviation_of_small_strain, deviation_of_strain
-from .law import REDO, Law, NonNegative, Positive, StateVariable
-from .precision import by_precision
+from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
+from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
+from .law import Law, NonNegative, Positive, StateVariable
+from .precision import by_precision, larger
 from .substepping import substeps
-from .symmetric import contract, plus_isotropic
+from .symmetric import contract
 
-STEPS = (2, 3)
+STEPS = (2, 2)
 """Newton steps in a straight line, float32 and float64."""
 
 
 @functools.cache
-def critical_state_update(return_map, straight=False):
-    """Update function (see `Law`) of a return map by name; straight: its `lanes`, not for "substepped".
+def critical_state_update(return_map, form):
+    """Update function (see `Law`) of a return map by name, "substepped" in the general `Form` only.
 
     prm: `CriticalStateLaw.parameters`; state: ζ, and for a weak layer whether it has collapsed.
     """
 
-    trial, failed = (small_elastic_trial, REDO) if straight else (elastic_trial, -1)
+    steps = STEPS if form.straight else (0, 0)
 
     @ti.func
     def update(prm, h, state, A, dt):
-        h_new, deviator, volume, deviator2, valid = trial(h, A)
+        h_new, deviator, volume, deviator2, valid = form.trial(h, A)
         p_trial = -prm[0] * volume
         zeta, collapsed = state[0], 0.0
         if ti.static(state.n > 1):
@@ -43,7 +42,7 @@ def critical_state_update(return_map, straight=False):
                 p_trial, deviator2 = -prm[0] * volume, contract(deviator, deviator)
         p, ratio, zeta_new, collapsed_new, iterations, yielded = critical_state_return(
             prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen",
-            ti.static(by_precision(*STEPS) if straight else 0)
+            ti.static(by_precision(*steps))
         )
         state_new = state
         dissipation = work
@@ -52,16 +51,13 @@ def critical_state_update(return_map, straight=False):
             if ti.static(state.n > 1):
                 state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, state[1])
             dissipation += p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
-            if ratio == 0.0:
-                h_new.fill(0.0)  # separated: stress-free, the common case in a flow
-            elif ti.static(straight):
-                h_new, small = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
-                valid = ti.select(small, valid, 0)
-            else:
-                h_new = deviation_of_strain(deviator, -p * prm[8], deviator2, ratio)
-        tau = plus_isotropic((2.0 * prm[1] * ratio) * deviator, -p)
-        count = ti.select(iterations < 0, failed, iterations + n_substeps)
-        return h_new, tau, state_new, dissipation, ti.select(valid == 1, count, failed)
+            h_new, near = form.h(prm[8], deviator, deviator2, p, ratio)
+            valid *= near
+        if ti.static(form.straight):
+            valid *= ti.select(in_reach(prm[2] * larger(zeta, zeta_new), prm[10]), 1, 0)
+        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+        found = valid == 1 and iterations >= 0
+        return h_new, tau, state_new, dissipation, ti.select(found, iterations + n_substeps, form.failed)
 
     return update
 
@@ -93,11 +89,11 @@ class CriticalStateLaw(Law):
 
     @property
     def update(self):
-        return critical_state_update(self.return_map)
+        return critical_state_update(self.return_map, GENERAL)
 
     @property
     def lanes(self):
-        return None if self.return_map == "substepped" else critical_state_update(self.return_map, straight=True)
+        return None if self.return_map == "substepped" else critical_state_update(self.return_map, STRAIGHT)
 
     @property
     def hardening_part(self):

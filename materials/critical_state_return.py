@@ -2,9 +2,9 @@
 
 import taichi as ti
 
-from .ellipse import YIELD_TOLERANCE, return_to_ellipse
+from .ellipse import YIELD_TOLERANCE, return_to_ellipse, straight_return_to_ellipse
 from .hardening import hardening_value
-from .precision import by_precision
+from .precision import by_precision, larger
 
 
 @ti.func
@@ -43,7 +43,7 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
     if is_outside(w, radius, shear2, beta):
         yielded = 1
         side = ti.select(w > 0.0, 1.0, -1.0)
-        collapse = zeta / ti.max(alpha, ti.static(by_precision(1e-30, 1e-300)))  # |Δz| of complete softening
+        collapse = zeta * (1.0 / larger(alpha, ti.static(by_precision(1e-30, 1e-300))))  # |Δz| of complete softening
         # ζ = zeta0 + rate Δz; `gap` is the Δz at which a dilating ellipse has shrunk to a point
         zeta0, rate = zeta, ti.select(softens, -alpha * side, 1.0)
         gap = ti.select(softens, -collapse, prm[11] - zeta)
@@ -56,8 +56,8 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
             # A compacting weak layer may use up its bonds within the step: it is then solved as collapsed, without
             # cohesion. Separated snow that is compacted first closes its gap, without stress.
             through = softens and w > 0.0 and p_trial >= K * collapse and ti.static(not frozen)
-            start = ti.select(through, collapse, ti.max(gap, 0.0))
-            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) * per_K, ti.max(w * per_K, gap))
+            start = ti.select(through, collapse, larger(gap, 0.0))
+            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) * per_K, larger(w * per_K, gap))
             zeta0, rate = ti.select(through, -collapse, zeta), ti.select(through, 1.0, rate)
             value = ti.select(through, 0.0, value)
             beta = ti.select(through, 0.0, beta)
@@ -66,10 +66,16 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
             if ti.static(frozen):
                 p_fixed, scale, xi = p0, 0.0, 0.0
                 end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
-            p, ratio, iterations = return_to_ellipse(
-                p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value, side,
-                start, end, steps
-            )  # fmt: skip
+            if ti.static(steps > 0):
+                p, ratio, iterations = straight_return_to_ellipse(
+                    p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value,
+                    side, start, end, steps
+                )  # fmt: skip
+            else:
+                p, ratio, iterations = return_to_ellipse(
+                    p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value,
+                    side, start, end
+                )  # fmt: skip
         zeta_new = zeta0 + rate * ((p_trial - p) * per_K)
         if ti.static(frozen):  # noqa: SIM102 (one is compile time)
             # ζ may have gone past the end of the bonds, which the surface of the start did not know

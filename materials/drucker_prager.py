@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from .cohesion_softening import softening_multiplier, strain_of_loss, strength_left, strength_share
 from .cone import Cone, cone_slope, dilation_slope
-from .invariant_return import h_of_invariants, stress_of_invariants
+from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
 from .separation import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
@@ -17,19 +17,21 @@ NEVER = 1e30  # a plastic strain that no material reaches, within float32
 
 
 @ti.func
-def _strength(prm, strain):
-    """k(κ) [Pa]; no exponential where nothing softens."""
+def _strength(prm, strain, straight: ti.template()):
+    """k(κ) [Pa]; no exponential where nothing softens, and none in a straight line."""
     k = prm[6]
-    if prm[7] > 0.0:
-        k += prm[7] * strength_share(strain, prm[8])[0]
+    if ti.static(not straight):  # noqa: SIM102 (one is compile time)
+        if prm[7] > 0.0:
+            k += prm[7] * strength_share(strain, prm[8])[0]
     return k
 
 
 @ti.func
-def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
+def drucker_prager_return(prm, p_trial, q_trial, strain, gap, straight: ti.template()):
     """Return map in (p, q): p, q, plastic strain κ, gap, dissipation, iterations (0: elastic).
 
     prm: `DruckerPrager.parameters`; the trial state lies behind the gap that was there (see separation.py).
+    straight: in a straight line, −1 iterations where the strength softens.
     """
     K, alpha, alpha_psi = prm[0], prm[3], prm[4]
     k_left, k_loss, per_strain = prm[6], prm[7], prm[8]
@@ -38,28 +40,28 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
     drive = q_trial - alpha * p_trial - k_left
     yields = drive > 0.0
     if yields and k_loss > 0.0:
-        yields = drive > _strength(prm, strain) - k_left
+        yields = drive > _strength(prm, strain, straight) - k_left
     if yields:
         shear = q_trial * prm[5]  # plastic shear strain that leaves no q
         p_without = p_trial + K * alpha_psi * shear
         torn = alpha * p_without + k_left < 0.0
         if torn and k_loss > 0.0:
-            torn = alpha * p_without + _strength(prm, strain + shear) < 0.0
+            torn = alpha * p_without + _strength(prm, strain + shear, straight) < 0.0
         if torn:
             # Still in tension when all shear has flowed: the apex. Opening beyond dilation breaks bonds like shear does
             opening = -p_without - k_left / alpha
-            more, iterations = softening_multiplier(opening, K, k_loss / alpha, strain + shear, per_strain)
+            more, iterations = softening_multiplier(opening, K, k_loss / alpha, strain + shear, per_strain, straight)
             bonds = ti.max(prm[9] - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
             opened = gap + ti.max(more - bonds, 0.0)
             kappa = strain + shear + ti.select(k_loss > 0.0, ti.min(more, bonds), 0.0)
-            k = _strength(prm, kappa)
+            k = _strength(prm, kappa, straight)
             p = ti.select(more > bonds, 0.0, -k / alpha)
             q = 0.0
             dissipation = -p * (alpha_psi * shear + more)
         else:
-            gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain)
+            gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain, straight)
             kappa = strain + gamma
-            k = _strength(prm, kappa)
+            k = _strength(prm, kappa, straight)
             # p not below the apex and q from the surface: admissible to round-off, however far away the trial state is
             p = ti.max(p_trial + K * alpha_psi * gamma, prm[12] * k)
             q = alpha * p + k
@@ -67,26 +69,33 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap):
     return p, q, kappa, opened, dissipation, iterations
 
 
-@ti.func
-def drucker_prager_update(prm, h, state, A, dt):
-    """See `Law`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
-    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
-    state_new = state
-    state_new[1] = gap
-    dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if valid == 1 and factor > 0.0:
-        q_trial = factor * ti.sqrt(prm[11] * deviator2)
-        p_new, q, kappa, opened, work, count = drucker_prager_return(prm, p, q_trial, state[0], gap)
-        if count != 0:
-            changed = True
-            p = p_new
-            factor *= ti.select(q > 0.0, q / q_trial, 0.0)
-            state_new[0], state_new[1] = kappa, opened
-            dissipation, iterations = work, count
-    if changed:
-        h_new = h_of_invariants(prm[10], deviator, deviator2, p, factor)
-    tau = stress_of_invariants(prm[1], deviator, p, factor)
-    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
+def drucker_prager_update(form):
+    """Update function (see `Law`) in a `Form`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
+
+    @ti.func
+    def update(prm, h, state, A, dt):
+        h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm[0], state[1])
+        state_new = state
+        state_new[1] = gap
+        dissipation, iterations, changed = 0.0, 0, factor < 1.0
+        if valid == 1 and factor > 0.0:
+            q_trial = factor * ti.sqrt(prm[11] * deviator2)
+            p_new, q, kappa, opened, work, count = drucker_prager_return(
+                prm, p, q_trial, state[0], gap, form.straight
+            )
+            if count != 0:
+                changed = True
+                p = p_new
+                factor *= ti.select(q > 0.0, q / q_trial, 0.0)
+                state_new[0], state_new[1] = kappa, opened
+                dissipation, iterations = work, count
+        if changed:
+            h_new, near = form.h(prm[10], deviator, deviator2, p, factor)
+            valid *= near
+        tau = stress_of_invariants(prm[1], deviator, p, factor)
+        return h_new, tau, state_new, dissipation, ti.select(valid == 1 and iterations >= 0, iterations, form.failed)
+
+    return update
 
 
 class DruckerPrager(Law):
@@ -131,7 +140,8 @@ class DruckerPrager(Law):
     softening_strain: Positive | None = None  # κ_c [-]; none: the cohesion stays
     residual_cohesion: NonNegative = 0.0  # c_r [Pa], what softening leaves
 
-    update = staticmethod(drucker_prager_update)
+    update = staticmethod(drucker_prager_update(GENERAL))
+    lanes = staticmethod(drucker_prager_update(STRAIGHT))
 
     @model_validator(mode="after")
     def _consistent(self):

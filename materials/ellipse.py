@@ -23,66 +23,104 @@ where the normal becomes purely deviatoric (p = c), so there is always a bracket
 import taichi as ti
 
 from .hardening import hardening_value
-from .precision import by_precision
+from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
 STEP_TOLERANCE = (0.1, 2e-3)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
+LEAST_SQUARE = (1e-30, 1e-200)  # what keeps 1/√(d² + e²) finite
 YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
 
 
 @ti.func
-def return_to_ellipse(
-    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, steps: ti.template()
-):
+def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end):
     """Solve Q(Δz) = 0 between `start` (flow not yet finished) and `end` (p = c reached or passed).
 
     e2: e² [Pa²]; kappa: 3 G (1 + 2β) / M² [Pa]; zeta, rate: ζ₀ and dζ/dΔz; value: v at the start;
-    side: +1 compacting (p > c), −1 dilating; steps: 0, or after how many to give up, written out in a straight line.
+    side: +1 compacting (p > c), −1 dilating.
     Returns p, the factor q/q_tr = r/√(d² + e²), and the number of iterations, −1 if not converged.
     """
+    growth = xi * rate
     near, far = start, end
     x = start
-    p, ratio = 0.0, 0.0
+    p0, d = 0.0, 0.0
     reach = 0.0 + ti.static(by_precision(1e30, 1e200))
     iterations = 0
     converged = 0
-    if ti.static(steps == 0):
-        while converged == 0 and iterations < MAX_ITERATIONS:
-            iterations += 1
-            x, near, far, reach, p, ratio, converged = ellipse_step(
-                p_trial, e2, bulk, kappa, xi * rate, beta, p_fixed, scale, offset, value, side, x, near, far, reach,
-                iterations == 1, iterations == MAX_ITERATIONS
-            )  # fmt: skip
-            if converged == 0:
-                value = hardening_value(xi * (zeta + rate * x), offset, False)
-    else:
-        for k in ti.static(range(steps)):
-            if converged == 0:
-                if ti.static(k > 0):
-                    value = hardening_value(xi * (zeta + rate * x), offset, True)
-                iterations = k + 1
-                x, near, far, reach, p, ratio, converged = ellipse_step(
-                    p_trial, e2, bulk, kappa, xi * rate, beta, p_fixed, scale, offset, value, side, x, near, far,
-                    reach, k == 0, False
-                )  # fmt: skip
+    while converged == 0 and iterations < MAX_ITERATIONS:
+        if iterations > 0:
+            value = hardening_value(xi * (zeta + rate * x), offset, False)
+        iterations += 1
+        p0, d, root, w, residual, newton, bend, change, slopes = newton_step(
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
+        )
+        step = newton - newton * bend
+        small = is_small(change, growth * newton, p0, reach)
+        if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
+            converged = 1
+        else:
+            step = damped(newton, bend)
+            reach = ti.select(iterations == 1, root, reach)
+            rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
+            beyond = side * w < -rounding
+            before = not beyond and side * residual < 0.0
+            near, far = ti.select(before, x, near), ti.select(before, far, x)
+            # Beyond p = c the sign of Q says nothing: bisect, as for a step out of the bracket or a NaN
+            lower, upper = ti.min(near, far), ti.max(near, far)
+            inside = not beyond and x + step >= lower and x + step <= upper
+            step = ti.select(inside, step, 0.5 * (near + far) - x)
+            converged = ti.select((inside and small) or bulk * ti.abs(step) <= rounding, 1, 0)
+        x += step
+        p0, d = followed(p0, d, slopes, step)
+    p, ratio = point_of(p0, d, e2, beta)
     return p, ratio, ti.select(converged == 1, iterations, -1)
 
 
 @ti.func
-def ellipse_step(
-    p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, side, x, near, far, reach, first, last
+def straight_return_to_ellipse(
+    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, n: ti.template()
 ):
-    """One step of the bracketed Newton iteration from Δz = x, where v is `value`; growth: dt/dΔz.
+    """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge."""
+    growth = xi * rate
+    x = start
+    p0, d = 0.0, 0.0
+    reach = 0.0 + ti.static(by_precision(1e30, 1e200))
+    iterations = n
+    for k in ti.static(range(n)):
+        if ti.static(k > 0):
+            value = hardening_value(xi * (zeta + rate * x), offset, True)
+        p0, d, root, w, _, newton, bend, change, slopes = newton_step(
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
+        )
+        step = newton - newton * bend
+        done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
+        if ti.static(k < n - 1):
+            # One that converged early goes on, by next to nothing
+            step = ti.select(done, step, damped(newton, bend))
+            x += step
+            iterations = ti.select(side * x > side * end, -1, iterations)
+            reach = ti.select(done, reach, root) if ti.static(k == 0) else reach
+        else:
+            iterations = ti.select(done, iterations, -1)
+            x += step
+            p0, d = followed(p0, d, slopes, step)
+        iterations = ti.select(side * x < side * start, -1, iterations)
+    p, ratio = point_of(p0, d, e2, beta)
+    return p, ratio, iterations
 
-    Returns the new x, its bracket, the size of the trial state (that of the first step), p and the factor on the
-    deviator (where converged, or at the last step), and 1 if converged.
+
+@ti.func
+def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x):
+    """Newton's step from Δz = x, where v is `value`; growth: dt/dΔz.
+
+    Returns p₀, d, √(d² + e²), w = p − c, Q, the step, the share of it that the next two orders take away, the change of
+    stress in the step, and the first two derivatives of p₀ and of d.
     """
     half_sum, half_gap = 0.5 * (1.0 + beta), 0.5 * (1.0 - beta)
     p0, dp0 = p_fixed + scale * value, scale * growth * ti.sqrt(offset + value * value)
     ddp0 = scale * growth * growth * value
     w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
     d, dd = w + kappa * x, dw + kappa
-    square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
+    square = d * d + e2 + ti.static(by_precision(*LEAST_SQUARE))
     root = ti.sqrt(square)
     inverse2 = 1.0 / square
     inverse = root * inverse2  # the division does not wait for the root
@@ -100,32 +138,36 @@ def ellipse_step(
     newton = -residual * per_slope
     bend = 0.5 * newton * (second * per_slope)
     bend += newton * newton * (third * per_slope) * ti.static(1.0 / 6.0) - 2.0 * bend * bend
-    step = newton - newton * bend
-    # Newton's step is what must be small: the corrected one may vanish where the corrections are not small
-    change = ti.abs(newton) * (bulk + ti.abs(dd) + ti.abs(dp0)) * ti.max(1.0, bulk * per_slope)
+    change = ti.abs(newton) * (bulk + ti.abs(dd) + ti.abs(dp0)) * larger(bulk * per_slope, 1.0)
+    return p0, d, root, w, residual, newton, bend, change, ti.Vector([dp0, ddp0, dd, ddw])
+
+
+@ti.func
+def is_small(change, argument, p0, reach):
+    """Whether the fourth-order step is the last one: of its change of stress, and of the argument of v.
+
+    Newton's step is what must be small: the corrected one may vanish where the corrections are not small.
+    """
     tolerance = ti.static(by_precision(*STEP_TOLERANCE))
-    small = change <= tolerance * ti.min(p0, reach) and ti.abs(growth * newton) <= 0.03 * tolerance
-    converged = 0
-    if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
-        converged = 1
-    else:
-        step = newton * (1.0 - ti.max(-0.3, ti.min(0.3, bend)))
-        reach = ti.select(first, root, reach)
-        rounding = ti.static(by_precision(5e-7, 1e-15)) * (ti.abs(p_trial) + bulk * ti.abs(x))
-        beyond = side * w < -rounding
-        before = not beyond and side * residual < 0.0
-        near, far = ti.select(before, x, near), ti.select(before, far, x)
-        # Beyond p = c the sign of Q says nothing: bisect, as for a step out of the bracket or a NaN
-        lower, upper = ti.min(near, far), ti.max(near, far)
-        inside = not beyond and x + step >= lower and x + step <= upper
-        step = ti.select(inside, step, 0.5 * (near + far) - x)
-        converged = ti.select((inside and small) or bulk * ti.abs(step) <= rounding, 1, 0)
-    p, ratio = 0.0, 0.0
-    if converged == 1 or last:
-        # p₀ and d followed along the last, small step are as good as another evaluation
-        p0 += step * (dp0 + 0.5 * step * ddp0)
-        d += step * (dd + 0.5 * step * ddw)
-        square = d * d + e2 + ti.static(by_precision(1e-30, 1e-200))
-        ratio = half_sum * p0 / square * ti.sqrt(square)
-        p = half_gap * p0 + ratio * d
-    return x + step, near, far, reach, p, ratio, converged
+    return change <= tolerance * smaller(p0, reach) and ti.abs(argument) <= 0.03 * tolerance
+
+
+@ti.func
+def damped(newton, bend):
+    """Newton's step, corrected by no more than 0.3 of it."""
+    return newton * (1.0 - larger(smaller(bend, 0.3), -0.3))
+
+
+@ti.func
+def followed(p0, d, slopes, step):
+    """p₀ and d after a step, from their derivatives: along a small one as good as another evaluation."""
+    dp0, ddp0, dd, ddw = slopes[0], slopes[1], slopes[2], slopes[3]
+    return p0 + step * (dp0 + 0.5 * step * ddp0), d + step * (dd + 0.5 * step * ddw)
+
+
+@ti.func
+def point_of(p0, d, e2, beta):
+    """p and q/q_tr of the point of the ellipse where tan θ = e/d."""
+    square = d * d + e2 + ti.static(by_precision(*LEAST_SQUARE))
+    ratio = 0.5 * (1.0 + beta) * p0 / square * ti.sqrt(square)
+    return 0.5 * (1.0 - beta) * p0 + ratio * d, ratio

@@ -17,7 +17,7 @@ import taichi as ti
 from pydantic import AfterValidator
 
 from .law import NonNegative
-from .precision import by_precision
+from .precision import by_precision, larger, smaller
 
 LEAST_RATE = 1e-4
 """Smallest ξ that is not 0: ζ₀ = asinh(p₀/K)/ξ must stay a number to calculate with."""
@@ -40,14 +40,14 @@ LARGEST = (1e12, 1e100)
 """What v is limited to: beyond any use, and its square is still a number."""
 
 
-SMALL = 0.25  # t up to which sinh is a series
+SMALL = 0.5  # t up to which sinh is a series
 
 
 @ti.func
 def sinh_series(t):
     """sinh(t) for 0 <= t < SMALL, relative accuracy kept."""
     u, v = t * t, 1.0
-    for k in ti.static(range(by_precision(2, 5), 0, -1)):
+    for k in ti.static(range(by_precision(3, 6), 0, -1)):
         v = 1.0 + v * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
     return v * t
 
@@ -67,29 +67,36 @@ def straight_exp(x):
     if ti.static(by_precision(True, False)):
         power = ti.bit_cast((ti.cast(n, ti.i32) + 127) << 23, ti.f32)
     else:
-        power = ti.bit_cast((ti.cast(n, ti.i64) + 1023) << 52, ti.f64)
+        power = ti.bit_cast(ti.cast(ti.cast(n, ti.i32) + 1023, ti.i64) << 52, ti.f64)
     return poly * power
 
 
 @ti.func
 def hardening_value(t, o, straight: ti.template()):
-    """v(t). sinh keeps its relative accuracy for small t; v <= LARGEST. straight: without a branch or a library."""
+    """v(t). sinh keeps its relative accuracy for small t; v <= LARGEST.
+
+    straight: without a branch or a library, and right only where `in_reach`.
+    """
     v = 1.0
     if ti.static(straight):
-        t = ti.max(t, ti.select(o > 0.0, 0.0, -FAINTEST))
-        e = straight_exp(ti.min(t, ti.static(by_precision(30.0, 240.0))))
-        sinh = ti.select(t < SMALL, sinh_series(t), 0.5 * (e - 1.0 / e))
-        v = ti.select(o > 0.0, sinh, e)
+        t = larger(t, ti.select(o > 0.0, 0.0, -FAINTEST))
+        v = ti.select(o > 0.0, sinh_series(t), straight_exp(smaller(t, ti.static(np.log(by_precision(*LARGEST))))))
     elif o > 0.0:
-        t = ti.max(t, 0.0)
+        t = larger(t, 0.0)
         if t < SMALL:
             v = sinh_series(t)
         else:
             e = ti.exp(t)
-            v = 0.5 * (e - 1.0 / e)
+            v = smaller(0.5 * (e - 1.0 / e), ti.static(by_precision(*LARGEST)))
     else:
-        v = ti.exp(ti.max(t, -FAINTEST))
-    return ti.min(v, ti.static(by_precision(*LARGEST)))
+        v = smaller(ti.exp(larger(t, -FAINTEST)), ti.static(by_precision(*LARGEST)))
+    return v
+
+
+@ti.func
+def in_reach(t, o):
+    """Whether the straight form of `hardening_value` is right at t."""
+    return t * o < SMALL
 
 
 @dataclass(frozen=True)

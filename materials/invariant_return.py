@@ -1,8 +1,17 @@
-"""What a law of (p, q) alone does to the tensors: it rescales the deviator and replaces the trace, no eigenvectors."""
+"""What a law of (p, q) alone does to the tensors: it rescales the deviator and replaces the trace, no eigenvectors.
+
+Such an update is put together from three parts, which a `Form` names: the trial state, the return map, and the tensor h
+of what it found. They come for any state, and in a straight line for states that are near enough (`Law.lanes`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import taichi as ti
 
-from .hencky import deviation_of_strain
+from .elastic import elastic_trial, small_elastic_trial
+from .hencky import deviation_of_small_strain, deviation_of_strain
+from .law import REDO
 from .symmetric import plus_isotropic
 
 
@@ -19,3 +28,29 @@ def h_of_invariants(per_bulk, deviator, deviator2, p, factor):
     if factor != 0.0 or p != 0.0:
         h = deviation_of_strain(deviator, -p * per_bulk, deviator2, factor)
     return h
+
+
+@ti.func
+def _h_of_any(per_bulk, deviator, deviator2, p, factor):
+    return h_of_invariants(per_bulk, deviator, deviator2, p, factor), 1
+
+
+@ti.func
+def _h_of_small(per_bulk, deviator, deviator2, p, factor):
+    h, small = deviation_of_small_strain(deviator, -p * per_bulk, deviator2, factor)
+    return h, ti.select(small, 1, 0)
+
+
+@dataclass(frozen=True)
+class Form:
+    """Which functions an update is made of. trial: like `elastic_trial`; h: like `h_of_invariants`, and 1, or 0 where
+    it is not right; failed: what `iterations` then are; straight: whether return maps must be in a straight line."""
+
+    trial: Callable
+    h: Callable
+    failed: int
+    straight: bool
+
+
+GENERAL = Form(elastic_trial, _h_of_any, -1, False)
+STRAIGHT = Form(small_elastic_trial, _h_of_small, REDO, True)

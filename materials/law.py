@@ -36,8 +36,8 @@ class Law(BaseModel):
     prm          vector that starts with the numbers of `parameters()` (longer is allowed: a table of several laws)
     h            symmetric tensor b − I at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py)
     state        vector that starts with the STATE variables (longer is allowed; the rest is returned untouched)
-    A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. The caller makes
-                 it from dt grad v to second order or better: f = I + dt grad v swells a turning body.
+    A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. It must be
+                 that of the path: I + dt grad v of a velocity given at the start swells a turning body.
     dt           step [s]; only rate-dependent laws read it
     dissipation  plastic work of the step, per unit reference volume [J/m³]: τ : Δε_plastic >= 0 with the stress at its
                  end. (The elastic energy that the return takes out, ψ(ε_trial) − ψ(ε), is ½ Δε_plastic : C : Δε_plastic

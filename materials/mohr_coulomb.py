@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 from pydantic import Field, model_validator
 
+from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
 from .separation import GAP, trial_behind_gap
@@ -62,7 +63,7 @@ def mohr_coulomb_return(prm, strain, p_trial):
 @ti.func
 def mohr_coulomb_update(prm, h, state, A, dt):
     """See `Law`. prm: `MohrCoulomb.parameters`; state: plastic strain, gap."""
-    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
+    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(elastic_trial, h, A, prm[0], state[1])
     state_new = state
     state_new[1] = gap
     dissipation, iterations, changed = 0.0, 0, factor < 1.0

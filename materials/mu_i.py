@@ -6,49 +6,54 @@ import numpy as np
 import taichi as ti
 from pydantic import model_validator
 
-from .invariant_return import h_of_invariants, stress_of_invariants
+from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
 from .separation import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 
-@ti.func
-def mu_i_update(prm, h, state, A, dt):
-    """See `Law`. prm: `MuI.parameters`; state: plastic strain, gap, shear rate."""
-    h_new, deviator, deviator2, p_trial, factor, gap, valid = trial_behind_gap(h, A, prm[0], state[1])
-    p = p_trial
-    state_new = state
-    dissipation, iterations, changed = 0.0, 0, factor < 1.0
-    if valid == 1:
-        p = ti.max(p_trial, 0.0)
-        state_new[1], state_new[2] = gap, 0.0
-    if valid == 1 and factor > 0.0:
-        q_trial = factor * ti.sqrt(prm[2] * deviator2)
-        at_rest, limit = prm[3] * p, prm[4] * p
-        if p_trial < 0.0 or q_trial > at_rest:
-            # q² − (q_tr + q₂ + a) q + (q₂ q_tr + q₁ a) = 0 with q₁, q₂ the strengths at rest and in the limit and
-            # a = √3 G dt γ̇ at I = I₀; the smaller root, written without a difference of large numbers
-            a = prm[5] * dt * ti.sqrt(p)
-            product = limit * q_trial + at_rest * a
-            half = 0.5 * (q_trial + limit + a)
-            # half² − product as a sum of squares and products that are not negative where q_trial > at_rest
-            spread = 0.5 * (q_trial - limit)
-            root = ti.sqrt(spread * spread + 0.25 * a * a + a * (0.5 * (q_trial + limit) - at_rest))
-            q = product / ti.max(half + root, ti.static(by_precision(1e-30, 1e-200)))
-            q = ti.min(ti.max(q, at_rest), q_trial)
-            shear = (q_trial - q) * prm[6]
-            changed = True
-            iterations = 1
-            factor *= ti.select(q > 0.0, q / ti.max(q_trial, q), 0.0)
-            state_new[0] = state[0] + shear
-            state_new[1] = gap + ti.max(-p_trial, 0.0) * prm[7]
-            state_new[2] = ti.static(3.0**0.5) * shear / ti.max(dt, ti.static(by_precision(1e-30, 1e-200)))
-            dissipation = q * shear
-    if changed:
-        h_new = h_of_invariants(prm[7], deviator, deviator2, p, factor)
-    tau = stress_of_invariants(prm[1], deviator, p, factor)
-    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
+def mu_i_update(form):
+    """Update function (see `Law`) in a `Form`. prm: `MuI.parameters`; state: plastic strain, gap, shear rate."""
+
+    @ti.func
+    def update(prm, h, state, A, dt):
+        h_new, deviator, deviator2, p_trial, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm[0], state[1])
+        p = p_trial
+        state_new = state
+        dissipation, iterations, changed = 0.0, 0, factor < 1.0
+        if valid == 1:
+            p = ti.max(p_trial, 0.0)
+            state_new[1], state_new[2] = gap, 0.0
+        if valid == 1 and factor > 0.0:
+            q_trial = factor * ti.sqrt(prm[2] * deviator2)
+            at_rest, limit = prm[3] * p, prm[4] * p
+            if p_trial < 0.0 or q_trial > at_rest:
+                # q² − (q_tr + q₂ + a) q + (q₂ q_tr + q₁ a) = 0 with q₁, q₂ the strengths at rest and in the limit and
+                # a = √3 G dt γ̇ at I = I₀; the smaller root, written without a difference of large numbers
+                a = prm[5] * dt * ti.sqrt(p)
+                product = limit * q_trial + at_rest * a
+                half = 0.5 * (q_trial + limit + a)
+                # half² − product as a sum of squares and products that are not negative where q_trial > at_rest
+                spread = 0.5 * (q_trial - limit)
+                root = ti.sqrt(spread * spread + 0.25 * a * a + a * (0.5 * (q_trial + limit) - at_rest))
+                q = product / ti.max(half + root, ti.static(by_precision(1e-30, 1e-200)))
+                q = ti.min(ti.max(q, at_rest), q_trial)
+                shear = (q_trial - q) * prm[6]
+                changed = True
+                iterations = 1
+                factor *= ti.select(q > 0.0, q / ti.max(q_trial, q), 0.0)
+                state_new[0] = state[0] + shear
+                state_new[1] = gap + ti.max(-p_trial, 0.0) * prm[7]
+                state_new[2] = ti.static(3.0**0.5) * shear / ti.max(dt, ti.static(by_precision(1e-30, 1e-200)))
+                dissipation = q * shear
+        if changed:
+            h_new, near = form.h(prm[7], deviator, deviator2, p, factor)
+            valid *= near
+        tau = stress_of_invariants(prm[1], deviator, p, factor)
+        return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
+
+    return update
 
 
 class MuI(Law):
@@ -88,7 +93,8 @@ class MuI(Law):
     grain_diameter: Positive  # d [m]
     grain_density: Positive  # ρ_s [kg/m³]
 
-    update = staticmethod(mu_i_update)
+    update = staticmethod(mu_i_update(GENERAL))
+    lanes = staticmethod(mu_i_update(STRAIGHT))
 
     @model_validator(mode="after")
     def _consistent(self):

@@ -12,7 +12,6 @@ While grains do not touch, shear costs nothing and dilates nothing.
 
 import taichi as ti
 
-from .elastic import elastic_trial
 from .law import StateVariable
 
 GAP = StateVariable("gap", "-", "opened volume of separated material, ln of the volume ratio; > 0 stress-free")
@@ -35,9 +34,9 @@ def close_gap(p_trial, gap, bulk):
 
 
 @ti.func
-def trial_behind_gap(h, A, bulk, gap):
+def trial_behind_gap(trial: ti.template(), h, A, bulk, gap):
     """Trial state of a law with a gap: h, deviator e of the whole step, e : e, p [Pa] and share behind the gap, what is
-    left of the gap, and 1 if the step could be made, else 0; the gap then stays."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
+    left of the gap, and 1 if the step could be made, else 0; the gap then stays. trial: like `elastic_trial`."""
+    h_new, deviator, volume, deviator2, valid = trial(h, A)
     p, share, left = close_gap(-bulk * volume, ti.select(valid == 1, gap, 0.0), bulk)
     return h_new, deviator, deviator2, p, share, ti.select(valid == 1, left, gap), valid

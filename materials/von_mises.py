@@ -5,33 +5,36 @@ from typing import ClassVar, Literal
 import numpy as np
 import taichi as ti
 
-from .elastic import elastic_trial
-from .invariant_return import h_of_invariants, stress_of_invariants
+from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
 
 PLASTIC_STRAIN = StateVariable("plastic_strain", "-", "accumulated plastic shear strain ε_s = ∫ √(2/3 dε^p : dε^p)")
 
 
-@ti.func
-def von_mises_update(prm, h, state, A, dt):
-    """See `Law`. prm: `VonMises.parameters`; state: accumulated plastic strain."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    p = -prm[0] * volume
-    q_trial = ti.sqrt(prm[6] * deviator2)
-    state_new = state
-    ratio, dissipation, iterations = 1.0, 0.0, 0
-    strength = prm[2] + prm[3] * state[0]
-    if valid == 1 and q_trial > strength:
-        gamma = (q_trial - strength) * prm[4]
-        # From the strength, not from q_trial: the surface is met to round-off, however far away the trial state is
-        q = strength + prm[3] * gamma
-        ratio = q / q_trial
-        state_new[0] = state[0] + gamma
-        dissipation = q * gamma
-        iterations = 1
-        h_new = h_of_invariants(prm[5], deviator, deviator2, p, ratio)
-    tau = stress_of_invariants(prm[1], deviator, p, ratio)
-    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
+def von_mises_update(form):
+    """Update function (see `Law`) in a `Form`. prm: `VonMises.parameters`; state: accumulated plastic strain."""
+
+    @ti.func
+    def update(prm, h, state, A, dt):
+        h_new, deviator, volume, deviator2, valid = form.trial(h, A)
+        p = -prm[0] * volume
+        q_trial = ti.sqrt(prm[6] * deviator2)
+        state_new = state
+        ratio, dissipation, iterations = 1.0, 0.0, 0
+        strength = prm[2] + prm[3] * state[0]
+        if valid == 1 and q_trial > strength:
+            gamma = (q_trial - strength) * prm[4]
+            # From the strength, not from q_trial: the surface is met to round-off, however far away the trial state is
+            q = strength + prm[3] * gamma
+            ratio = q / q_trial
+            state_new[0] = state[0] + gamma
+            dissipation = q * gamma
+            iterations = 1
+            h_new, valid = form.h(prm[5], deviator, deviator2, p, ratio)
+        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+        return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
+
+    return update
 
 
 class VonMises(Law):
@@ -54,7 +57,8 @@ class VonMises(Law):
     yield_stress: Positive  # σ_y [Pa]
     hardening_modulus: NonNegative = 0.0  # H [Pa]
 
-    update = staticmethod(von_mises_update)
+    update = staticmethod(von_mises_update(GENERAL))
+    lanes = staticmethod(von_mises_update(STRAIGHT))
 
     def yield_of_invariants(self, p, q, state):
         """y [Pa]; p only gives its shape. NumPy."""

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from snowmpm.render.figure import check_ending, save
+from snowmpm.render.figure import check_ending, plain, prefixed, save
 
 PATH, SECOND, SURFACE, MARK = "#1d4f91", "#d9642a", "#8a949e", "#11161c"
 SAME = 1e-3  # of the plane of p and q: surfaces that differ by less, as by the change of J alone, are drawn as one
@@ -52,11 +51,7 @@ def element_figure(curves, dpi=130):
     _draw_volume(volume, curves)
     _draw_state(state, curves)
     for axes in (path, stress, volume, state):
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.grid(color="0.92", lw=0.7)
-        axes.set_axisbelow(True)
-        axes.xaxis.set_major_locator(MaxNLocator(6))
-        axes.tick_params(labelsize=9, color="0.5")
+        plain(axes)
     # One for the marks of every panel, where it covers no curve
     figure.legend(*path.get_legend_handles_labels(), loc="outside lower center", ncols=8, frameon=False, fontsize=9)
     return figure
@@ -64,7 +59,7 @@ def element_figure(curves, dpi=130):
 
 def _draw_path(axes, curves):
     """Path in the plane of p and q, over the yield surface as it was and as it became."""
-    scale, unit = _prefix(curves.p, curves.q)
+    scale, unit = prefixed(curves.p, curves.q)
     if curves.section is not None:
         surface, p, q, initial, final = curves.section
         same = np.mean((initial > 0.0) != (final > 0.0)) < SAME
@@ -89,7 +84,7 @@ def _draw_path(axes, curves):
 
 
 def _draw_stress(axes, curves):
-    scale, unit = _prefix(curves.p, curves.q)
+    scale, unit = prefixed(curves.p, curves.q)
     sheared = curves.q.max() > FLAT * max(np.abs(curves.p).max(), 1e-300)
     if sheared:
         axes.plot(curves.strain, curves.q / scale, color=PATH, lw=2.0, label="q")
@@ -114,7 +109,7 @@ def _draw_volume(axes, curves):
 
 def _draw_state(axes, curves):
     name, unit, values = curves.hardening or ("dissipation", "J/m³", np.zeros_like(curves.strain))
-    scale, unit = _prefix(values, unit=unit) if unit in ("Pa", "J/m3") else (1.0, unit)
+    scale, unit = prefixed(values, unit=unit) if unit in ("Pa", "J/m3") else (1.0, unit)
     axes.plot(curves.strain, values / scale, color=PATH, lw=2.0)
     _widen(axes, values / scale)
     axes.set_title("state", loc="left", fontsize=10)
@@ -132,15 +127,6 @@ def _mark(axes, curves, x, y, legend=False):
     for row, marker, face, label in points:
         style = {"mfc": face, "mec": MARK, "ms": 6, "mew": 1.1, "zorder": 4, "ls": "none"}
         axes.plot(x[row], y[row], marker, label=label if legend else None, **style)
-
-
-def _prefix(*values, unit="Pa"):
-    """Power of 1000 that suits the largest value, and the unit with its prefix."""
-    largest = max((float(np.abs(v).max()) for v in values), default=0.0)
-    for factor, prefix in ((1e6, "M"), (1e3, "k")):
-        if largest >= factor:
-            return factor, prefix + unit
-    return 1.0, unit
 
 
 def _widen(axes, *values):

@@ -1,9 +1,11 @@
-"""A Matplotlib figure becomes a file."""
+"""Matplotlib figures: how their panels look, and how they become files."""
 
 import os
 from pathlib import Path
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.ticker import MaxNLocator
 
 from snowmpm.errors import InputError
 
@@ -14,6 +16,24 @@ def check_ending(output):
     """Raises InputError unless `output` ends in one of ENDINGS."""
     if Path(output).suffix.lower() not in ENDINGS:
         raise InputError.at("output", str(output), f"must end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
+
+
+def plain(axes):
+    """The look of a panel: two spines, a faint grid, few numbers."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color="0.92", lw=0.7)
+    axes.set_axisbelow(True)
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.tick_params(labelsize=9, color="0.5")
+
+
+def prefixed(*values, unit="Pa"):
+    """Power of 1000 that suits the largest value, and the unit with its prefix."""
+    largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in values), default=0.0)
+    for factor, prefix in ((1e6, "M"), (1e3, "k")):
+        if largest >= factor:
+            return factor, prefix + unit
+    return 1.0, unit
 
 
 def save(figure, output, dpi):

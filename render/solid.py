@@ -13,7 +13,7 @@ SOLID = light.decode([0.42, 0.50, 0.64])  # slate: apart from snow, ground and t
 AREA = light.decode([0.30, 0.38, 0.52])
 RIM = 0.45  # share of its light at the edge of an area
 FINE = 4  # subpixels a side of the areas of a section
-NEARBY = 0.5  # of the extent of the snow: obstacles up to this far from it are kept in sight
+NEARBY = 1.0  # of the extent of the snow: obstacles up to this far from it are kept in sight
 SAMPLED_FRAMES = 8
 
 

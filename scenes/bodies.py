@@ -1,5 +1,7 @@
 """What moves and what stands in the way."""
 
+from typing import Literal
+
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
@@ -17,6 +19,10 @@ class Body(Spec):
     shape: BodyShape
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity [m/s]"""
+    contact: Literal["shared", "separate"] = "shared"
+    """shared: bodies that touch move as one continuum; separate: this one may slide on others and part from them"""
+    friction: NonNegative = 0.3
+    """Coulomb coefficient of a separate body against the others; between two of them the smaller one holds [-]"""
 
 
 def _no_rotation():

@@ -27,10 +27,14 @@ no drift back."""
 
 _RADIX = 1 << 20
 
+MOST_FIELDS = 8
+"""Velocity fields at most: what is left of a 64-bit key."""
 
-def keys_of(coordinates):
-    """Sortable 64-bit key of integer block coordinates (n, dim); lexicographic, last axis fastest."""
-    key = np.zeros(len(coordinates), np.int64)
+
+def keys_of(coordinates, field=0):
+    """Sortable 64-bit key of integer block coordinates (n, dim); lexicographic, last axis fastest; field: the velocity
+    field (n,) of the block, which comes first: blocks of two fields have nothing to do with each other."""
+    key = np.zeros(len(coordinates), np.int64) + field
     for column in np.asarray(coordinates, np.int64).T:
         key = key * _RADIX + (column + _RADIX // 2)
     return key
@@ -43,6 +47,16 @@ def coordinates_of(keys, dim):
         columns.append(keys % _RADIX - _RADIX // 2)
         keys = keys // _RADIX
     return np.stack(columns[::-1], axis=1)
+
+
+def fields_of(keys, dim):
+    """Velocity field of each key."""
+    return keys // _RADIX**dim
+
+
+def places_of(keys, dim):
+    """Keys without their field: the same for blocks at the same place."""
+    return keys % _RADIX**dim
 
 
 def _brought_home(coordinates, period):
@@ -79,15 +93,16 @@ class BlockMap:
     def __len__(self):
         return len(self.keys)
 
-    def keys_of(self, coordinates):
-        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic."""
-        return keys_of(_brought_home(coordinates, self.period))
+    def keys_of(self, coordinates, field):
+        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic, of fields (n,)."""
+        return keys_of(_brought_home(coordinates, self.period), field)
 
     @classmethod
-    def from_cells(cls, cells, dim, period=None):
-        """Group positions [cells] (n, dim): -> map, order of the particles, positions relative to their blocks."""
+    def from_cells(cls, cells, dim, period=None, field=0):
+        """Group positions [cells] (n, dim) of velocity fields (n,): -> map, order of the particles, positions relative
+        to their blocks."""
         block, local = home_block(cells, EDGE[dim])
-        keys = keys_of(_brought_home(block, period))
+        keys = keys_of(_brought_home(block, period), field)
         order = np.argsort(keys, kind="stable")
         unique, counts = np.unique(keys, return_counts=True)
         return cls(unique, counts, dim, period), order, local[order]
@@ -102,7 +117,8 @@ class BlockMap:
             # A sorted run for each step
             return self._key_steps()[:, None] + self.keys
         around = self.coordinates + neighbour_steps(self.dim)[:, None]
-        return self.keys_of(around.reshape(-1, self.dim)).reshape(len(around), -1)
+        field = np.tile(fields_of(self.keys, self.dim), len(around))
+        return self.keys_of(around.reshape(-1, self.dim), field).reshape(len(around), -1)
 
     def _key_steps(self):
         """What a step to a neighbour adds to a key, which is linear in the coordinates, (3^dim,)."""
@@ -136,10 +152,9 @@ def step_along(packed, axis: ti.template()):
 
 @functools.cache
 def sort_kernels(layout):
-    """`count_moves(...)` and `move(...)` of the counting sort for a particle layout."""
+    """`count_moves(...)` and `aim(...)` of the counting sort for a particle layout."""
     dim, edge = layout.dim, EDGE[layout.dim]
-    load, store = accessors(layout)
-    at_position, at_velocity, width = layout.offsets["position"], layout.offsets["velocity"], layout.width
+    access, at_position, at_velocity = accessors(layout), layout.offsets["position"], layout.offsets["velocity"]
 
     @ti.func
     def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower, upper):
@@ -159,43 +174,44 @@ def sort_kernels(layout):
         return ti.select(inside == 1, code, -1)
 
     @ti.kernel
-    def count_moves(reals: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
+    def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
                     lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
-                    lead: ti.f64, counts: ti.types.ndarray(), shares: ti.types.ndarray()):
+                    lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
+        """How many particles of a block take which step; leaves the step of each in `target`."""
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
+                places = access.places(reals, turn)
                 for b in range(first, last):
                     for s in range(3**dim):
                         counts[b, s] = 0
                     for p in range(start[b], start[b + 1]):
-                        x, v = load(reals, p, at_position, dim), load(reals, p, at_velocity, dim)
+                        x = access.load(reals, places, p, at_position, dim)
+                        v = access.load(reals, places, p, at_velocity, dim)
                         s = step_to(x, v, ahead, lead, b, coordinates, lower, upper)
+                        target[p] = s
                         if s >= 0:
                             counts[b, s] += 1
 
     @ti.kernel
-    def move(reals: ti.types.ndarray(), integers: ti.types.ndarray(), new_reals: ti.types.ndarray(),
-             new_integers: ti.types.ndarray(), start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-             lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64, lead: ti.f64,
-             target: ti.types.ndarray(), shares: ti.types.ndarray()):
+    def aim(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
+            target: ti.types.ndarray(), shares: ti.types.ndarray()):
+        """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new home."""
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
+                places = access.places(reals, turn)
                 for b in range(first, last):
                     for p in range(start[b], start[b + 1]):
-                        x, v = load(reals, p, at_position, dim), load(reals, p, at_velocity, dim)
-                        s = step_to(x, v, ahead, lead, b, coordinates, lower, upper)
-                        if s >= 0:
-                            to = target[b, s]
-                            target[b, s] = to + 1
-                            store(new_reals, to, 0, load(reals, p, 0, width))
-                            code = s
-                            for a in ti.static(range(dim - 1, -1, -1)):
-                                x[a] -= edge * (code % 3 - 1)
-                                code = code // 3
-                            store(new_reals, to, at_position, x)
-                            for c in ti.static(range(2)):
-                                new_integers[to, c] = integers[p, c]
+                        code = target[p]
+                        if code >= 0:
+                            target[p] = next_row[b, code]
+                            next_row[b, code] += 1
+                            if code != ti.static(3**dim // 2):
+                                x = access.load(reals, places, p, at_position, dim)
+                                for a in ti.static(range(dim - 1, -1, -1)):
+                                    x[a] -= edge * (code % 3 - 1)
+                                    code = code // 3
+                                access.store(reals, places, p, at_position, x)
 
-    return count_moves, move
+    return count_moves, aim

@@ -6,13 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from snowmpm import runtime
+from snowmpm.blocks import MOST_FIELDS
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.seeding import seed_body
-from snowmpm.solids import Obstacle
+from snowmpm.solids import Obstacle, inside_any
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -24,7 +25,7 @@ class Model:
     """A scene made of numbers: what a solver is built from.
 
     laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
-    which the front is measured (the mean dip under the snow, +x on the flat).
+    which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
     """
 
     scene: object
@@ -33,6 +34,7 @@ class Model:
     upper: np.ndarray
     population: Population
     body_starts: np.ndarray
+    obstacles: list
 
     @cached_property
     def laws(self):
@@ -52,16 +54,6 @@ class Model:
         if self.surface is None:
             return None
         return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
-
-    @cached_property
-    def obstacles(self):
-        """`Obstacle`s in the order of the scene. Raises InputError for a file or a shape that is wrong."""
-        scene = self.scene
-        try:
-            return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})")
-                    for i, spec in enumerate(scene.obstacles)]
-        except InputError as error:
-            raise InputError(f"{scene.source}: {error}") from None
 
     @cached_property
     def body_of(self):
@@ -90,7 +82,8 @@ class Model:
                          origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
                          cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
                          transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, obstacles=self.obstacles, **contact)
+                         terrain=self.distance, sides=sides, obstacles=self.obstacles,
+                         body_friction=_body_friction(scene), **contact)
 
     def events(self):
         """The scene's events, ready to be applied."""
@@ -103,14 +96,15 @@ def build(scene):
     _refuse_unbuilt(scene)
     runtime.start()
     surface = _surface(scene)
-    seeds, starts = _seed(scene, surface)
+    obstacles = _obstacles(scene)
+    seeds, starts = _seed(scene, surface, obstacles)
     lower, upper = _domain(scene, surface, seeds)
     outside = ~((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
     if outside.any():
         body = scene.bodies[np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1]
         raise InputError(f"{scene.source}: body {body.name}: reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
-    model = Model(scene, surface, lower, upper, seeds, starts)
+    model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
     if scene.initial.stress != "none":
         _stress_from_weight(model)
     return model
@@ -151,7 +145,17 @@ def _extent(scene):
     return np.max([lower for lower, _ in boxes], axis=0), np.min([upper for _, upper in boxes], axis=0)
 
 
-def _seed(scene, surface):
+def _obstacles(scene):
+    try:
+        return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
+                            TERRAIN_REACH * scene.solver.dx)
+                for i, spec in enumerate(scene.obstacles)]
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None
+
+
+def _seed(scene, surface, obstacles):
+    """Particles of all bodies, none inside an obstacle, and the first number of each body."""
     solver, parts = scene.solver, []
     materials = list(scene.materials)
     rng = np.random.default_rng(scene.seed)
@@ -162,7 +166,11 @@ def _seed(scene, surface):
                               base_dir=scene.base_dir)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
+        seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))
+        if len(seeds.volumes) == 0:
+            raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
         parts.append((seeds, materials.index(body.material), np.broadcast_to(body.velocity, seeds.positions.shape)))
+    fields = velocity_fields(scene)
     counts = [len(seeds.volumes) for seeds, _, _ in parts]
     if sum(counts) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
@@ -170,8 +178,25 @@ def _seed(scene, surface):
         positions=np.concatenate([seeds.positions for seeds, _, _ in parts]),
         volumes=np.concatenate([seeds.volumes for seeds, _, _ in parts]),
         material=np.concatenate([np.full(n, m) for n, (_, m, _) in zip(counts, parts, strict=True)]),
-        velocities=np.concatenate([velocity for _, _, velocity in parts]))
+        velocities=np.concatenate([velocity for _, _, velocity in parts]), field=np.repeat(fields, counts))
     return population, np.concatenate([[0], np.cumsum(counts)[:-1]])
+
+
+def velocity_fields(scene):
+    """Number of the velocity field of each body: 0 for those that share one. Raises InputError for too many."""
+    separate = [body.contact == "separate" for body in scene.bodies]
+    if sum(separate) >= MOST_FIELDS:
+        raise InputError(f'{scene.source}: bodies: at most {MOST_FIELDS - 1} may have contact = "separate"')
+    return np.where(separate, np.cumsum(separate), 0)
+
+
+def _body_friction(scene):
+    """Coulomb coefficient between velocity fields (n, n)."""
+    friction = np.full(1 + sum(body.contact == "separate" for body in scene.bodies), np.inf)
+    for body, field in zip(scene.bodies, velocity_fields(scene), strict=True):
+        if field > 0:
+            friction[field] = body.friction
+    return np.minimum(friction[:, None], friction)
 
 
 def _domain(scene, surface, seeds):

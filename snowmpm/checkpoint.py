@@ -21,7 +21,7 @@ else:
     import tomli as tomllib
 
 FILE = "checkpoint.npz"
-FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 1
+FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 2
 
 WALL_INTERVAL = 120.0
 """Seconds of wall time between checkpoints when the scene names no interval."""
@@ -39,7 +39,7 @@ def save(simulation, path, **more):
     more: what else is to come back, dicts of numbers and arrays by name. Raises OSError when it cannot be written.
     """
     tree = {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
-            "terrain": _fingerprint(simulation.model.surface), "time": simulation.time,
+            **_fingerprints(simulation.model), "time": simulation.time,
             "simulation": simulation.state(), **more}
     write_archive(path, tree, keep=previous(path))
 
@@ -57,8 +57,9 @@ def restore(simulation, path):
 
 def take_over(simulation, saved):
     """Put a simulation into the state of a checkpoint that was read and checked."""
-    if saved["terrain"] != _fingerprint(simulation.model.surface):
-        raise InputError(f"{simulation.scene.source}: terrain: not what it was when the run began")
+    for name, now in _fingerprints(simulation.model).items():
+        if saved[name] != now:
+            raise InputError(f"{simulation.scene.source}: {name}: not what it was when the run began")
     simulation.restore(saved["simulation"])
 
 
@@ -116,11 +117,19 @@ def _flat(value, path=""):
     return {path: value}
 
 
-def _fingerprint(surface):
-    if surface is None:
+def _fingerprints(model):
+    """Digests of what a scene takes from files and must find again, by its key."""
+    surface = model.surface
+    terrain = [] if surface is None else [surface.vertices, surface.facets]
+    return {"terrain": _digest(terrain), "obstacles": _digest([a for one in model.obstacles for a in one.read()])}
+
+
+def _digest(arrays):
+    if not arrays:
         return None
-    digest = hashlib.sha256(np.ascontiguousarray(surface.vertices))
-    digest.update(np.ascontiguousarray(surface.facets))
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array))
     return digest.hexdigest()
 
 

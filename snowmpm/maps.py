@@ -8,7 +8,7 @@ import taichi as ti
 from snowmpm import runtime
 from snowmpm.blocks import EDGE
 from snowmpm.material_table import DENSITY
-from snowmpm.particles import MATERIAL, accessors
+from snowmpm.particles import accessors
 
 UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
 
@@ -21,24 +21,25 @@ def totals_kernel(layout, real):
     not depend on the number of threads.
     """
     edge, at = EDGE[layout.dim], layout.offsets
-    load, _ = accessors(layout)
+    access = accessors(layout)
 
     @ti.kernel
-    def add_up(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
+    def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: int,
                n_blocks: int):
         ti.loop_config(serialize=True)
         for b in range(n_blocks):
+            places = access.places(reals, turn)
             for p in range(start[b], start[b + 1]):
-                x = load(reals, p, at["position"], 2)
+                x = access.load(reals, places, p, at["position"], 2)
                 i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32)
                 j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32)
                 if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
-                    volume = load(reals, p, at["volume"], 1)[0]
-                    mass = volume * materials[integers[p, MATERIAL], DENSITY]
+                    volume = access.load(reals, places, p, at["volume"], 1)[0]
+                    mass = volume * materials[material[p], DENSITY]
                     totals[i, j, 0] += volume
                     totals[i, j, 1] += mass
-                    totals[i, j, 2] += mass * load(reals, p, at["velocity"], layout.dim).norm()
+                    totals[i, j, 2] += mass * access.load(reals, places, p, at["velocity"], layout.dim).norm()
 
     return add_up
 
@@ -64,8 +65,8 @@ class PeakMaps:
         store, grid = solver.particles, solver.grid
         with runtime.precision(solver.precision):
             kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
-            kernel(store.reals, store.integers, solver.materials.numbers, grid.start, grid.coordinates, totals,
-                   self._width, grid.n_tiles)
+            kernel(store.reals, store.turn, store.material, solver.materials.numbers, grid.start, grid.coordinates,
+                   totals, self._width, grid.n_tiles)
         depth = totals[:, :, 0] / self.cell**2
         speed = totals[:, :, 2] / np.maximum(totals[:, :, 1], 1e-300)
         np.maximum(self.values["peak_depth"], depth, out=self.values["peak_depth"])

@@ -12,7 +12,8 @@ DENSITY = 0
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `updates`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `updates`.
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `updates` and `functions`, which are
+    (update, lanes, stiffness) of each law, None for what it lacks.
     """
 
     def __init__(self, laws, precision):
@@ -20,8 +21,8 @@ class MaterialTable:
         # Laws that share an update count as one, so that it is compiled once; in an order of names, not of the scene.
         kinds = {law.update: (law.kind, law.model_dump_json()) for law in reversed(laws)}
         self.updates = tuple(sorted(kinds, key=kinds.get))
-        stiffness = {law.update: law.stiffness for law in laws}
-        self.stiffnesses = tuple(stiffness[update] for update in self.updates)
+        functions = {law.update: (law.update, law.lanes, law.stiffness) for law in laws}
+        self.functions = tuple(functions[update] for update in self.updates)
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])

@@ -5,7 +5,7 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
-from snowmpm.particles import IDENTITY, accessors
+from snowmpm.particles import accessors
 
 
 @functools.cache
@@ -13,7 +13,7 @@ def sever_kernel(layout, real):
     """Kernel that makes particles `first <= number < last` within `radius` of a line in plan stress-free and gives them
     `state`. line (k, dim - 1): corners [cells from the origin]; radius [cells]; returns how many it cut."""
     dim, edge = layout.dim, EDGE[layout.dim]
-    load, store = accessors(layout)
+    access = accessors(layout)
     at = layout.offsets
 
     @ti.func
@@ -34,24 +34,24 @@ def sever_kernel(layout, real):
         return best
 
     @ti.kernel
-    def sever(reals: ti.types.ndarray(), integers: ti.types.ndarray(), start: ti.types.ndarray(),
+    def sever(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), line: ti.types.ndarray(dtype=real, ndim=2), radius: real, first: int,
               last: int, state: ti.types.ndarray(dtype=real, ndim=1), n_blocks: int) -> int:
-        hit = 0
+        hit, places = 0, access.places(reals, turn)
         for b in range(n_blocks):
             for p in range(start[b], start[b + 1]):
-                if first <= integers[p, IDENTITY] < last:
-                    x = load(reals, p, at["position"], dim)
+                if first <= identity[p] < last:
+                    x = access.load(reals, places, p, at["position"], dim)
                     for a in ti.static(range(dim)):
                         x[a] += ti.cast(edge * coordinates[b, a], real)
                     if distance2(x, line) <= radius * radius:
-                        values = load(reals, p, at["state"], layout.state_size)
+                        values = access.load(reals, places, p, at["state"], layout.state_size)
                         for c in ti.static(range(layout.state_size)):
                             if c < state.shape[0]:
                                 values[c] = state[c]
-                        store(reals, p, at["state"], values)
-                        store(reals, p, at["elastic"], ti.Vector.zero(real, layout.sym_size))
-                        store(reals, p, at["stress"], ti.Vector.zero(real, layout.sym_size))
+                        access.store(reals, places, p, at["state"], values)
+                        access.store(reals, places, p, at["elastic"], ti.Vector.zero(real, layout.sym_size))
+                        access.store(reals, places, p, at["stress"], ti.Vector.zero(real, layout.sym_size))
                         hit += 1
         return hit
 

@@ -29,6 +29,8 @@ def _contents(run):
     facts["history"] = [_with_unit(run, name) for name in run.history]
     if run.terrain is not None:
         facts["terrain"] = f"{len(run.terrain.vertices)} vertices, {len(run.terrain.facets)} facets"
+    if run.obstacles:
+        facts["obstacles"] = [f"{name} ({len(one.time)} rows of loads)" for name, one in run.obstacles.items()]
     return facts
 
 

@@ -247,7 +247,10 @@ def contact_kernel(dim, real, kernel, flip, stored, moving):
                                         momentum += r * m_f * u_f
                                         found += m_f
                             if below == 1:
-                                target = momentum / effective
+                                # Without mass in the leader, followers on the surface have nothing to be linear with
+                                target = momentum * 0.0
+                                if effective > 1e-12 * found:
+                                    target = momentum / effective
                                 a_n = target.dot(n)
                                 # Impulses that would stop the normal part, and the tangential one
                                 J_n, J_t = mass * (a_n - u.dot(n)), mass * (target - u)

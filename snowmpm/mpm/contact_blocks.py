@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm.blocks import fields_of
 from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.mpm.columns import N_TOTALS
 from snowmpm.mpm.walls import FREE
@@ -15,12 +16,12 @@ class ContactBlocks:
     (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes.
     """
 
-    def __init__(self, keys, coordinates, surfaces, map_keys):
-        """keys (m,) sorted and coordinates (m, dim) of all node blocks; map_keys(coordinates) -> keys, which wraps
-        around where the domain is periodic."""
+    def __init__(self, keys, coordinates, surfaces, map_keys, met=False):
+        """keys (m,) sorted and coordinates (m, dim) of all node blocks; map_keys(coordinates, fields) -> keys, which
+        wraps around where the domain is periodic; met (m,): node blocks where bodies meet."""
         dim = coordinates.shape[1]
         of_surface = [surface.slots(keys, coordinates) for surface in surfaces]
-        near = np.zeros(len(keys), bool)
+        near = np.zeros(len(keys), bool) | met
         for slots in of_surface:
             near |= slots != FREE
         chosen = np.flatnonzero(near)
@@ -31,12 +32,13 @@ class ContactBlocks:
             for side, step in enumerate((-1, 1)):
                 stepped = coordinates[chosen].copy()
                 stepped[:, axis] += step
-                wanted = map_keys(stepped)
+                wanted = map_keys(stepped, fields_of(keys[chosen], dim))
                 at = np.minimum(np.searchsorted(keys, wanted), max(0, len(keys) - 1))
                 if len(chosen):
                     neighbours[:, 2 * axis + side] = np.where(keys[at] == wanted, index[at], FREE)
         self.n = len(chosen)
         self.node_block = int_array(chosen)
+        self.index_of = index
         self.index = int_array(index)
         self.coordinates = int_array(coordinates[chosen])
         self.neighbours = int_array(neighbours)

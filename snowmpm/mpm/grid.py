@@ -13,7 +13,7 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.blocks import EDGE, coordinates_of, step_along
+from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.mpm.arrays import int_array
 from snowmpm.mpm.contact_blocks import ContactBlocks
 from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
@@ -45,12 +45,14 @@ class TileGrid:
     blocks, cut into chunks of about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False):
-        """flip: keep tiles for the internal impulse, then the change of velocity, too."""
+    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None):
+        """flip: keep tiles for the internal impulse, then the change of velocity, too; bodies: `BodyContact`, or None
+        where all share one velocity field."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
+        self.bodies = bodies
         self.tiles = self.impulses = self.nodes = None
         self._per_block = (2 if flip else 1) * EDGE[dim] ** dim
         self.room = self._per_block * most_workers()
@@ -76,11 +78,19 @@ class TileGrid:
     def fit_contact(self):
         """Follow surfaces that have moved."""
         keys, coordinates, keys_of = self._node_blocks
-        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of)
+        met, places = False, places_of(keys, self.dim)
+        if self.bodies:
+            _, place, count = np.unique(places, return_inverse=True, return_counts=True)
+            met = count[place] > 1
+        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
+        if self.bodies:
+            self.bodies.fit(places, fields_of(keys, self.dim), self.contact.index_of)
         self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
 
     def act(self, dx):
-        """Let every surface act on the nodes of the contact blocks."""
+        """Let bodies that meet, then every surface act on the nodes of the contact blocks."""
+        if self.bodies:
+            self.bodies.act(self, dx)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.act(self, slots, dx)
@@ -140,19 +150,20 @@ def grid_kernels(dim, real, flip):
 
     @ti.func
     def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
-                 boxes: ti.template(), scratch: ti.template(), sums, tiles: ti.template()):
-        """Add a node block's copies up in the scratch block, or write them back; -> whether there are any, and the box
-        of nodes that holds them."""
+                 boxes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(), impulses: ti.template()):
+        """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
+        that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
             step = tiles_at[e, 1]
             first, last, address = common_box(boxes, tiles_at[e, 0], step)
             if (last > first).all():
-                if gathering and found == 0:
-                    for q in range(n_nodes):
-                        scratch[sums + q] = vec4(0.0)
+                if ti.static(gathering):
+                    if found == 0:
+                        for q in range(stride_of_block):
+                            nodes[sums + q] = vec4(0.0)
+                    least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
-                least, most = ti.min(least, first), ti.max(most, last)
                 for c in ti.static(range(3)):
                     if step_along(step, dim - 1) == c - 1:
                         for i in range(first[0], last[0]):
@@ -161,9 +172,16 @@ def grid_kernels(dim, real, flip):
                                 there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
                                 for k in ti.static(held[c]):
                                     if ti.static(gathering):
-                                        scratch[here + k] = scratch[here + k] + tiles[there + k]
+                                        nodes[here + k] = nodes[here + k] + tiles[there + k]
                                     else:
-                                        tiles[there + k] = scratch[here + k]
+                                        tiles[there + k] = nodes[here + k]
+                                if ti.static(flip):
+                                    for k in ti.static(held[c]):
+                                        other = here + n_nodes + k
+                                        if ti.static(gathering):
+                                            nodes[other] = nodes[other] + impulses[there + k]
+                                        else:
+                                            impulses[there + k] = nodes[other]
         return found, least, most
 
     @ti.func
@@ -196,9 +214,7 @@ def grid_kernels(dim, real, flip):
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
                     sums = ti.select(touching >= 0, room + touching * stride_of_block, i // SPREAD * stride_of_block)
-                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
-                    if ti.static(flip):
-                        exchange(True, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
                             nodes[sums + q] = vec4(0.0)
@@ -229,9 +245,7 @@ def grid_kernels(dim, real, flip):
                                     before = node / node[3]
                                     nodes[sums + n_nodes + q] = ti.select(touching >= 0, before, result - before)
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
-                        if ti.static(flip):
-                            exchange(False, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
+                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=True)
@@ -249,10 +263,9 @@ def grid_kernels(dim, real, flip):
                 first, last = chunk(i, shares)
                 for c in range(first, last):
                     sums, n = room + c * stride_of_block, node_block[c]
-                    exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles)
                     if ti.static(flip):
                         for q in range(n_nodes):
                             nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]
-                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums + n_nodes, impulses)
+                    exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
 
     return update_grid, write_back

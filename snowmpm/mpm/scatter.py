@@ -20,7 +20,7 @@ import taichi as ti
 from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.parallel import chunk, chunks, is_worker
-from snowmpm.particles import MATERIAL, accessors
+from snowmpm.particles import accessors
 from snowmpm.stencil import STENCILS
 
 
@@ -34,7 +34,7 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
     dim, tile_edge = layout.dim, TILE[layout.dim]
     stencil, shape = STENCILS[basis], gradient == "shape"
     width, reach = stencil.width, stencil.reach
-    load, _ = accessors(layout)
+    access = accessors(layout)
     at = layout.offsets
     vec4 = ti.types.vector(4, real)
     stride = tile_strides(dim)[3 - dim:]
@@ -57,21 +57,21 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
         return result
 
     @ti.func
-    def scatter_particle(p, b, reals: ti.template(), integers: ti.template(), materials: ti.template(),
+    def scatter_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
                          tiles: ti.template(), impulses: ti.template(), dt, dx, affine_share, n_tiles):
         zero = ti.cast(0.0, real)
         if ti.static(real == ti.f32):
             # A zero the compiler cannot see keeps the four lanes of a node alike: one vector, 15 % faster.
             zero = ti.select(n_tiles < 0, 1.0, 0.0)
-        x = load(reals, p, at["position"], dim)
+        x = access.load(reals, places, p, at["position"], dim)
         base = ti.floor(x - reach, ti.i32)
         f = x - ti.cast(base, float)
         w, dw = stencil.weights(f), ti.Matrix.zero(real, width, dim)
-        velocity = load(reals, p, at["velocity"], dim)
-        grad_v = load(reals, p, at["affine"], dim * dim)
-        tau = symmetric_matrix(load(reals, p, at["stress"], layout.sym_size))
-        volume = load(reals, p, at["volume"], 1)[0]
-        mass = volume * materials[integers[p, MATERIAL], DENSITY]
+        velocity = access.load(reals, places, p, at["velocity"], dim)
+        grad_v = access.load(reals, places, p, at["affine"], dim * dim)
+        tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
+        volume = access.load(reals, places, p, at["volume"], 1)[0]
+        mass = volume * materials[material[p], DENSITY]
         internal, pull = (-dt / dx * volume) * tau, ti.Matrix.zero(real, dim, dim)
         if ti.static(shape):
             dw, pull, internal = stencil.slopes(f), internal, pull
@@ -136,24 +136,25 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
                 tiles[q] = vec4(0.0)
 
     @ti.kernel
-    def scatter_blocks(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                       start: ti.types.ndarray(), boxes: ti.types.ndarray(),
+    def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                        dt: real, dx: real, affine_share: real, n_tiles: int, shares: ti.types.ndarray()):
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
+                places = access.places(reals, turn)
                 for b in range(first, last):
                     clear_box(tiles, boxes, b)
                     if ti.static(flip):
                         clear_box(impulses, boxes, b)
                     for p in range(start[b], start[b + 1]):
-                        scatter_particle(p, b, reals, integers, materials, tiles, impulses, dt, dx, affine_share,
-                                         n_tiles)
+                        scatter_particle(p, b, reals, places, material, materials, tiles, impulses, dt, dx,
+                                         affine_share, n_tiles)
 
     @ti.kernel
-    def scatter_atomic(reals: ti.types.ndarray(), integers: ti.types.ndarray(), materials: ti.types.ndarray(),
-                       block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
+    def scatter_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                        dt: real, dx: real, affine_share: real, n_tiles: int, count: int):
         for q in range(n_tiles * tile_edge**dim):
@@ -161,7 +162,7 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
             if ti.static(flip):
                 impulses[q] = vec4(0.0)
         for p in range(count):
-            scatter_particle(p, block_of[p], reals, integers, materials, tiles, impulses, dt, dx, affine_share,
-                             n_tiles)
+            scatter_particle(p, block_of[p], reals, access.places(reals, turn), material, materials, tiles, impulses,
+                             dt, dx, affine_share, n_tiles)
 
     return scatter_atomic if atomic else scatter_blocks

@@ -1,6 +1,6 @@
 """Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import taichi as ti
@@ -9,8 +9,9 @@ from snowmpm import runtime
 from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.material_table import MaterialTable
-from snowmpm.mpm import gather as report_of
+from snowmpm.mpm import report as report_of
 from snowmpm.mpm.arrays import int_array, real_array
+from snowmpm.mpm.body_contact import BodyContact
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -35,12 +36,12 @@ class MpmSolver:
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
-        obstacles: `solids.Obstacle`s.
+        obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
@@ -67,7 +68,8 @@ class MpmSolver:
         self.obstacles = [self._solid(obstacle) for obstacle in obstacles]
         self.surfaces += self.obstacles
         self._populate(population)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip)
+        bodies = self._meeting_bodies(population, body_friction)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
         self._bind_kernels()
         self._follow_blocks()
         self.time, self.steps, self.sorts = 0.0, 0, 0
@@ -100,8 +102,9 @@ class MpmSolver:
 
     @property
     def contact_work(self):
-        """Energy that terrain and sides took [J]."""
-        return float(sum(surface.total[self.dim] for surface in self.surfaces))
+        """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
+        between = self.grid.bodies.lost[0] if self.grid.bodies else 0.0
+        return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
 
     @property
     def obstacle_totals(self):
@@ -113,12 +116,14 @@ class MpmSolver:
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         home, work = self._work()
-        self._scatter(store.reals, store.integers, self.materials.numbers, home, grid.boxes, grid.tiles,
+        self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
                       grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, work)
 
     def update_grid(self, dt):
         grid = self.grid
-        strayed = [surface.follow(self.time + dt, self.origin, self.dx) for surface in self.obstacles if surface.moving]
+        # While an initial state settles, nothing is set in motion yet
+        place = self.time + dt if self.keep == 1.0 else -1.0
+        strayed = [surface.follow(place, self.origin, self.dx) for surface in self.obstacles if surface.moving]
         if any(strayed):
             grid.fit_contact()
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
@@ -133,13 +138,16 @@ class MpmSolver:
         grid, store = self.grid, self.particles
         home, work = self._work()
         report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.integers, self.materials.numbers, self.materials.law_of, home, grid.boxes,
-                     grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report, grid.n_tiles, work)
+        self._gather(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, home,
+                     grid.boxes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+                     grid.n_tiles, work)
         self._read(report)
 
     def stable_dt(self):
         """-> (largest stable step [s], what limits it)."""
-        return stable_step(self.dx, self.cfl, self.materials.wave_speed, self.extremes)
+        pushed = max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
+        extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
+        return stable_step(self.dx, self.cfl, self.materials.wave_speed, extremes)
 
     def _read(self, report):
         if report[report_of.BAD]:
@@ -169,8 +177,8 @@ class MpmSolver:
         lower, upper = (ti.Vector(limit) for limit in self._limits)
         lead = LEAD * self._home_limit
         ahead = lead / max(self.extremes.speed, 1e-30)
-        self._count_moves(store.reals, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
-                          counts, self.grid.shares)
+        self._count_moves(store.reals, store.turn, self.grid.start, self.grid.coordinates, lower, upper, ahead, lead,
+                          counts, store.target, self.grid.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < store.count:
@@ -183,9 +191,8 @@ class MpmSolver:
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._move(store.reals, store.integers, *store.spare, self.grid.start, self.grid.coordinates, lower, upper,
-                   ahead, lead, int_array(target), self.grid.shares)
-        store.swap(alive)
+        self._aim(store.reals, store.turn, self.grid.start, int_array(target), store.target, self.grid.shares)
+        store.move(alive)
         self.blocks = BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
                                self._period)
         self._follow_blocks()
@@ -226,7 +233,7 @@ class MpmSolver:
     def _populate(self, population):
         layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
         cells = (population.positions - self.origin) / self.dx
-        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
+        self.blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         self.particles = ParticleStore(layout, len(order), self.precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
@@ -245,10 +252,9 @@ class MpmSolver:
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
         for surface in self.surfaces:
             surface.bind(real, self._basis, self.flip)
-        self._gather = gather_kernel(layout, real, self.materials.updates, self.materials.stiffnesses,
-                                     self.materials.n_parameters, self.atomic, self.flip, self._basis, self._gradient,
-                                     self._affine_share > 0.0)
-        self._count_moves, self._move = sort_kernels(layout)
+        self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
+                                     self.flip, self._basis, self._gradient, self._affine_share > 0.0)
+        self._count_moves, self._aim = sort_kernels(layout)
 
     def _wall_distance(self, terrain):
         def wall_distance(nodes):
@@ -261,6 +267,16 @@ class MpmSolver:
         levels = np.stack([self.lower, self.upper], axis=1)
         return [Surface(Plane(axis, 1 - 2 * end, levels[axis, end]), self.dim, sides[axis][end])
                 for axis in range(self.dim) for end in range(2) if sides[axis][end] not in ("open", "periodic")]
+
+    def _meeting_bodies(self, population, friction):
+        """`BodyContact` of a population with several velocity fields, else None."""
+        fields, volumes = population.field, population.volumes
+        if fields.max(initial=0) == 0:
+            return None
+        masses = volumes * self.materials.density[population.material]
+        mass, volume = np.bincount(fields, masses), np.bincount(fields, volumes)
+        density = mass / np.where(volume > 0.0, volume, 1.0)
+        return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density)
 
     def _solid(self, obstacle):
         geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
@@ -327,7 +343,7 @@ class MpmSolver:
         store, grid = self.particles, self.grid
         with runtime.precision(self.precision):
             return sever_kernel(store.layout, real)(
-                store.reals, store.integers, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
+                store.reals, store.turn, store.identity, grid.start, grid.coordinates, line, radius / self.dx, *numbers,
                 np.array(state, numpy_real), grid.n_tiles)
 
     def remove(self, gone):
@@ -355,6 +371,8 @@ class MpmSolver:
         self._loaded[:] = 0.0
         for surface in self.surfaces:
             surface.total[:] = 0.0
+        if self.grid.bodies:
+            self.grid.bodies.lost[:] = 0.0
         self.weight_impulse[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
@@ -391,5 +409,7 @@ class MpmSolver:
         self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
+        if self.grid.bodies:
+            self.grid.bodies.lost[:] = state["lost_between_bodies"]
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic, self.removed = state["n_plastic"], dict(state["removed"])

@@ -29,9 +29,9 @@ class Plane:
 class Surface:
     """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
 
-    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it took
-    [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion: velocity
-    [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
+    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it
+    took [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion:
+    velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each.
     """
 
     def __init__(self, geometry, dim, contact, friction=0.0, moving=False):
@@ -55,10 +55,14 @@ class Surface:
         self.motion.from_numpy(motion.ravel())
         return self.geometry.follow(time)
 
+    def speed_at(self, time):
+        """Bound of the speed of a solid's points [m/s]."""
+        return self.geometry.obstacle.speed_at(time)
+
     def given_to_solid(self, dx):
         """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
         dim = self.dim
-        return -np.concatenate([self.total[:dim], dx * self.total[dim + 1 : -1], self.total[-1:]])
+        return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
     def act(self, grid, slots, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""

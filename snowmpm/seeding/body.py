@@ -16,6 +16,10 @@ class Seeds(NamedTuple):
     positions: np.ndarray
     volumes: np.ndarray
 
+    def chosen(self, keep):
+        """Those with keep (n,) true."""
+        return Seeds(self.positions[keep], self.volumes[keep])
+
 
 def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape"):
     """Fill a body with particles.

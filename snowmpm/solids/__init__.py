@@ -1,7 +1,7 @@
 """Rigid obstacles: shapes, prescribed motion, distance in NumPy and in kernels, and the record of what loads them."""
 
 from snowmpm.solids.motion import Pose, RigidMotion
-from snowmpm.solids.obstacle import Obstacle
+from snowmpm.solids.obstacle import Obstacle, inside_any
 from snowmpm.solids.shape import SolidShape
 
-__all__ = ["Obstacle", "Pose", "RigidMotion", "SolidShape"]
+__all__ = ["Obstacle", "Pose", "RigidMotion", "SolidShape", "inside_any"]

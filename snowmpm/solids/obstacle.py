@@ -22,10 +22,12 @@ class Obstacle:
     friction: float = 0.0
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="obstacle"):
-        """Obstacle of a scene's obstacle table; files are relative to base_dir. InputError: a file or a shape that is
-        wrong, with `key` in front."""
-        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape")
+    def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf):
+        """Obstacle of a scene's obstacle table; files are relative to base_dir; reach [m]: of `SolidShape`.
+
+        InputError: a file or a shape that is wrong, with `key` in front.
+        """
+        shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach)
         try:
             motion = RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
@@ -42,8 +44,15 @@ class Obstacle:
         """Whether it never moves."""
         return self.motion.still
 
+    def read(self):
+        """Arrays that were read from files: of a mesh (or polygon) the surface, of a tabulated motion the rows."""
+        surface, rows = self.shape.surface, self.motion.rows
+        of_shape = [surface.vertices, surface.facets] if surface is not None else []
+        return of_shape + ([rows] if rows is not None else [])
+
     def query_at(self, points, time):
-        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m] of space."""
+        """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m] of space
+        (`SolidShape.query`)."""
         pose = self.motion.pose(time)
         at_start = self.motion.start_centre + (np.asarray(points, float) - pose.centre) @ pose.rotation
         distance, normal = self.shape.query(at_start)
@@ -53,13 +62,35 @@ class Obstacle:
         """Velocity (k, dim) [m/s] of the solid at points (k, dim) [m] of space."""
         return self.motion.velocity_at(np.asarray(points, float), time)
 
-    def frame_at(self, time):
-        """Middle (dim,) [m] and axes (dim, dim), unit rows, of the shape's own frame in space."""
-        middle = self.motion.moved(self.shape.origin[None], time)[0]
-        return middle, self.shape.axes @ self.motion.pose(time).rotation.T
+    def speed_at(self, time):
+        """A bound of the speed [m/s] of its points: |v| + |omega| R, R from the centre of rotation to the farthest
+        corner of the shape's own box. A step must not carry it across more than a share of a cell."""
+        pose = self.motion.pose(time)
+        middle = self.shape.axes @ (self.shape.origin - self.motion.start_centre)
+        farthest = np.linalg.norm(np.abs(middle) + self.shape.size)
+        return float(np.linalg.norm(pose.velocity) + np.linalg.norm(pose.omega) * farthest)
+
+    def frame(self, pose):
+        """Middle (dim,) [m] and axes (dim, dim), unit rows, of the shape's own frame in space, at a `Pose`."""
+        middle = pose.centre + pose.rotation @ (self.shape.origin - self.motion.start_centre)
+        return middle, self.shape.axes @ pose.rotation.T
+
+    def half_sides(self, axes):
+        """Half sides (dim,) [m] of a box along the axes of space that holds the solid when its own axes are these."""
+        return self.shape.size if self.shape.kind == BALL else np.abs(axes.T) @ self.shape.size
 
     def bounds_at(self, time):
-        """Lower and upper corner (dim,) [m] of a box along the axes of space that holds the solid."""
-        middle, axes = self.frame_at(time)
-        half = self.shape.size if self.shape.kind == BALL else np.abs(axes.T) @ self.shape.size
+        """Lower and upper corner (dim,) [m] of that box."""
+        middle, axes = self.frame(self.motion.pose(time))
+        half = self.half_sides(axes)
         return middle - half, middle + half
+
+
+def inside_any(obstacles, points, time=0.0):
+    """Which of the points (k, dim) [m] of space lie inside one of the obstacles at `time` [s], (k,)."""
+    inside = np.zeros(len(points), bool)
+    for obstacle in obstacles:
+        lower, upper = obstacle.bounds_at(time)
+        near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
+        inside[near] |= obstacle.query_at(points[near], time)[0] < 0.0
+    return inside

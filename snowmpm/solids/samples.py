@@ -13,8 +13,8 @@ import taichi as ti
 
 from snowmpm.errors import InputError
 
-LARGEST = 48_000_000
-"""Samples of one solid, 0.8 GB in float32."""
+LARGEST = 16_000_000
+"""Samples of one solid, 0.25 GB in float32."""
 
 CUT = 0.9999
 """Share of the reach above which a sample counts as cut off."""
@@ -38,13 +38,17 @@ class DistanceSamples:
     def of(cls, query, lower, upper, spacing, reach, name):
         """Sample `query(points) -> distance, normal`, cut off at `reach`, in a box [m] and `reach` around it.
 
-        InputError: more samples than `LARGEST`.
+        Where that makes more than `LARGEST` samples, at twice the spacing. InputError: still more.
         """
         lower, upper = lower - reach, upper + reach
-        shape = tuple(int(n) for n in np.ceil((upper - lower) / spacing) + 1)
-        if np.prod(shape, dtype=float) > LARGEST:
-            raise InputError(f"{name}: too large to move at this solver.dx: {' x '.join(map(str, shape))} samples of"
-                             f" its distance, and at most {LARGEST:.0e} fit; coarsen solver.dx or make it smaller")
+        for coarser in (1.0, 2.0):
+            shape = tuple(int(n) for n in np.ceil((upper - lower) / (coarser * spacing)) + 1)
+            if np.prod(shape, dtype=float) <= LARGEST:
+                break
+        else:
+            raise InputError(f"{name}: too large for this solver.dx: its distance takes {' x '.join(map(str, shape))}"
+                             f" samples, and at most {LARGEST:.2g} fit; coarsen solver.dx or make it smaller")
+        spacing *= coarser
         dim = len(shape)
         axes = [lower[k] + spacing * np.arange(shape[k]) for k in range(dim)]
         values = np.zeros((int(np.prod(shape)), 4))

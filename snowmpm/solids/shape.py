@@ -1,6 +1,6 @@
 """Rigid shapes: how far a point is from their surface, and which way is out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +26,8 @@ class SolidShape:
 
     kind: BOX, BALL, CYLINDER or SAMPLED (`primitives`); origin (dim,) [m]: middle of its own frame; axes (dim, dim):
     unit rows, directions of that frame; size (dim,) [m]: half sides of a box along them that holds it, and the measures
-    that `primitive_distance` wants; surface: `TerrainSurface` of a polygon or mesh, else None.
+    that `primitive_distance` wants; surface: `TerrainSurface` of a polygon or mesh, else None, and reach [m], how far
+    from it distances are exact (at most as far as it is large).
     """
 
     kind: int
@@ -34,14 +35,16 @@ class SolidShape:
     axes: np.ndarray
     size: np.ndarray
     surface: object = None
+    reach: float = np.inf
 
     @classmethod
-    def of(cls, spec, dim, base_dir=".", key="shape"):
+    def of(cls, spec, dim, base_dir=".", key="shape", reach=np.inf):
         """Shape of a scene's shape table: box, sphere, cylinder (3-D), mesh (3-D) or polygon (2-D).
 
+        reach [m]: where the distance from a mesh may be cut off; of many triangles a small one is much faster.
         InputError: a mesh that is open or cannot be read, a polygon that crosses itself, no volume.
         """
-        return BUILDERS[spec.kind](spec, dim, base_dir, key)
+        return replace(BUILDERS[spec.kind](spec, dim, base_dir, key), reach=reach)
 
     @property
     def dim(self):
@@ -50,7 +53,7 @@ class SolidShape:
     def query(self, points):
         """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m].
 
-        Exact; that of a polygon or mesh as far as it is large, cut off beyond.
+        Exact; that of a polygon or mesh within `reach`, +-reach beyond.
         """
         points = np.ascontiguousarray(np.asarray(points, np.float64).reshape(-1, self.dim))
         if self.surface is not None:
@@ -65,7 +68,7 @@ class SolidShape:
 
     @cached_property
     def _field(self):
-        return DistanceField(self.surface, reach=np.inf)
+        return DistanceField(self.surface, self.reach)
 
     def samples(self, spacing, reach, name="obstacle"):
         """`DistanceSamples` in the shape's own frame, for a polygon or mesh."""
@@ -109,8 +112,7 @@ def _primitive(kind):
 
 def _polygon(spec, dim, base_dir, key):
     points = np.asarray(spec.points, float)
-    if (points[0] == points[-1]).all():
-        points = points[:-1]
+    points = points[(points != np.roll(points, 1, axis=0)).any(axis=1)]  # no point twice in a row
     if _crosses_itself(points):
         raise InputError(f"{key}.points: the polygon crosses itself, so no inside")
     number = np.arange(len(points))
@@ -123,7 +125,10 @@ def _mesh(spec, dim, base_dir, key):
 
 
 def _of_surface(vertices, facets, what):
-    surface = TerrainSurface.of(vertices, facets)
+    try:
+        surface = TerrainSurface.of(vertices, facets)
+    except InputError:
+        raise InputError(f"{what} has no sides with a size") from None
     size = surface.upper - surface.lower
     if not surface.closed:
         raise InputError(f"{what} must be closed (it has open edges, so no inside)")

@@ -45,7 +45,8 @@ class SolidTable:
 
     numbers (n, 6) int32: kind, contact code, first sample, shape of the samples; sizes (n, 9) float64 [cells]: size,
     first corner, spacing and reach of the samples, friction [-]; poses (n, ...) float64: columns of `pose_columns`, for
-    the time of the last `move`; samples: vectors of 4, normal and distance [cells].
+    the time of the last `move`, a NumPy array, which kernels take as it is; samples: vectors of 4, normal and distance
+    [cells].
     """
 
     def __init__(self, obstacles, *, dim, precision, origin, dx):
@@ -73,8 +74,7 @@ class SolidTable:
         if parts:
             self.samples.from_numpy(np.concatenate(parts).astype(numpy_real))
         self._columns = pose_columns(dim)
-        self._rows = np.zeros((rows, self._columns["end"]))
-        self.poses = ti.ndarray(ti.f64, self._rows.shape)
+        self.poses = np.zeros((rows, self._columns["end"]))
         self._moved = False
 
     def move(self, time):
@@ -82,19 +82,23 @@ class SolidTable:
         if self._moved and all(obstacle.still for obstacle in self.obstacles):
             return
         self._moved = True
-        for row, obstacle in zip(self._rows, self.obstacles, strict=False):
+        at, dx = self._columns, self.dx
+        for row, obstacle in zip(self.poses, self.obstacles, strict=False):
             pose = obstacle.motion.pose(time)
-            middle, axes = obstacle.frame_at(time)
-            lower, upper = obstacle.bounds_at(time)
-            places = [(place - self.origin) / self.dx for place in (middle, pose.centre)]
-            ends = [(end - self.origin) / self.dx for end in (lower, upper)]
-            row[:] = np.concatenate([axes.ravel(), *places, pose.velocity, *ends, np.atleast_1d(pose.omega) * self.dx])
-        self.poses.from_numpy(self._rows)
+            middle, axes = obstacle.frame(pose)
+            half = obstacle.half_sides(axes)
+            row[: at["middle"]] = axes.ravel()
+            row[at["middle"] : at["centre"]] = (middle - self.origin) / dx
+            row[at["centre"] : at["velocity"]] = (pose.centre - self.origin) / dx
+            row[at["velocity"] : at["lower"]] = pose.velocity
+            row[at["lower"] : at["upper"]] = (middle - half - self.origin) / dx
+            row[at["upper"] : at["omega"]] = (middle + half - self.origin) / dx
+            row[at["omega"] :] = dx * pose.omega
 
     def boxes(self):
         """Lower and upper corners (n, dim) [cells] of boxes that hold the obstacles where they are now."""
         first, middle, last = (self._columns[name] for name in ("lower", "upper", "omega"))
-        return self._rows[: self.count, first:middle], self._rows[: self.count, middle:last]
+        return self.poses[: self.count, first:middle], self.poses[: self.count, middle:last]
 
 
 def _on_device(values, dtype):

@@ -83,6 +83,7 @@ def test_step_too_long(refused, block):
         (("run", "block.toml", "--backend", "cuda"), "--backend cuda: there is none here"),
         (("info", "nothing"), "no run file here"),
         (("render", "nothing"), "no run file here"),
+        (("plot", "nothing"), "no run file here"),
         (("render", "nothing", "--size", "big"), "must be WIDTHxHEIGHT"),
     ],
 )

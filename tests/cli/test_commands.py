@@ -76,6 +76,15 @@ def test_info_of_a_run(call, block):
         assert word in result.out
 
 
+def test_plot_draws_the_history(call, block, tmp_path):
+    assert call("run", block).code == 0
+    result = call("plot", "runs/block")
+    assert result.code == 0, result.err
+    assert (tmp_path / "runs" / "block" / "history.png").stat().st_size > 10_000
+    assert result.out.strip().endswith("history.png")
+    assert call("plot", "runs/block", "-o", "history.doc").code == 2
+
+
 def test_picture_of_a_run(call, block, tmp_path):
     assert call("run", block).code == 0
     result = call("render", "runs/block", "--time", "0.01", "-o", "picture.png", "--size", "320x240")

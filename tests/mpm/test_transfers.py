@@ -134,7 +134,7 @@ def test_gather_gives_back_linear_fields(dim, kernel, gradient, transfer):
     gradients = solver.column("affine").reshape(-1, dim, dim)
     np.testing.assert_allclose(gradients, np.broadcast_to(slope, gradients.shape), rtol=0, atol=1e-12)
     A = dt * slope
-    growth = np.linalg.det(np.eye(dim) + A + 0.5 * A @ A)
+    growth = np.linalg.det(np.eye(dim) + A)
     np.testing.assert_allclose(solver.column("volume_ratio"), growth, rtol=0, atol=1e-14)
     assert np.abs(solver.column("stress")).max() > 1e2  # Pa: 1e6 Pa times strains of 1e-3
 

@@ -90,6 +90,7 @@ KEYS = [
     *("bodies", "bodies.0", "bodies.0.name", "bodies.0.material", "bodies.0.shape", "bodies.0.shape.kind"),
     *("bodies.0.shape.top", "bodies.0.shape.region", "bodies.0.shape.region.x", "bodies.0.shape.region.file"),
     *("obstacles.0.motion", "obstacles.0.shape.kind", "events", "events.0.kind", "events.0.path", "initial.stress"),
+    *("obstacles.0.motion.angular_velocity", "obstacles.0.motion.centre", "obstacles.0.motion.file"),
     *("new", "solver.new", "bodies.0.shape.new", "materials.slab.new"),
 ]
 WORDS = st.sampled_from(["mesh", "polygon", "file", "layer", "plane", "dem", "load", "elastic", "kind", "<number>", ""])

@@ -9,6 +9,7 @@ from scipy.integrate import fixed_quad
 from scipy.spatial.transform import Rotation
 
 from snowmpm.errors import InputError
+from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Tabulated, Uniform
 from snowmpm.solids.motion_table import read_motion_table
 from snowmpm.solids.rotation import rotation_matrix, turn_velocity
@@ -104,6 +105,26 @@ def test_a_table_goes_through_its_rows_and_rests_outside_them(tmp_path):
     heights = [motion.at(t)[0][1] for t in np.linspace(0.0, 3.0, 400)]
     assert min(heights) >= 0.0 and max(heights) <= 0.2  # no overshoot
     assert motion.at(1.25)[2][1] == pytest.approx(0.0, abs=1e-12)  # the turning point
+
+
+def test_what_was_read_from_files_is_known_for_the_checkpoint(tmp_path):
+    file, folder = table(tmp_path, "time,x\n0,0\n2,4\n")
+    box = {"kind": "box", "min": (0.0, 0.0), "max": (1.0, 1.0)}
+    motion = {"centre": None, "file": file, "start": 0.0}
+    for own, rows in ((SimpleNamespace(**motion), [[0.0, 0.0, 0.0, 0.0], [2.0, 4.0, 0.0, 0.0]]), (None, None)):
+        spec = SimpleNamespace(name="o", shape=SimpleNamespace(**box), motion=own, contact="slip", friction=0.0)
+        read = Obstacle.of(spec, 2, folder).read()
+        assert [array.tolist() for array in read] == ([rows] if rows else [])
+    spec.shape = SimpleNamespace(kind="polygon", points=[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+    assert len(Obstacle.of(spec, 2, folder).read()) == 2
+
+
+def test_the_key_of_the_obstacle_stands_before_what_is_wrong_with_its_table(tmp_path):
+    file, folder = table(tmp_path, "time,x\n0,0\n")
+    spec = SimpleNamespace(name="o", shape=SimpleNamespace(kind="sphere", centre=(0.0, 0.0), radius=1.0),
+                           motion=SimpleNamespace(centre=None, file=file, start=0.0), contact="slip", friction=0.0)
+    with pytest.raises(InputError, match=r"^obstacles\.0 \(o\): .*motion\.csv: needs a line"):
+        Obstacle.of(spec, 2, folder, "obstacles.0 (o)")
 
 
 def test_a_table_in_space_turns_about_any_axis(tmp_path):

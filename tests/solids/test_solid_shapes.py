@@ -9,10 +9,10 @@ import trimesh
 
 from snowmpm import runtime
 from snowmpm.errors import InputError
-from snowmpm.solids import Obstacle, RigidMotion, SolidShape
+from snowmpm.solids import Obstacle, RigidMotion, SolidShape, samples
 from snowmpm.solids.motion import Uniform
 from snowmpm.solids.samples import DistanceSamples
-from snowmpm.solids.table import CODE, FRICTION, REACH, SolidTable, solid_functions
+from snowmpm.solids.table import CODE, FRICTION, REACH, STEP, SolidTable, solid_functions
 
 DX = 0.1
 L_SHAPE = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
@@ -112,6 +112,18 @@ def test_a_mesh_matches_trimesh(meshes, file):
     assert np.allclose(x - distance[:, None] * normal, foot, rtol=0.0, atol=1e-6)
 
 
+def test_a_mesh_may_be_cut_off_near_its_surface(meshes):
+    x = spread(3)
+    whole, near = (SolidShape.of(SimpleNamespace(kind="mesh", file="ball.stl"), 3, meshes, reach=reach)
+                   for reach in (np.inf, 0.3))
+    (distance, normal), (cut, same) = whole.query(x), near.query(x)
+    inside_reach = np.abs(distance) < 0.3
+    assert 100 < inside_reach.sum() < 1000
+    assert np.array_equal(cut[inside_reach], distance[inside_reach])
+    assert np.array_equal(same[inside_reach], normal[inside_reach])
+    assert np.array_equal(cut[~inside_reach], 0.3 * np.sign(distance[~inside_reach]))
+
+
 def test_a_polygon_is_inside_where_its_corners_say():
     solid = shape(2, kind="polygon", points=L_SHAPE)
     distance, normal = solid.query([[0.5, 0.5], [1.5, 1.5], [-0.3, -0.4], [1.5, 1.1], [1.9, 0.5], [0.5, 3.0]])
@@ -119,6 +131,8 @@ def test_a_polygon_is_inside_where_its_corners_say():
     assert distance == pytest.approx([-0.5, 0.5, 0.5, 0.1, -0.1, 1.0])
     assert normal[2:] == pytest.approx(np.array([[-0.6, -0.8], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), abs=1e-12)
     assert solid.query([[1.0 - 0.1, 1.0 - 0.1]])[0] == pytest.approx([-0.1 / corner], rel=1e-12)
+    again = shape(2, kind="polygon", points=[*L_SHAPE[:2], *L_SHAPE[1:], L_SHAPE[0]])  # repeated points, closed ring
+    assert np.array_equal(again.query(spread(2))[0], solid.query(spread(2))[0])
 
 
 @pytest.mark.parametrize(
@@ -253,12 +267,26 @@ def table_boxes(table, origin):
     return np.stack([lower, upper], axis=1).reshape(-1, table.dim) * DX + origin
 
 
+@pytest.mark.parametrize(("dim", "spec", "reference"), PRIMITIVES)
+def test_no_point_is_faster_than_the_speed_of_the_solid(dim, spec, reference):
+    solid = shape(dim, **spec)
+    course = Uniform(np.full(dim, 0.4), 1.7 if dim == 2 else np.array([0.3, -1.5, 0.7]), 0.0, 3.0, 0.5)
+    obstacle = Obstacle("o", solid, RigidMotion(solid.origin + 0.3, course))
+    for time in (0.3, 2.0):
+        points = obstacle.motion.moved(solid.drawing()[0], time)
+        fastest = np.linalg.norm(obstacle.velocity_at(points, time), axis=1).max()
+        assert fastest <= obstacle.speed_at(time) < 2.5 * fastest
+    assert obstacle.speed_at(4.0) == 0.0
+
+
 def test_a_solid_that_stands_is_moved_once(monkeypatch):
     solid = shape(2, kind="sphere", centre=(0.0, 0.0), radius=0.5)
     table = SolidTable([Obstacle("o", solid, RigidMotion(solid.origin))], dim=2, precision="f64", origin=[0, 0], dx=DX)
     table.move(0.0)
-    monkeypatch.setattr(table, "_rows", None)
+    before = table.poses.copy()
+    monkeypatch.setattr(RigidMotion, "pose", None)
     table.move(1.0)
+    assert np.array_equal(table.poses, before)
 
 
 @pytest.mark.parametrize(("dim", "spec", "reference"), PRIMITIVES)
@@ -274,8 +302,12 @@ def test_drawings_lie_on_the_surface_and_enclose_it(dim, spec, reference):
         assert np.array_equal(facets[:, 1], np.roll(facets[:, 0], -1))
 
 
-def test_too_large_a_mesh_is_refused_when_it_would_move(meshes):
+def test_a_large_mesh_gets_coarser_samples_and_too_large_a_one_is_refused(meshes, monkeypatch):
     solid = shape(3, meshes, kind="mesh", file="ball.stl")
-    moving = Obstacle("ball", solid, RigidMotion(solid.origin, Uniform(np.ones(3), np.zeros(3))))
-    with pytest.raises(InputError, match="obstacle ball: too large to move"):
-        SolidTable([moving], dim=3, precision="f32", origin=np.zeros(3), dx=0.005)
+    ball = Obstacle("ball", solid, RigidMotion(solid.origin))
+    options = {"dim": 3, "precision": "f32", "origin": np.zeros(3)}
+    monkeypatch.setattr(samples, "LARGEST", 50_000)
+    steps = [SolidTable([ball], dx=dx, **options).sizes.to_numpy()[0, STEP] for dx in (0.2, 0.1)]
+    assert steps == [0.5, 1.0]
+    with pytest.raises(InputError, match="obstacle ball: too large for this"):
+        SolidTable([ball], dx=0.05, **options)
