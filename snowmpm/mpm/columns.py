@@ -31,10 +31,11 @@ from snowmpm.contact import SEPARATE, STICK, contact_velocity
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, is_worker
 
-TOUCH = (0.4, 0.8)
-"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, at
-which contact sets in and is complete. A gap between snow and wall lowers it: without the measure, snow would stop
-a cell above the wall. It does not depend on how dense the snow lies."""
+TOUCH = 0.6
+"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, from
+which on there is contact. A gap between snow and wall lowers it: without the measure, snow would stop a cell above the
+wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
+of a bar that bounces.)"""
 
 FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
@@ -144,8 +145,8 @@ def contact_kernel(dim, real, kernel, flip, moving):
             share_n, share_t = ti.cast(1.0, real), ti.cast(1.0, real)
             if code == SEPARATE:
                 there = found / ti.max(mass, 1e-6 * found)
-                measure = (there / numbers[line, dim + reach] - TOUCH[0]) / ti.static(TOUCH[1] - TOUCH[0])
-                share_n = ti.select(J_n > 0.0, ti.max(0.0, ti.min(1.0, measure)), 0.0)
+                touches = there >= TOUCH * numbers[line, dim + reach]
+                share_n = ti.select(J_n > 0.0 and touches, 1.0, 0.0)
             if code != STICK:
                 limit = friction * ti.abs(J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
