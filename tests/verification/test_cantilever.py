@@ -1,9 +1,10 @@
 """A cantilever (M11): its first frequency, and how far it hangs under its own weight.
 
 Plane strain: EI = E' t^3 / 12, E' = E / (1 - nu^2). First frequency of a slender beam (1.875104^2 / 2 pi L^2)
-sqrt(E' t^2 / 12 rho) = 0.5355 Hz for L = 1 m, t = 0.1 m, E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m3; shear and rotary inertia
-make it 1 % slower (Timoshenko). The hanging beam follows the elastica, with q its weight per length: qL^3/EI = 5 lowers
-its end by 0.495905 L and draws it in by 0.153343 L. The clamp is a side that sticks, half a cell off the nodes.
+sqrt(E' t^2 / 12 rho) = 0.5355 Hz for L = 1 m, t = 0.1 m, E = 1e6 Pa, nu = 0.3, rho = 1000 kg/m3; shear, and the rotation
+of its slices, make it 1 % slower (Timoshenko). The hanging beam follows the elastica, with q its weight per length:
+qL^3/EI = 5 lowers its end by 0.495905 L and draws it in by 0.153343 L. The clamp is a side that sticks, half a cell off
+the nodes.
 """
 
 from dataclasses import replace
