@@ -39,8 +39,9 @@ which on there is contact. A gap between snow and wall lowers it: without the me
 wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
 of a bar that bounces.)"""
 
-PRESSED = 1.5
-"""The same measure above which snow lies below the surface: no follower inside may then move inwards."""
+PRESSED = 6.0
+"""The same measure above which hardly anything is left above the surface: no follower inside may then move inwards.
+Snow that fills the half-space does not come near it, however the surface lies in the grid."""
 
 HELD = -0.5
 """z below which followers of a line without contact are held one by one."""
