@@ -16,7 +16,12 @@ stress tau of a grain gives it the velocity gradient -dt tau G / rho_0, G = sum_
 
 since it swells along all axes at once, where a wave moves along one. Transfers that hand C on keep what the grain does
 from step to step, omega dt <= 2; in PIC and FLIP the grid starts anew from v alone, omega dt <= sqrt(2). A body filled
-with particles bears up to twice that, but one spray of grains would blow up in it.
+with particles bears more, up to twice that, but the first grain torn off would blow up in it.
+
+A body that crosses half a cell or a whole one in each step is as stable as one at rest: the advective limit is one of
+accuracy, and of how far the blocks of the grid can follow. Deformation: free elastic blocks that collapse, swell or
+shear hold together and gain no energy up to |dt grad v| = 0.45 at least, and first fail at 0.5
+(tests/benchmarks/deformation_step.py). That limit is not scaled by cfl, nor stretched for fixed steps.
 """
 
 import math
