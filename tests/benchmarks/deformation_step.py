@@ -32,7 +32,7 @@ STIFFNESS = (1.5, 2.0, 3.0)
 SIZES = np.arange(0.1, 1.05, 0.05)
 LARGEST_C = 0.8
 GAIN = 1.2
-"""Energy at the end over that at the start: a symplectic step swings by the order of C about the energy that it holds."""
+"""Energy at the end over that at the start: a symplectic step swings by about C around what it holds."""
 COLUMNS = ("transfer", "flow", "stiffness", "largest_step", "limited_by")
 
 
