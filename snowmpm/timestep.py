@@ -16,7 +16,7 @@ stress tau of a grain gives it the velocity gradient -dt tau G / rho_0, G = sum_
 
 since it swells along all axes at once, where a wave moves along one. Transfers that hand C on keep what the grain does
 from step to step, omega dt <= 2; in PIC and FLIP the grid starts anew from v alone, omega dt <= sqrt(2). A body filled
-with particles bears more, up to twice that, but the first grain torn off would blow up in it.
+with particles bears 1.2 to 1.8 times that, but the first grain torn off would blow up in it.
 
 A body that crosses half a cell or a whole one in each step is as stable as one at rest: the advective limit is one of
 accuracy, and of how far the blocks of the grid can follow. Deformation: free elastic blocks that collapse, swell or
@@ -35,7 +35,8 @@ CRITICAL = {
 }
 """Largest stable C sqrt(s) of each basis and gradient: (APIC and AFLIP, PIC and FLIP at any flip ratio).
 
-Measured by tests/benchmarks/critical_step.py at a lone grain in the worst place of a cell, in 2-D and 3-D."""
+Measured to 1 % by tests/benchmarks/critical_step.py at a lone grain in the worst place of a cell, in 2-D and 3-D; full,
+sparse, random, squeezed, hardened bodies, at walls or passing through the grid, bear at least as much."""
 
 USUAL_CFL, USUAL_SHARE = 0.4, 0.8
 """The C of a scene that gives none: the first, or this share of the critical one where that is less."""
