@@ -11,7 +11,7 @@ Coulomb: the tangential velocity is shortened by mu |dv_n|, dv_n the normal velo
 import taichi as ti
 
 OPEN, STICK, SLIP, SEPARATE = range(4)
-CODES = {"open": OPEN, "stick": STICK, "slip": SLIP, "separate": SEPARATE}
+CODES = {"open": OPEN, "stick": STICK, "slip": SLIP, "symmetric": SLIP, "separate": SEPARATE}
 
 
 @ti.func

@@ -15,11 +15,13 @@ nodes. A wall made of nodes that are held acts as if shifted by a third of a cel
 gains, J = sum m (v - v*), is the impulse of the solid.
 
     slip:      J_n as it comes
-    separate:  none if J_n < 0 (it would pull), and only as far as snow has arrived: see `touching`
+    separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (`TOUCH`)
     Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu |J_n| / |J_t|)
 
-(Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Deep nodes, and
-followers without a leader (below a ridge, say), are held one by one (`contact_velocity`).
+(Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
+one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
+no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact. In a line with too
+much snow below (`PRESSED`) no follower may move inwards.
 """
 
 import functools
@@ -31,10 +33,17 @@ from snowmpm.contact import SEPARATE, STICK, contact_velocity
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, is_worker
 
-TOUCH = (0.4, 0.8)
-"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, at
-which contact sets in and is complete. A gap between snow and wall lowers it: without the measure, snow would stop
-a cell above the wall. It does not depend on how dense the snow lies."""
+TOUCH = 0.6
+"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, from
+which on there is contact. A gap between snow and wall lowers it: without the measure, snow would stop a cell above the
+wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
+of a bar that bounces.)"""
+
+PRESSED = 1.5
+"""The same measure above which snow lies below the surface: no follower inside may then move inwards."""
+
+HELD = -0.5
+"""z below which followers of a line without contact are held one by one."""
 
 FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
@@ -141,26 +150,33 @@ def contact_kernel(dim, real, kernel, flip, moving):
             for j in ti.static(range(reach)):
                 J += masses[j] * (ratio[j] * target - u_f[j, :])
             J_n = J.dot(n)
-            share_n, share_t = ti.cast(1.0, real), ti.cast(1.0, real)
+            share_n, share_t, inwards = ti.cast(1.0, real), ti.cast(1.0, real), True
             if code == SEPARATE:
-                there = found / ti.max(mass, 1e-6 * found)
-                measure = (there / numbers[line, dim + reach] - TOUCH[0]) / ti.static(TOUCH[1] - TOUCH[0])
-                share_n = ti.select(J_n > 0.0, ti.max(0.0, ti.min(1.0, measure)), 0.0)
+                there = found / ti.max(mass, 1e-6 * found) / numbers[line, dim + reach]
+                share_n = ti.select(J_n > 0.0 and there >= TOUCH, 1.0, 0.0)
+                inwards = there < PRESSED
             if code != STICK:
                 limit = friction * ti.abs(J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
-            if share_n + share_t > 0.0:
+            if share_n > 0.0:
                 change = target - u
                 part = change.dot(n) * n
-                set_velocity(nodes, room, leader, u + share_n * part + share_t * (change - part),
+                set_velocity(nodes, room, leader, u + part + share_t * (change - part),
                              solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
-                for j in ti.static(range(reach)):
-                    if masses[j] > 0.0:
-                        u_j = u_f[j, :]
+            for j in ti.static(range(reach)):
+                if masses[j] > 0.0:
+                    u_j = u_f[j, :]
+                    after = u_j
+                    if share_n > 0.0:
                         change = ratio[j] * target - u_j
                         part = change.dot(n) * n
-                        set_velocity(nodes, room, place[j], u_j + share_n * part + share_t * (change - part),
-                                     solid_velocity(place[j], coordinates, motion, dx), totals, coordinates, motion)
+                        after = u_j + part + share_t * (change - part)
+                        if not inwards and ratio[j] < 0.0:
+                            after -= ti.min(0.0, after.dot(n)) * n
+                    elif ratio[j] * numbers[line, dim + reach + 1] < HELD:
+                        after = contact_velocity(u_j, n, code, friction)
+                    set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
+                                 totals, coordinates, motion)
 
     @ti.kernel
     def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),

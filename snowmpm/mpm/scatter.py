@@ -82,16 +82,18 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
             for j in ti.static(range(dim)):
                 affine[i, j] = affine_share * mass * dx * grad_v[i * dim + j]
         if ti.static(flip):
-            scatter_field(impulses, b, base, w, dw, node_vector(-internal @ f, zero), internal, pull, zero, shape)
+            scatter_field(impulses, b, base, w, dw, node_vector(-internal @ f, zero), internal, pull, zero,
+                          not shape, shape)
         else:
             affine += internal
         scatter_field(tiles, b, base, w, dw, node_vector(mass * velocity - affine @ f, mass), affine, pull, zero,
-                      shape and not flip)
+                      True, shape and not flip)
 
     @ti.func
-    def scatter_field(tiles: ti.template(), b, base, w, dw, corner, slope, pull, zero, pulled: ti.template()):
-        """Add to the nodes of a stencil a weighted vector that is linear in the node, w (corner + slope (node - base)),
-        and, if pulled, pull grad w."""
+    def scatter_field(tiles: ti.template(), b, base, w, dw, corner, slope, pull, zero, linear: ti.template(),
+                      pulled: ti.template()):
+        """Add to the nodes of a stencil, if linear, the vector w (corner + slope (node - base)) and, if pulled,
+        pull grad w."""
         step = [node_vector(slope[:, a], zero) for a in ti.static(range(dim))]
         force = [node_vector(pull[:, a], zero) for a in ti.static(range(dim))]
         address = b * tile_edge**dim
@@ -100,27 +102,30 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
         if ti.static(dim == 3):
             for i in ti.static(range(width)):
                 scatter_rows(tiles, address + i * stride[0], w, dw, w[i, 0], corner + float(i) * step[0],
-                             dw[i, 0] * force[0], step, force, pulled)
+                             dw[i, 0] * force[0], step, force, linear, pulled)
         else:
-            scatter_rows(tiles, address, w, dw, ti.cast(1.0, real), corner, vec4(0.0), step, force, pulled)
+            scatter_rows(tiles, address, w, dw, ti.cast(1.0, real), corner, vec4(0.0), step, force, linear, pulled)
 
     @ti.func
     def scatter_rows(tiles: ti.template(), address, w, dw, weight, value, tilt, step: ti.template(),
-                     force: ti.template(), pulled: ti.template()):
+                     force: ti.template(), linear: ti.template(), pulled: ti.template()):
         """The last two axes of `scatter_field`."""
         for j in ti.static(range(width)):
             row_weight = weight * w[j, dim - 2]
             row_value, row_force = value + float(j) * step[dim - 2], vec4(0.0)
             if ti.static(pulled):
-                row_value = w[j, dim - 2] * tilt + (weight * dw[j, dim - 2]) * force[dim - 2] + row_weight * row_value
+                row_pull = w[j, dim - 2] * tilt + (weight * dw[j, dim - 2]) * force[dim - 2]
+                row_value = row_pull + row_weight * row_value if ti.static(linear) else row_pull
                 row_force = row_weight * force[dim - 1]
             for k in ti.static(range(width)):
                 part = vec4(0.0)
-                if ti.static(pulled):
+                if ti.static(not pulled):
+                    part = (row_weight * w[k, dim - 1]) * (row_value + float(k) * step[dim - 1])
+                elif ti.static(linear):
                     part = w[k, dim - 1] * (row_value + (float(k) * row_weight) * step[dim - 1])
                     part += dw[k, dim - 1] * row_force
                 else:
-                    part = (row_weight * w[k, dim - 1]) * (row_value + float(k) * step[dim - 1])
+                    part = w[k, dim - 1] * row_value + dw[k, dim - 1] * row_force
                 node = address + j * stride[dim - 2] + k
                 if ti.static(atomic):
                     ti.atomic_add(tiles[node], part)

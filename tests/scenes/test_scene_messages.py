@@ -46,10 +46,13 @@ def message(path, changes):
         ({"bodies.0.velocity": ["a", 0]}, 'bodies.0.velocity.0 = "a": must be a number'),
         ({"bodies.0.material": "sl"}, 'bodies.0.material = "sl": must be one of the materials: slab, weak_layer'),
         ({"gravity": "x"}, 'gravity = "x": must be a number'),
-        ({"domain.boundary": "opn"}, 'domain.boundary = "opn": must be "open", "slip", "stick" or "periodic"'),
+        (
+            {"domain.boundary": "opn"},
+            'domain.boundary = "opn": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"',
+        ),
         (
             {"domain.boundary": {"x_min": "s"}},
-            'domain.boundary.x_min = "s": must be "open", "slip", "stick" or "periodic"',
+            'domain.boundary.x_min = "s": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"',
         ),
         ({"terrain.points": [[0, 1], [0, 2]]}, "terrain.points.1 = [0.0, 2.0]: x must grow from point to point"),
         ({"bodies": []}, "bodies = []: too few entries, at least 1 needed"),

@@ -66,8 +66,6 @@ def test_stress_on_the_wall(scheme, speed):
     assert end == pytest.approx(LENGTH * (1.0 / D + F / LAW.wave_speed()), rel=0.03)
 
 
-@pytest.mark.xfail(strict=True, reason="contact sets in little by little as snow arrives, which takes a third of the"
-                                       " energy; at once, it takes none")
 @pytest.mark.parametrize("gap", [0.5, 1.0])
 def test_a_bar_from_afar(gap):
     """From half a cell, and from a cell, away: the wall takes no energy, and not before the bar is there."""

@@ -1,0 +1,31 @@
+"""A body that leaves a wall leaves it freely: no pull, no stickiness, whatever the friction."""
+
+import numpy as np
+
+from snowmpm.materials import Elastic
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.population import Population
+from tests.mpm.conftest import lattice
+from tests.verification.rigid_walls import Plane
+
+DX = 0.01
+
+
+def test_block_pulled_off_an_oblique_plane():
+    """It moves as if the plane were not there: symplectic Euler's x = g t (t + dt) / 2, to round-off."""
+    plane = Plane(np.deg2rad(-24.0))
+    local, volumes = lattice([0.0, 0.0], [0.10, 0.05], DX)
+    plane.point = 0.3 * DX * plane.normal
+    start = plane.point + local[:, :1] * plane.along + local[:, 1:] * plane.normal
+    pull = 4.0 * plane.along + 5.0 * plane.normal
+    solver = MpmSolver(Population(start, volumes, 0),
+                       [Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3)], dx=DX, precision="f64",
+                       origin=np.zeros(2), lower=[-4.0, -4.0], upper=[4.0, 4.0], gravity=pull, terrain=plane,
+                       terrain_contact="separate", terrain_friction=0.3)
+    dt = 1e-4
+    for _ in range(1000):
+        solver.step(dt)
+    moved = solver.positions() - start[solver.particles.labels()[:, 1]]
+    expected = 0.5 * pull * solver.time * (solver.time + dt)
+    np.testing.assert_allclose(moved, np.broadcast_to(expected, moved.shape), rtol=1e-9)
+    assert np.abs(solver.impulse).max() < 1e-9
