@@ -68,6 +68,9 @@ def test_wrong_value(refused, block, command, setting, expected):
 
 def test_step_too_long(refused, block):
     assert "solver.dt = 1.0: unstable" in refused("run", block, "--set", "solver.dt=1.0")
+    # nu = 0.2 in 2-D: sqrt(1 - nu) of a cell
+    message = refused("check", block, "--set", "solver.cfl=0.9")
+    assert "solver.cfl = 0.9: unstable: must be at most 0.894 for apic" in message
 
 
 @pytest.mark.parametrize(
