@@ -101,8 +101,8 @@ def build(scene):
     lower, upper = _domain(scene, surface, seeds)
     outside = ~((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
     if outside.any():
-        body = scene.bodies[np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1]
-        raise InputError(f"{scene.source}: body {body.name}: reaches outside the domain"
+        i = np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1
+        raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
     if scene.initial.stress != "none":

@@ -398,6 +398,7 @@ class MpmSolver:
             "time": self.time, "steps": self.steps, "sorts": self.sorts, "mass": self.mass,
             "loaded": self._loaded.copy(), "surfaces": np.array([surface.total for surface in self.surfaces]),
             "weight_impulse": self.weight_impulse.copy(),
+            "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "removed": {**self.removed, "momentum": self.removed["momentum"].copy()},
         }
