@@ -20,8 +20,8 @@ gains, J = sum m (v - v*), is the impulse of the solid.
 
 (Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
 one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
-no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact. In a line with too
-much snow below (`PRESSED`) no follower may move inwards.
+no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact, or in one that has
+most of its snow below the surface (`PRESSED`).
 """
 
 import functools
@@ -39,9 +39,9 @@ which on there is contact. A gap between snow and wall lowers it: without the me
 wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
 of a bar that bounces.)"""
 
-PRESSED = 6.0
-"""The same measure above which hardly anything is left above the surface: no follower inside may then move inwards.
-Snow that fills the half-space does not come near it, however the surface lies in the grid."""
+PRESSED = 3.0
+"""The same measure above which hardly anything is left above the surface. A velocity linear in d would then carry snow
+that lies below it further in, so its nodes are held one by one instead."""
 
 HELD = -0.5
 """z below which followers of a line without contact are held one by one."""
@@ -151,11 +151,12 @@ def contact_kernel(dim, real, kernel, flip, moving):
             for j in ti.static(range(reach)):
                 J += masses[j] * (ratio[j] * target - u_f[j, :])
             J_n = J.dot(n)
-            share_n, share_t, inwards = ti.cast(1.0, real), ti.cast(1.0, real), True
+            share_n, share_t, held_below = ti.cast(1.0, real), ti.cast(1.0, real), ti.cast(HELD, real)
             if code == SEPARATE:
                 there = found / ti.max(mass, 1e-6 * found) / numbers[line, dim + reach]
                 share_n = ti.select(J_n > 0.0 and there >= TOUCH, 1.0, 0.0)
-                inwards = there < PRESSED
+                if there >= PRESSED and target.dot(n) > 0.0:
+                    share_n, held_below = 0.0, 1.0
             if code != STICK:
                 limit = friction * ti.abs(J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
@@ -172,9 +173,7 @@ def contact_kernel(dim, real, kernel, flip, moving):
                         change = ratio[j] * target - u_j
                         part = change.dot(n) * n
                         after = u_j + part + share_t * (change - part)
-                        if not inwards and ratio[j] < 0.0:
-                            after -= ti.min(0.0, after.dot(n)) * n
-                    elif ratio[j] * numbers[line, dim + reach + 1] < HELD:
+                    elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
                         after = contact_velocity(u_j, n, code, friction)
                     set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
                                  totals, coordinates, motion)
