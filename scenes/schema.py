@@ -11,7 +11,7 @@ from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.space import Vector, by_type, surroundings
-from snowmpm.scenes.spec import Name, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 
@@ -20,6 +20,16 @@ class Initial(Spec):
     """Stress at time zero: none, geostatic (in balance with the weight), or settled by quasi-static relaxation."""
 
     stress: Literal["none", "geostatic", "settle"] = "none"
+    lateral_pressure: NonNegative | None = None
+    """pressure along the layers over that across them, K0 [-]; the elastic value of each material when missing"""
+    tolerance: Positive = 2e-3
+    """settle: largest speed over sqrt(g D), D the depth of the snow, and share of the weight that is not carried [-]"""
+
+    @model_validator(mode="after")
+    def _has_stress(self):
+        if self.stress == "none" and self.lateral_pressure is not None:
+            raise refuse('needs stress = "geostatic" or "settle"', "lateral_pressure", self.lateral_pressure)
+        return self
 
 
 class Scene(Spec):
@@ -102,6 +112,9 @@ def _check_references(scene):
             raise refuse(f"must be one of the materials: {known}{hint}", f"bodies.{i}.material", body.material)
         if body.shape.kind == "layer" and scene.terrain is None:
             raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
+        if scene.initial.stress == "settle" and any(body.velocity):
+            raise refuse('does not go with initial.stress = "settle", which brings everything to rest',
+                         f"bodies.{i}.velocity", body.velocity)
     bodies = [body.name for body in scene.bodies]
     for i, event in enumerate(scene.events):
         if event.body not in bodies:

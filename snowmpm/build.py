@@ -225,7 +225,8 @@ def _stress_from_weight(model):
     spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
     load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
                                scene.solver.dx, spacing)
-    k0 = np.array([law.lateral_pressure for law in model.laws])[population.material]
+    given = scene.initial.lateral_pressure
+    k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
     if scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.

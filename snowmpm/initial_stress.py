@@ -5,7 +5,9 @@ Snow cover on a slope (distance d below its surface, upward normal n, gravity g;
     tau = rho d [ (g.n) (n n + K_0 (I - n n)) + g_t n + n g_t ],   g_t = g - (g.n) n,   K_0 = nu / (1 - nu)
 
 summed over the layers above. Other bodies: the same with n up, d the depth below the highest particle of the same body
-in the particle's column of one cell. K_0 is the elastic value of lateral confinement (validation case M14).
+in the particle's column of one cell. K_0 is the elastic value of lateral confinement (validation case M14), unless the
+scene gives one. Where a layer ends in the air nothing holds these stresses: the end relaxes at a speed of about
+sigma / rho c (1 to 4 % of sqrt(g D) for a stiff slab of 1 m), which only relaxation (`snowmpm.settling`) takes away.
 """
 
 import numpy as np
@@ -51,7 +53,7 @@ def overburden(bodies, positions, body_of, surface_query, gravity, dx, spacing):
         load[layered] = _layers_above(bodies, distance, columns[layered], body_of[layered], spacing)
     for body in np.unique(body_of[~layered]):
         own = body_of == body
-        load[own] = bodies[body][1] * _depth_in_column(columns[own], positions[own, -1], dx)
+        load[own] = bodies[body][1] * _depth_in_column(columns[own], positions[own, -1], spacing)
     return load, normals
 
 
@@ -74,8 +76,8 @@ def _layers_above(bodies, distance, columns, body_of, spacing):
     return load
 
 
-def _depth_in_column(columns, height, dx):
+def _depth_in_column(columns, height, spacing):
     label = _cell_ids(columns)
     top = np.full(label.max() + 1, -np.inf)
     np.maximum.at(top, label, height)
-    return top[label] - height + 0.25 * dx
+    return top[label] - height + 0.5 * spacing

@@ -8,11 +8,7 @@ from snowmpm.build import build, check_step, rounded_down
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.fields import ParticleFields
-
-SETTLED_SPEED = 2e-3
-"""An initial state counts as settled below this share of sqrt(g D), D the depth of the snow (one cell at least)."""
-
-SETTLE_STEPS = 20_000
+from snowmpm.settling import settle
 
 
 class Simulation:
@@ -119,25 +115,11 @@ class Simulation:
         return self.solver.stable_dt()
 
     def settle(self):
-        """Relax to rest under gravity with damped nodes, then start the clock at zero.
-
-        Each step keeps the share 1 - dt c / (10 dx) of the node velocities, which damps waves within tens of steps,
-        until the largest speed stays below `SETTLED_SPEED` sqrt(g D). Raises SimulationError when it does not settle.
-        """
-        solver, dx = self.solver, self.scene.solver.dx
-        wanted = SETTLED_SPEED * math.sqrt(float(np.linalg.norm(solver.gravity)) * max(self.model.depth, dx))
-        flip_ratio, solver.flip_ratio = solver.flip_ratio, 0.0  # FLIP would keep noise that no node sees
-        quiet = 0
-        for _ in range(SETTLE_STEPS):
-            dt, _ = solver.stable_dt()
-            solver.keep = 1.0 - min(0.5, 0.1 * dt * solver.materials.wave_speed / dx)
-            solver.step(dt)
-            quiet = quiet + 1 if solver.extremes.speed < wanted else 0
-            if quiet >= 50:
-                break
-        else:
-            raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": still moving at"
-                                  f" {solver.extremes.speed:.3g} m/s after {SETTLE_STEPS} steps; the scene is not"
-                                  " stable before its trigger")
-        solver.keep, solver.flip_ratio = 1.0, flip_ratio
-        solver.restart_clock()
+        """Relax to rest under gravity (`snowmpm.settling`). Raises SimulationError when it does not settle."""
+        wanted = self.scene.initial.tolerance
+        rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
+        if not rest.settled:
+            raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": not at rest after {rest.steps}"
+                                  f" steps: speed {rest.speed:.2g} sqrt(g D), imbalance {rest.imbalance:.2g} of the"
+                                  f" weight, initial.tolerance = {wanted:g};\nthe scene is not stable before its"
+                                  " trigger, or wants a larger tolerance")

@@ -31,8 +31,9 @@ class DistanceField:
 
     def __init__(self, surface, reach, bin_size=None):
         runtime.start()
-        # Farther than the surface is large nothing changes, and the search would go on over empty bins.
-        self.dim, self.reach = surface.dim, min(float(reach), float(np.linalg.norm(surface.upper - surface.lower)))
+        # As given, though it be more than the surface is long: snow may lie deep on a small piece of ground
+        self.dim = surface.dim
+        self.reach = float(reach) if np.isfinite(reach) else float(np.linalg.norm(surface.upper - surface.lower))
         # Local origin: differences of map coordinates would lose digits in products.
         self.origin = 0.5 * (surface.lower + surface.upper)
         vertices = surface.vertices - self.origin
