@@ -1,12 +1,12 @@
 """A thin strip runs down a slope, round an arc and out on the flat, and stops where Coulomb friction says (M19).
 
-For a strip that is short against the radius R of the arc, the mean of its particles follows, with s the way and theta the
-dip under it,
+For a strip that is short against the radius R of the arc, the mean of its particles follows, with s the way and theta
+the dip under it,
 
     d(v^2 / 2) / ds = g sin theta - mu (g cos theta + v^2 / R)
 
-On straight parts that is the energy line, z + v^2 / 2g + x tan delta = const, x the mean way of the particles in plan. The
-strip is elastic and soft, so that nothing is lost but by friction; it hangs together, so its ends do not matter.
+On straight parts that is the energy line, z + v^2 / 2g + x tan delta = const, x the mean way of the particles in plan.
+The strip is elastic and soft, so that nothing is lost but by friction; it hangs together, so its ends do not matter.
 """
 
 import numpy as np
