@@ -52,8 +52,9 @@ class Solver(Spec):
     )
     """particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
-    cfl: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.4
-    """share of a cell that a wave or a particle may cross in a step [-]"""
+    cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
+    """share of a cell that a wave or a particle may cross in a step [-]; when missing 0.4, or 0.8 of the largest stable
+    one where that is less"""
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"

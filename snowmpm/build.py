@@ -240,12 +240,24 @@ def _stress_from_weight(model):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
 
 
-def check_fixed_step(scene, solver):
-    """Refuse a fixed step that is unstable from the start: beyond the whole of the limit, not only the share cfl."""
-    fixed, (limit, _) = scene.solver.dt, solver.stable_dt()
-    if fixed and fixed > limit / scene.solver.cfl:
-        allowed = f"unstable: must be at most {limit / scene.solver.cfl:.3g} s here; leave it out for an adaptive step"
+def check_step(scene, solver):
+    """Refuse a cfl beyond the critical one of the scheme, and a fixed step that is unstable from the start."""
+    chosen, scheme = scene.solver, f"{scene.solver.kernel} kernel, {scene.solver.gradient} gradient"
+    if chosen.cfl and chosen.cfl > solver.critical_cfl:
+        allowed = (f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {chosen.transfer} ({scheme},"
+                   f" {scene.dimension}-D, these materials)")
+        raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
+    fixed, (limit, cause) = chosen.dt, solver.critical_dt()
+    if fixed and fixed > limit:
+        allowed = (f"unstable: must be at most {rounded_down(limit)} s here ({cause} limit);"
+                   " leave it out for an adaptive step")
         raise InputError.at("solver.dt", fixed, allowed, scene.source)
+
+
+def rounded_down(limit):
+    """A limit in three digits that keeps to itself."""
+    scale = 10.0 ** (np.floor(np.log10(limit)) - 2)
+    return f"{np.floor(limit / scale * (1.0 + 1e-12)) * scale:.3g}"
 
 
 def describe(scene):
@@ -253,7 +265,7 @@ def describe(scene):
     "fields", "dt" [s], "dt_cause", "steps", "run_time" [s], "domain"}. Raises InputError as `build` does."""
     model = build(scene)
     solver = model.solver()
-    check_fixed_step(scene, solver)
+    check_step(scene, solver)
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt

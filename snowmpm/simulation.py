@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from snowmpm.build import build, check_fixed_step
+from snowmpm.build import build, check_step, rounded_down
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.fields import ParticleFields
@@ -31,7 +31,7 @@ class Simulation:
         self.solver = self.model.solver()
         self.events = self.model.events()
         self.dt, self.dt_cause = 0.0, "elastic"
-        check_fixed_step(scene, self.solver)
+        check_step(scene, self.solver)
         if scene.initial.stress == "settle" and not settled:
             self.settle()
         self._audit = Audit(self.solver, self.particles, self.model.direction, self.model.population.positions)
@@ -107,11 +107,10 @@ class Simulation:
     def _next_step(self):
         fixed = self.scene.solver.dt
         if fixed:
-            limit, cause = self.solver.stable_dt()
-            # The limit includes the safety factor cfl; a fixed step may use the rest of it, not more.
-            if cause != "elastic" and fixed > limit / self.scene.solver.cfl:
+            limit, cause = self.solver.critical_dt()
+            if fixed > limit:
                 raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit"
-                                      f" is {limit:.3g} s; leave solver.dt out for an adaptive step")
+                                      f" is {rounded_down(limit)} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
         return self.solver.stable_dt()
 

@@ -345,7 +345,7 @@ def test_a_damaged_checkpoint_never_replaces_the_good_one(scene, stopped, tmp_pa
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        ({"solver.cfl": 0.3}, r"solver\.cfl = 0\.3: was 0\.4 when the run began"),
+        ({"solver.cfl": 0.3}, r"solver\.cfl = 0\.3: was not there when the run began"),
         ({"materials.weak.p0": 7e3}, r"materials\.weak\.p0 = 7000\.0: was 8000\.0"),
         ({"events.0.speed": 9.0}, r"events\.0\.speed = 9\.0: was 8\.0"),
         ({"solver.precision": "f64"}, r"solver\.precision = 'f64': was 'f32'"),

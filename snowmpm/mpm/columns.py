@@ -15,11 +15,13 @@ nodes. A wall made of nodes that are held acts as if shifted by a third of a cel
 gains, J = sum m (v - v*), is the impulse of the solid.
 
     slip:      J_n as it comes
-    separate:  none if J_n < 0 (it would pull), and only as far as snow has arrived: see `touching`
+    separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (`TOUCH`)
     Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu |J_n| / |J_t|)
 
-(Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Deep nodes, and
-followers without a leader (below a ridge, say), are held one by one (`contact_velocity`).
+(Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
+one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
+no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact, or in one that has
+most of its snow below the surface (`PRESSED`).
 """
 
 import functools
@@ -36,6 +38,13 @@ TOUCH = 0.6
 which on there is contact. A gap between snow and wall lowers it: without the measure, snow would stop a cell above the
 wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
 of a bar that bounces.)"""
+
+PRESSED = 3.0
+"""The same measure above which hardly anything is left above the surface. A velocity linear in d would then carry snow
+that lies below it further in, so its nodes are held one by one instead."""
+
+HELD = -0.5
+"""z below which followers of a line without contact are held one by one."""
 
 FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
@@ -142,26 +151,32 @@ def contact_kernel(dim, real, kernel, flip, moving):
             for j in ti.static(range(reach)):
                 J += masses[j] * (ratio[j] * target - u_f[j, :])
             J_n = J.dot(n)
-            share_n, share_t = ti.cast(1.0, real), ti.cast(1.0, real)
+            share_n, share_t, held_below = ti.cast(1.0, real), ti.cast(1.0, real), ti.cast(HELD, real)
             if code == SEPARATE:
-                there = found / ti.max(mass, 1e-6 * found)
-                touches = there >= TOUCH * numbers[line, dim + reach]
-                share_n = ti.select(J_n > 0.0 and touches, 1.0, 0.0)
+                there = found / ti.max(mass, 1e-6 * found) / numbers[line, dim + reach]
+                share_n = ti.select(J_n > 0.0 and there >= TOUCH, 1.0, 0.0)
+                if there >= PRESSED and target.dot(n) > 0.0:
+                    share_n, held_below = 0.0, 1.0
             if code != STICK:
                 limit = friction * ti.abs(J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
-            if share_n + share_t > 0.0:
+            if share_n > 0.0:
                 change = target - u
                 part = change.dot(n) * n
-                set_velocity(nodes, room, leader, u + share_n * part + share_t * (change - part),
+                set_velocity(nodes, room, leader, u + part + share_t * (change - part),
                              solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
-                for j in ti.static(range(reach)):
-                    if masses[j] > 0.0:
-                        u_j = u_f[j, :]
+            for j in ti.static(range(reach)):
+                if masses[j] > 0.0:
+                    u_j = u_f[j, :]
+                    after = u_j
+                    if share_n > 0.0:
                         change = ratio[j] * target - u_j
                         part = change.dot(n) * n
-                        set_velocity(nodes, room, place[j], u_j + share_n * part + share_t * (change - part),
-                                     solid_velocity(place[j], coordinates, motion, dx), totals, coordinates, motion)
+                        after = u_j + part + share_t * (change - part)
+                    elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
+                        after = contact_velocity(u_j, n, code, friction)
+                    set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
+                                 totals, coordinates, motion)
 
     @ti.kernel
     def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),

@@ -29,8 +29,8 @@ class Lines:
 
     start (n + 1,), deep_start (n + 1,): first line and first deep node of each contact block. nodes (m, 1 + reach):
     places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
-    (m, dim + reach + 1): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
-    half-space. deep (k,), deep_normals (k, dim).
+    (m, dim + reach + 2): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
+    half-space, z of the leader. deep (k,), deep_normals (k, dim).
     """
 
     def __init__(self, dim, real, kernel, flip, stored):
@@ -48,7 +48,7 @@ class Lines:
         self.n_lines, self.n_deep = int(start[-1]), int(deep_start[-1])
         self.start, self.deep_start = int_array(start), int_array(deep_start)
         lines, deep = max(1, self.n_lines), max(1, self.n_deep)
-        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 1)
+        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 2)
         self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
                    blocks.shares)
@@ -218,6 +218,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                                     nodes[line, 1 + j], numbers[line, dim + j] = place, ratio
                                     full += mass_share(z - (j + 1))
                                 numbers[line, ti.static(dim + reach)] = full / mass_share(z)
+                                numbers[line, ti.static(dim + reach + 1)] = z
                                 line += 1
                             elif wall[3] <= 0.0 and is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis,
                                                            sign, level) == 0:

@@ -22,7 +22,7 @@ from snowmpm.mpm.walls import Walls
 from snowmpm.particles import IDENTITY, Layout, ParticleStore
 from snowmpm.severing import sever_kernel
 from snowmpm.stencil import STENCILS
-from snowmpm.timestep import Extremes, stable_step
+from snowmpm.timestep import FLIGHT_LIMIT, Extremes, critical_cfl, grain_stiffness, stable_step, usual_cfl
 
 
 class MpmSolver:
@@ -34,7 +34,7 @@ class MpmSolver:
     that left through open sides.
     """
 
-    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=0.4, terrain=None,
+    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
@@ -42,13 +42,14 @@ class MpmSolver:
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
         obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
+        cfl: share of a cell that a wave or a particle may cross in a step, `timestep.usual_cfl` by default.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         """
         self.dim = dim = len(origin)
-        self.dx, self.cfl, self.precision = dx, cfl, precision
+        self.dx, self.precision = dx, precision
         self.origin, self.gravity = np.asarray(origin, float), np.asarray(gravity, float)
         self.lower, self.upper = ((np.asarray(b, float) - self.origin) / dx for b in (lower, upper))
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
@@ -57,6 +58,9 @@ class MpmSolver:
         self.basis, self._gradient = kernel, gradient
         self._home_limit = STENCILS[kernel].home_limit
         self.materials = MaterialTable(laws, precision)
+        stiffness = max(grain_stiffness(law, dim) for law in laws)
+        self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
+        self.cfl = cfl or usual_cfl(self.critical_cfl)
         self._gravity = real_array(self.gravity)
         sides = sides or [["open", "open"]] * dim
         self._period = self._periods(sides)
@@ -144,10 +148,17 @@ class MpmSolver:
         self._read(report)
 
     def stable_dt(self):
-        """-> (largest stable step [s], what limits it)."""
+        """-> (step for now [s], what limits it), with the margin of cfl."""
+        return self._step_at(self.cfl, self.cfl)
+
+    def critical_dt(self):
+        """-> (longest step that is not unstable [s], what limits it)."""
+        return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
+
+    def _step_at(self, elastic, advective):
         pushed = max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
         extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
-        return stable_step(self.dx, self.cfl, self.materials.wave_speed, extremes)
+        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
 
     def _read(self, report):
         if report[report_of.BAD]:
