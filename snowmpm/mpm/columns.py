@@ -40,8 +40,9 @@ wall. It does not depend on how dense the snow lies. (A gradual onset would be a
 of a bar that bounces.)"""
 
 PRESSED = 3.0
-"""The same measure above which hardly anything is left above the surface. A velocity linear in d would then carry snow
-that lies below it further in, so its nodes are held one by one instead."""
+"""The same measure above which most of the snow lies below the surface, or closer to it than a quarter of a cell: a
+lone grain, say. A velocity linear in d that leaves the wall would carry what lies below further in, so the nodes of
+the line are held one by one instead."""
 
 HELD = -0.5
 """z below which followers of a line without contact are held one by one."""

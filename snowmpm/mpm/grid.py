@@ -117,7 +117,7 @@ class TileGrid:
         nodes += sum(surface.geometry.array.shape[0] for surface in self.surfaces if surface.geometry.stored)
         tables = self.first_tile, self.tiles_at, self.node_coordinates, self.boxes
         integers = sum(np.prod(table.shape) for table in tables)
-        return 4 * real * nodes + 4 * int(integers)
+        return 4 * real * nodes + 4 * int(integers) + sum(surface.bytes for surface in self.surfaces)
 
 
 @functools.cache

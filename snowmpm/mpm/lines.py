@@ -35,6 +35,7 @@ class Lines:
 
     def __init__(self, dim, real, kernel, flip, stored):
         self._dim, self._real, self._reach = dim, real, REACH[kernel]
+        self.nodes = None
         self._count, self._fill = line_kernels(dim, real, kernel, flip, stored)
 
     def find(self, blocks, slots, walls, plane):
@@ -52,6 +53,15 @@ class Lines:
         self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
                    blocks.shares)
+
+    @property
+    def bytes(self):
+        """Memory of the tables; 0 before lines were sought."""
+        if self.nodes is None:
+            return 0
+        real = 4 if self._real == ti.f32 else 8
+        integers = np.prod(self.nodes.shape) + self.deep.shape[0] + self.start.shape[0] + self.deep_start.shape[0]
+        return int(4 * integers + real * (np.prod(self.numbers.shape) + np.prod(self.deep_normals.shape)))
 
     def _reals(self, rows, more):
         return ti.ndarray(self._real, (rows, self._dim + more))

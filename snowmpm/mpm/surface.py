@@ -50,6 +50,11 @@ class Surface:
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
         self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked)
 
+    @property
+    def bytes(self):
+        """Memory of the lines that it crosses."""
+        return self._lines.bytes
+
     def prepare(self, grid, slots):
         """Find the lines of the grid that the surface crosses; slots: of the contact blocks."""
         geometry = self.geometry

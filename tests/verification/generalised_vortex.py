@@ -83,12 +83,7 @@ def vortex_error(scheme, cells, amplitude=0.1, per_axis=2):
     states, motion = ParticleStates(solver), Vortex(amplitude)
     X, steps = states.reference, int(np.ceil(LAW.wave_speed() / (0.3 * dx)))
     dt = 1.0 / steps
-    states.set(velocity=motion.velocity(X, -0.5 * dt))
-    if scheme.affine:
-        states.set(affine=motion.gradient(X, -0.5 * dt))
-    for _ in range(steps):
-        states.add(velocity=dt * motion.body_force(X, solver.time))
-        solver.step(dt)
+    states.follow(motion, scheme, steps, dt)
     error = np.linalg.norm(states.positions() - motion.position(X, 1.0), axis=1) / amplitude
     return float(np.sqrt((error**2).mean())), float(error.max())
 

@@ -45,6 +45,16 @@ class ParticleStates:
         """
         self._change(where, columns, add=True)
 
+    def follow(self, motion, scheme, steps, dt):
+        """Take steps under the body force of a manufactured motion, from its velocity half a step before the start."""
+        X = self.reference
+        self.set(velocity=motion.velocity(X, -0.5 * dt))
+        if scheme.affine:
+            self.set(affine=motion.gradient(X, -0.5 * dt))
+        for _ in range(steps):
+            self.add(velocity=dt * motion.body_force(X, self.solver.time))
+            self.solver.step(dt)
+
     def _change(self, where, columns, add):
         table, numbers = self.solver.particles.table(), self._numbers()
         row_of = np.empty(len(numbers), np.int64)

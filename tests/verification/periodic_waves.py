@@ -68,12 +68,7 @@ def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2):
     states, motion = ParticleStates(solver), StandingWaves(amplitude)
     X, steps = states.reference, int(np.ceil(DURATION * LAW.wave_speed() / (courant * dx)))
     dt = DURATION / steps
-    states.set(velocity=motion.velocity(X, -0.5 * dt))
-    if scheme.affine:
-        states.set(affine=motion.gradient(X, -0.5 * dt))
-    for _ in range(steps):
-        states.add(velocity=dt * motion.body_force(X, solver.time))
-        solver.step(dt)
+    states.follow(motion, scheme, steps, dt)
     off = states.positions() - X - motion.displacement(X, DURATION)
     off -= np.round(off)  # round the torus
     exact = motion.kirchhoff(X, DURATION)

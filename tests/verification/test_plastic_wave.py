@@ -49,18 +49,12 @@ def drive(law, scheme, speed, front, length):
             solver.plastic_work)
 
 
-@pytest.mark.parametrize("scheme", [APIC, FLIP], ids=str)
-def test_firm_snow(scheme):
-    D, P, density = FRONTS["firm", 4.3]
-    front, stress, behind, work = drive(FIRM, scheme, 4.3, (D, P, density), 1.5)
-    assert front == pytest.approx(D, rel=0.03) and stress == pytest.approx(P, rel=0.03)
-    assert behind == pytest.approx(density, rel=0.02) and work > 0.0
-
-
-@pytest.mark.slow
-def test_fresh_snow_slowly():
-    D, P, density = FRONTS["fresh", 1.0]
-    front, stress, behind, work = drive(FRESH, APIC, 1.0, (D, P, density), 4.5)
+@pytest.mark.parametrize(("law", "kind", "speed", "length", "scheme"), [
+    (FIRM, "firm", 4.3, 1.5, APIC), (FIRM, "firm", 4.3, 1.5, FLIP),
+    pytest.param(FRESH, "fresh", 1.0, 4.5, APIC, marks=pytest.mark.slow)], ids=str)
+def test_front_and_what_it_leaves(law, kind, speed, length, scheme):
+    D, P, density = FRONTS[kind, speed]
+    front, stress, behind, work = drive(law, scheme, speed, (D, P, density), length)
     assert front == pytest.approx(D, rel=0.03) and stress == pytest.approx(P, rel=0.03)
     assert behind == pytest.approx(density, rel=0.02) and work > 0.0
 
