@@ -17,7 +17,7 @@ def test_a_block_that_slides_over_the_map():
     solver = MpmSolver(Population(positions, volumes, 0, velocities),
                        [Elastic(density=300.0, youngs_modulus=1e5, poisson_ratio=0.3)], dx=0.1, precision="f64",
                        origin=[0.0] * 3, lower=[0.0] * 3, upper=[4.0, 3.0, 2.0], gravity=[0.0] * 3)
-    peaks = PeakMaps(solver, 2)
+    peaks = PeakMaps(solver, 0.2)
     for _ in range(80):
         peaks.see()
         solver.step(0.005)
