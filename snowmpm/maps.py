@@ -19,7 +19,7 @@ is not that of the avalanche."""
 
 @functools.cache
 def totals_kernel(layout, real):
-    """Kernel that adds up what lies over plan cells of `width` grid cells.
+    """Kernel that adds up what lies over plan cells of `width` grid cells, from the cell `first_i`, `first_j` on.
 
     totals (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass times speed squared. One
     thread, so that the sums do not depend on the number of threads.
@@ -30,14 +30,14 @@ def totals_kernel(layout, real):
     @ti.kernel
     def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: ti.f64,
-               n_blocks: int):
+               first_i: int, first_j: int, n_blocks: int):
         ti.loop_config(serialize=True)
         for b in range(n_blocks):
             places = access.places(reals, turn)
             for p in range(start[b], start[b + 1]):
                 x = access.load(reals, places, p, at["position"], 2)
-                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32)
-                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32)
+                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32) - first_i
+                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32) - first_j
                 if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
                     volume = access.load(reals, places, p, at["volume"], 1)[0]
                     mass = volume * materials[material[p], DENSITY]
@@ -67,7 +67,9 @@ class PeakMaps:
         self.lower, self.cell = solver.origin[:2], cell
         self.shape = tuple(np.maximum(1, np.ceil(solver.upper[:2] / self._width).astype(int)))
         self.values = {name: np.zeros(self.shape) for name in UNITS}
-        self.restore({**self.values, "release_depth": self._totals()[0]})
+        window, depth, _, _ = self._totals()
+        self.values["release_depth"][window] = depth
+        self.restore(self.values)
 
     def restore(self, values):
         """Take over `values`, name -> (columns along x, rows along y)."""
@@ -75,23 +77,31 @@ class PeakMaps:
         self.flow_depth = FLOW_SHARE * float(depth[depth > 0.0].mean()) if depth.any() else 0.0
 
     def _totals(self):
-        """Depth, mean speed and pressure now, one array (columns along x, rows along y) each."""
-        solver, totals = self._solver, np.zeros((*self.shape, 4))
-        store, grid = solver.particles, solver.grid
+        """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
+        solver = self._solver
+        store, grid, edge = solver.particles, solver.grid, EDGE[solver.dim]
+        blocks = solver.blocks.coordinates[:, :2] if len(solver.blocks) else np.zeros((1, 2), int)
+        # A particle may stray from its block before the next sort, by less than a block
+        low = np.floor(edge * (blocks.min(axis=0) - 1) / self._width).astype(int).clip(0, self.shape)
+        high = np.ceil(edge * (blocks.max(axis=0) + 2) / self._width).astype(int).clip(0, self.shape)
+        totals = np.zeros((*(high - low), 4))
         with runtime.precision(solver.precision):
             kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
             kernel(store.reals, store.turn, store.material, solver.materials.numbers, grid.start, grid.coordinates,
-                   totals, self._width, grid.n_tiles)
+                   totals, self._width, *low.tolist(), grid.n_tiles)
         volume, mass, momentum, energy = np.moveaxis(totals, -1, 0)
-        return volume / self.cell**2, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
+        window = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
+        depth = volume / self.cell**2
+        return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
 
     def see(self):
         """Take in the state that the solver is in."""
-        depth, speed, pressure = self._totals()
+        window, depth, speed, pressure = self._totals()
         flows = depth >= self.flow_depth
         for name, now in (("peak_depth", depth), ("peak_speed", speed * flows), ("peak_pressure", pressure * flows)):
-            np.maximum(self.values[name], now, out=self.values[name])
-        self.values["deposit_depth"] = depth
+            self.values[name][window] = np.maximum(self.values[name][window], now)
+        self.values["deposit_depth"][:] = 0.0
+        self.values["deposit_depth"][window] = depth
 
     def rasters(self):
         """name -> (values (rows along y, columns along x), x0, y0, cell) with the centre of the first cell."""
