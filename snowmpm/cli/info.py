@@ -19,6 +19,7 @@ def info(run: RunPath):
     if opened.summary:
         print_facts("summary", {name: value for name, value in opened.summary.items() if name != "hazard"})
     print_avalanche(opened)
+    _print_impacts(opened)
     print_facts("provenance", {name: value for name, value in opened.provenance.items() if name not in LONG})
 
 
@@ -29,6 +30,19 @@ def print_avalanche(run):
     if run.hazard:
         numbers = run.hazard["numbers"]
         print_facts("avalanche", {f"{name} [{unit_of(name)}]": value for name, value in numbers.items()})
+
+
+def _print_impacts(run):
+    from snowmpm.io.impact import impact
+
+    found = {name: impact(obstacle) for name, obstacle in run.obstacles.items()}
+    width = "/m" if run.dimension == 2 else ""
+    for name, one in found.items():
+        if one:
+            print_facts(f"impact on {name}", {
+                "arrival [s]": one.arrival, "early peak [Pa]": one.peak, "of the peak [s]": one.peak_time,
+                "steady part [Pa]": one.steady, f"impulse [N s{width}]": one.impulse,
+                "front [m]" if width else "front [m2]": one.area})
 
 
 def _contents(run):
