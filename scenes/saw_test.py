@@ -157,4 +157,4 @@ def _layer_shape(saw_test, dim, first, bottom, top):
         return [x + saw_test.lean * (z - saw_test.slab_bottom), z]
 
     points = [corner(first, bottom), corner(last, bottom), corner(last, top), corner(first, top)]
-    return {"kind": "prism", "points": points, "y": [-half, half]} if dim == 3 else {"kind": "polygon", "points": points}
+    return {"points": points, **({"kind": "polygon"} if dim == 2 else {"kind": "prism", "y": [-half, half]})}

@@ -35,7 +35,7 @@ MAY_IMPORT = {
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
-    "saw_test": {"common", "errors"},
+    "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {

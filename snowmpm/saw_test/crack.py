@@ -16,7 +16,9 @@ all at intervals in which neither a wave nor a crack can cross more than a bin, 
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.saw_test.prediction import elastic_predictions, predictions
 from snowmpm.saw_test.probe import Probe
+from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
 MOST_BINS, MOST_ROWS = 400, 1500
@@ -36,7 +38,7 @@ class CrackRecord:
         """simulation: `snowmpm.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
         scene, solver, population = simulation.scene, simulation.solver, simulation.model.population
         spec, dx = scene.saw_test, scene.solver.dx
-        self._solver, self._saw = solver, saw
+        self._scene, self._solver, self._saw = scene, solver, saw
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))
         self._count_bins(spec.length, max(2.0 * dx, spec.length / MOST_BINS), spec.width_in(scene.dimension))
@@ -157,6 +159,21 @@ class CrackRecord:
         """Rows since the last call, {name: (k,) or (k, bins)}, and the bins as they are now."""
         first, self._taken = self._taken, len(self.rows["time"])
         return {name: np.array(rows[first:]) for name, rows in self.rows.items()}, self.bins
+
+    def description(self):
+        """What a run file says of it beside the rows: arguments of `io.saw_test.create_saw_test`."""
+        spec = self._scene.saw_test
+        about = {"slope_angle": spec.slope_angle, "length": spec.length, "slab_thickness": spec.slab_thickness,
+                 "weak_layer_thickness": spec.weak_layer.thickness, "saw_speed": spec.saw_speed, "notch": spec.notch,
+                 **elastic_predictions(self._scene)}
+        return {"about": about, "series": SERIES, "lines": LINES,
+                "bins": {name: (values, BINS[name]) for name, values in self.bins.items()}}
+
+    def result(self):
+        """Numbers of the test so far (`saw_test.result`), and under "theory" what theories say (`saw_test.theory`)."""
+        spec = self._scene.saw_test
+        found = result_of(self.values(), slab_thickness=spec.slab_thickness, saw_speed=spec.saw_speed)
+        return {**found, "theory": predictions(self._scene, found["collapse_height"])}
 
     def state(self):
         """All that a continuation needs, by name."""
