@@ -7,7 +7,8 @@ from snowmpm.render.element_plot import ElementCurves, render_element
 from snowmpm.render.history_plot import render_history
 from snowmpm.render.peak_map import render_map
 from snowmpm.render.run_film import render_run
+from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.thalweg_plot import render_thalweg
 
-__all__ = ["ElementCurves", "render_element", "render_history", "render_map", "render_run",
+__all__ = ["ElementCurves", "render_element", "render_history", "render_map", "render_run", "render_saw_test",
            "render_thalweg"]

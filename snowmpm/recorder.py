@@ -52,7 +52,7 @@ class Recorder:
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
-                         durable=False)
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None, durable=False)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -124,7 +124,8 @@ class Recorder:
             values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
         poses = {obstacle.name: obstacle.motion.placement(simulation.time, self._origin)
                  for obstacle in self._obstacles}
-        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads)
+        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads,
+                           simulation.crack.take() if simulation.crack else None)
         self.frames += 1
         if self._maps:
             self._see()
@@ -173,7 +174,8 @@ class Recorder:
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
-                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last}
+                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
 
 
 def momentum_place(particles):

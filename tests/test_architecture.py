@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
+    "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {
@@ -47,6 +48,7 @@ MAY_IMPORT = {
         "terrain",
         "seeding",
         "solids",
+        "saw_test",
         "mpm",
         "sph",
         "cli",
@@ -71,6 +73,7 @@ FORBIDDEN = {
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "seeding": PICTURES | {"h5py", "typer", "rich"},
     "solids": PICTURES | {"h5py", "typer", "rich"},
+    "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
 IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}
