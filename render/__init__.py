@@ -7,5 +7,10 @@ from snowmpm.render.element_plot import ElementCurves, render_element
 from snowmpm.render.history_plot import render_history
 from snowmpm.render.peak_map import render_map
 from snowmpm.render.run_film import render_run
+from snowmpm.render.strip import notes_of, render_strip
 
-__all__ = ["ElementCurves", "render_element", "render_history", "render_map", "render_run"]
+PLOTS = {"history": render_history}
+"""Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
+
+__all__ = ["PLOTS", "ElementCurves", "notes_of", "render_element", "render_history", "render_map", "render_run",
+           "render_strip"]

@@ -10,6 +10,7 @@ from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
+from snowmpm.scenes.picture import Picture
 from snowmpm.scenes.space import Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.terrain import Terrain
@@ -57,6 +58,8 @@ class Scene(Spec):
     obstacles: tuple[Obstacle, ...] = ()
     events: tuple[Event, ...] = ()
     initial: Initial = Initial()
+    picture: Picture = Picture()
+    """of the gallery"""
 
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)

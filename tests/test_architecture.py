@@ -56,7 +56,7 @@ MAY_IMPORT = {
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
