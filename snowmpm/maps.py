@@ -55,18 +55,18 @@ class PeakMaps:
     def __init__(self, solver, width):
         """width: side of a plan cell in grid cells; the map starts at the solver's origin and covers its domain."""
         self._solver, self._width = solver, width
-        self.lower, self.cell = solver.origin[:2], width * solver.dx
-        self.shape = tuple(np.maximum(1, np.ceil(solver.upper[:2] / width).astype(int)))
+        self.lower, self.cell = solver.frame.origin[:2], width * solver.dx
+        self.shape = tuple(np.maximum(1, np.ceil(solver.frame.upper[:2] / width).astype(int)))
         self.values = {name: np.zeros(self.shape) for name in ("peak_depth", "peak_speed")}
 
     def see(self):
         """Take in the state that the solver is in."""
         solver, totals = self._solver, np.zeros((*self.shape, 3))
-        store, grid = solver.particles, solver.grid
+        store = solver.particles
         with runtime.precision(solver.precision):
             kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
-            kernel(store.reals, store.turn, store.material, solver.materials.numbers, grid.start, grid.coordinates,
-                   totals, self._width, grid.n_tiles)
+            kernel(store.reals, store.turn, store.material, solver.materials.numbers, store.start, store.coordinates,
+                   totals, self._width, len(store.blocks))
         depth = totals[:, :, 0] / self.cell**2
         speed = totals[:, :, 2] / np.maximum(totals[:, :, 1], 1e-300)
         np.maximum(self.values["peak_depth"], depth, out=self.values["peak_depth"])

@@ -146,7 +146,7 @@ class Recorder:
         times = {name: round(value, 3) for name, value in asdict(phases).items() if name != "started"}
         per_step = 1e9 * phases.steps / max(1, self.particle_steps)
         return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
-                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.sorts,
+                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
                 "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),
