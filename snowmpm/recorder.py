@@ -10,6 +10,7 @@ import numpy as np
 import taichi
 
 from snowmpm import __version__, diagnostics, fields, hazard, maps, runtime
+from snowmpm.device import device_name
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
 from snowmpm.solids.loads import LoadHistory
@@ -85,7 +86,8 @@ class Recorder:
         spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
         return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
-                "threads": runtime.threads(), "precision": scene.solver.precision, "seed": scene.seed,
+                "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
+                "precision": scene.solver.precision, "seed": scene.seed,
                 "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "bodies": [body.name for body in scene.bodies], "materials": list(scene.materials),
                 "particles": self._simulation.n_particles,
