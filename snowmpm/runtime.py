@@ -13,7 +13,7 @@ from taichi.lang import impl, kernel_impl
 from taichi.lang.ast import ast_transformer_utils
 
 CACHE_BYTES = 1 << 30
-"""Compiled kernels that are kept on disk: those of about 250 scenes. Of 100 MB, Taichi's own limit, 25 would fill it."""
+"""Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
 
 _started = {}
 
