@@ -1,6 +1,6 @@
 """Errors and orders of every basis, gradient and transfer in the manufactured motions M6 and M7: CSV and chart.
 
-    python tests/benchmarks/order_tables.py [-o FOLDER] [--only WORD] [--precision f64] [--threads 1]
+    python tests/benchmarks/order_tables.py [-o FOLDER] [--only WORD] [--resume] [--precision f64] [--threads 1]
 
     waves     standing waves in a periodic square (M6, A = 0.02): no rim, strains of 13 %
     vortex    the generalised vortex (M7, A = 0.1): a ring with rims that cut the cells, shears of 0.7
@@ -9,11 +9,13 @@
 worst particle, over the size that each case gives; order = log2 of the error of the row above over that of this row.
 FLIP and AFLIP keep 0.99 a step. A step is a fixed share of dx / c, so that time and space are refined together.
 
-The chart shows the root mean squares. `--only quadratic-apic` takes the schemes whose name holds the word.
+The chart shows the root mean squares. `--only quadratic-apic` takes the schemes whose name holds the word; `--resume`
+keeps the rows that are there.
 """
 
 import argparse
 import csv
+import itertools
 import sys
 from pathlib import Path
 
@@ -33,16 +35,14 @@ COLUMNS = ("case", "basis", "gradient", "transfer", "flip_ratio", "particles_per
            *(f"order_{size}" for size in SIZES), "precision", "threads")
 
 
-def table(case, scheme, per_axis, precision, threads):
-    """Rows of one scheme, coarse to fine."""
+def table(case, scheme, key, precision, threads):
+    """Rows of one scheme, coarse to fine; key: their first columns."""
     last = None
     for cells in CELLS:
-        errors = CASES[case](scheme, cells, per_axis=per_axis, precision=precision)
+        errors = CASES[case](scheme, cells, per_axis=round(int(key[-1]) ** 0.5), precision=precision)
         found = np.array([getattr(errors, size) for size in SIZES])
         orders = [""] * len(SIZES) if last is None else [f"{order:.2f}" for order in np.log2(last / found)]
-        ratio = scheme.flip_ratio if "flip" in scheme.transfer else ""
-        yield (case, scheme.kernel, scheme.gradient, scheme.transfer, ratio, per_axis**2, cells,
-               *(f"{error:.3e}" for error in found), *orders, precision, threads)
+        yield (*key, str(cells), *(f"{error:.3e}" for error in found), *orders, precision, str(threads))
         last = found
 
 
@@ -89,28 +89,36 @@ def draw(rows, file):
     figure.savefig(file, dpi=110)
 
 
+def kept(file):
+    """Rows of an earlier run, whole tables only."""
+    with open(file, newline="") as lines:
+        rows = [tuple(row) for row in csv.reader(lines)][1:]
+    return [row for row in rows if sum(other[:6] == row[:6] for other in rows) == len(CELLS)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path(__file__).parent / "figures", help="folder")
     parser.add_argument("--only", default="", help="schemes whose name holds this")
+    parser.add_argument("--resume", action="store_true", help="keep the rows that are there")
     parser.add_argument("--precision", choices=("f64", "f32"), default="f64")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     runtime.start("cpu", threads=options.threads)
     options.output.mkdir(parents=True, exist_ok=True)
-    rows = []
-    with open(options.output / "order_tables.csv", "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for scheme in (scheme for scheme in EVERY if options.only in str(scheme)):
-            for case in CASES:
-                for per_axis in PER_AXIS:
-                    rows.extend(table(case, scheme, per_axis, options.precision, options.threads))
-                    writer.writerows(rows[-len(CELLS):])
-                    file.flush()
-                    print(f"{case:6s} {scheme!s:28s} {per_axis**2} per cell: displacement "
-                          + " ".join(row[7] for row in rows[-len(CELLS):]) + ", stress "
-                          + " ".join(row[9] for row in rows[-len(CELLS):]), flush=True)
+    file = options.output / "order_tables.csv"
+    rows = kept(file) if options.resume and file.exists() else []
+    for per_axis, scheme, case in itertools.product(PER_AXIS, EVERY, CASES):
+        ratio = f"{scheme.flip_ratio:g}" if "flip" in scheme.transfer else ""
+        key = case, scheme.kernel, scheme.gradient, scheme.transfer, ratio, str(per_axis**2)
+        if options.only not in str(scheme) or any(row[:6] == key for row in rows):
+            continue
+        new = list(table(case, scheme, key, options.precision, options.threads))
+        rows.extend(new)
+        with open(file, "w", newline="") as lines:
+            csv.writer(lines).writerows([COLUMNS, *rows])
+        print(f"{case:6s} {scheme!s:28s} {per_axis**2} per cell: displacement " + " ".join(row[7] for row in new)
+              + ", stress " + " ".join(row[9] for row in new), flush=True)
     draw(rows, options.output / "order_tables.png")
 
 
