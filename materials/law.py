@@ -94,6 +94,11 @@ class Law(BaseModel):
         """
         return np.full(len(stress), self.wave_speed())
 
+    def on_grid(self, spacing):
+        """The law that cells of this size [m] need, so that a solver's result does not hang on them: this one, unless
+        it softens over a length of its own. Raises ValueError for cells that are too large."""
+        return self
+
     @property
     def lateral_pressure(self):
         """K₀ = σ_lateral / σ_axial of a first compression without lateral strain; elastic value ν / (1 − ν) [-]."""

@@ -39,7 +39,13 @@ class Model:
 
     @cached_property
     def laws(self):
-        return list(self.scene.materials.values())
+        found = []
+        for name, law in self.scene.materials.items():
+            try:
+                found.append(law.on_grid(self.scene.solver.dx))
+            except ValueError as error:
+                raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
+        return found
 
     @cached_property
     def depth(self):
