@@ -99,5 +99,6 @@ def test_elastic_weak_layer_never_breaks():
 
 
 def test_plain_runs_have_no_saw_test(tmp_path):
-    scene = snowmpm.load_scene(Path(__file__).parents[1] / "release.toml", {"end_time": 0.002, "initial.stress": "none"})
+    file = Path(__file__).parents[1] / "release.toml"
+    scene = snowmpm.load_scene(file, {"end_time": 0.002, "initial.stress": "none"})
     assert Run(snowmpm.run(scene, tmp_path).path).saw_test is None

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import AnticrackCamClay, Elastic
+from snowmpm.materials.anticrack_cam_clay import BAND
 from snowmpm.saw_test import theory
 
 SNOW = Elastic(density=250.0, youngs_modulus=3.0e6, poisson_ratio=0.3)
@@ -57,7 +58,8 @@ def test_slab_of_layers():
     two = theory.Slab.of([(0.2, SNOW), (0.3, SNOW)])
     assert two.bending_modulus == pytest.approx(SLAB.bending_modulus, rel=1e-12)
     assert two.shear_modulus == pytest.approx(SLAB.shear_modulus, rel=1e-12)
-    soft, hard = (SNOW.model_copy(update={"youngs_modulus": E, "density": rho}) for E, rho in ((1e6, 100.), (9e6, 300.)))
+    soft = SNOW.model_copy(update={"youngs_modulus": 1e6, "density": 100.0})
+    hard = SNOW.model_copy(update={"youngs_modulus": 9e6, "density": 300.0})
     sandwich = theory.Slab.of([(0.1, hard), (0.2, soft), (0.1, hard)])
     # B = E_h' (D^3 - d^3) / 12 + E_s' d^3 / 12 about the middle
     stiff = (9e6 * (0.4**3 - 0.2**3) + 1e6 * 0.2**3) / 0.4**3 / 0.91
@@ -96,8 +98,6 @@ def test_shear_strength_is_on_the_yield_surface():
 def test_softening_of_a_row_keeps_the_energy_of_the_layer():
     """ξ in proportion to the height of the row: w_f and collapse are those of the reference thickness on any grid."""
     law = weak_layer(0.5, 1.8e3, reference_thickness=0.05)
-    from snowmpm.materials.anticrack_cam_clay import BAND
-
     for dx in (0.02, 0.005):
         row = law.on_grid(dx)
         assert theory.fracture_energy(row, BAND * dx) == pytest.approx(theory.fracture_energy(law, 0.05), rel=0.02)

@@ -1,5 +1,6 @@
 """The table saw_test of a scene: what it makes, what it refuses."""
 
+import itertools
 import math
 
 import pytest
@@ -17,7 +18,7 @@ def test_bodies_lie_on_each_other():
                 saw_test__slab=[{"material": "slab", "thickness": 0.3}, {"material": "slab", "thickness": 0.15}])
     assert [body.name for body in scene.bodies] == ["base", "weak_layer", "slab_1", "slab_2"]
     levels = [(body.shape.min, body.shape.max) for body in scene.bodies]
-    for (_, upper), (lower, _) in zip(levels, levels[1:], strict=False):
+    for (_, upper), (lower, _) in itertools.pairwise(levels):
         assert upper[1] == pytest.approx(lower[1])
     assert levels[1][0][0] == 0.2 and levels[0][0][0] == levels[2][0][0] == 0.0  # the notch is in the weak layer
     assert levels[-1][1] == pytest.approx((6.0, 0.6))
