@@ -37,7 +37,8 @@ class CrackRecord:
     def __init__(self, simulation, saw):
         """simulation: `snowmpm.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
         scene, solver, population = simulation.scene, simulation.solver, simulation.model.population
-        spec, dx = scene.saw_test, scene.solver.dx
+        dx = scene.solver.dx
+        spec = scene.saw_test.drawn(dx)
         self._scene, self._solver, self._saw = scene, solver, saw
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))

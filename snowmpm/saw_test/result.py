@@ -14,9 +14,9 @@ def result_of(values, *, slab_thickness, saw_speed):
 
     values: `CrackRecord.values()`, or the same arrays from a run file. Lengths along the column from the saw's end [m]:
 
-    critical_length     cut when the crack began to run by itself: from there it goes on for 2 D, twice the thickness of the
-                        slab, all of that and also its first tenth of a metre faster than `RUNAWAY` times the saw. It
-                        may still stop later: see runs_to_the_end
+    critical_length     cut when the crack began to run by itself: from there it goes on for 2 D, twice the thickness of
+                        the slab, all of that and its first tenth of a metre faster than `RUNAWAY` times the saw. It may
+                        still stop later: see runs_to_the_end
     crack_length        tip of the crack in the end; runs_to_the_end: it is within D of the far end
     crack_speed         [m/s] median over windows of D from halfway to D before the end of the crack
     top_speed           [m/s] largest over a length of D

@@ -12,7 +12,7 @@ from snowmpm.cli.app import app
 from snowmpm.io import Run
 
 SHORT = {"solver.dx": 0.025, "saw_test.length": 1.5, "saw_test.saw_speed": 4.0, "saw_test.saw_start": 0.005,
-         "saw_test.saw_length": 0.5, "end_time": 0.11, "initial.stress": "geostatic", "output.interval": 0.01}
+         "saw_test.saw_length": 0.5, "end_time": 0.12, "initial.stress": "geostatic", "output.interval": 0.01}
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def run(tmp_path_factory):
 
 def test_the_saw_takes_the_weak_layer_away(run):
     test = run.saw_test
-    assert test["saw"][0] == 0.0 and test["saw"][-1] == pytest.approx(4.0 * (0.11 - 0.005), abs=0.03)
+    assert test["saw"][0] == 0.0 and test["saw"][-1] == pytest.approx(4.0 * (0.12 - 0.005), abs=0.03)
     assert (np.diff(test["saw"]) >= 0.0).all() and (np.diff(test["tip"]) >= 0.0).all()
     assert (test["tip"] >= test["saw"] - 0.05).all()  # sawn bins count, a bin wide
     gone = run.n_points(0) - run.n_points(-1 % len(run))
@@ -31,7 +31,7 @@ def test_the_saw_takes_the_weak_layer_away(run):
 
 def test_record_is_finer_than_the_frames(run):
     time = run.saw_test["time"]
-    assert len(time) > 10 * len(run) and time[0] == 0.0 and time[-1] <= 0.11 + 1e-9
+    assert len(time) > 10 * len(run) and time[0] == 0.0 and time[-1] <= 0.12 + 1e-9
     assert np.diff(time).max() < 2.0 * np.diff(time).min() + 1e-9
 
 
@@ -41,7 +41,7 @@ def test_summary_tells_what_was_measured(run):
     assert 15.0 < found["top_speed"] < 110.0
     assert found["theory"]["maxwell_load"] == pytest.approx(886.9, rel=1e-3)
     assert found["theory"]["fracture_energy"] == pytest.approx(0.879, rel=2e-3)
-    assert np.isfinite(run.saw_test["arrival"][x > 0.5]).all()
+    assert np.isfinite(run.saw_test["arrival"][(x > 0.5) & (x < 1.3)]).all()  # the free end breaks late or never
 
 
 def test_slab_and_energy(run):
@@ -90,7 +90,8 @@ def test_plot_and_info(run):
 def test_elastic_weak_layer_never_breaks():
     """Only the saw opens it; the slab bends down over the cut."""
     simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {
-        **SHORT, "saw_test.weak_layer.material": "slab", "saw_test.notch": 0.3, "saw_test.saw_length": 0.3}))
+        **SHORT, "saw_test.weak_layer": {"material": "slab", "thickness": 0.05}, "saw_test.notch": 0.3,
+        "saw_test.saw_length": 0.3}))
     while simulation.time < 0.01:
         simulation.step()
     values = simulation.crack.values()

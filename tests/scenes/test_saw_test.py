@@ -47,6 +47,17 @@ def test_width_in_3d():
     assert box.max[1] - box.min[1] == pytest.approx(0.4)
 
 
+def test_weak_layer_of_two_cells():
+    """Drawn two cells thick on any grid; the scene keeps its thickness."""
+    for dx in (0.025, 0.01):
+        scene = pst(solver__dx=dx)
+        weak, slab = (next(body.shape for body in scene.bodies if body.name == name) for name in ("weak_layer", "slab"))
+        assert weak.max[1] - weak.min[1] == pytest.approx(2.0 * dx) and slab.max[1] - slab.min[1] == pytest.approx(0.5)
+        assert scene.saw_test.weak_layer.thickness == 0.05
+    plain = pst(saw_test__weak_layer={"material": "weak_layer", "thickness": 0.05})
+    assert plain.bodies[0].shape.max[1] == pytest.approx(0.05)
+
+
 def test_resolved_scene_loads_and_can_be_changed(tmp_path):
     scene = pst(saw_test__slope_angle=20.0)
     path = tmp_path / "scene.toml"
@@ -64,6 +75,7 @@ def test_resolved_scene_loads_and_can_be_changed(tmp_path):
     ({"saw_test__saw_length": 0.1, "saw_test__notch": 0.2}, "saw_length = 0.1: must be at least notch = 0.2"),
     ({"saw_test__width": 0.3}, "width exists only in a 3-D scene"),
     ({"saw_test__slab": []}, "too few entries"),
+    ({"saw_test__weak_layer__material": "slab"}, "cells = 2: needs a material that no other layer has"),
     ({"saw_test__slab__0__material": "slub"}, "must be one of the materials"),
     ({"gravity": [0.0, -9.81]}, "gravity = [0.0, -9.81]: must be a number [m/s2] beside saw_test"),
     ({"terrain": {"kind": "plane"}}, "is made by saw_test: leave it out"),

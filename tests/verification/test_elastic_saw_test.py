@@ -1,15 +1,15 @@
 """Propagation saw test with an elastic weak layer against WEAC (validation case S1).
 
-WEAC (Rosendahl & Weissgraeber 2020, doi:10.5194/tc-14-115-2020) is a Timoshenko beam on an elastic layer, in closed form
-and in a program of its own: nothing is shared but the numbers of the scene. Slab 250 kg/m3, 0.5 m, 3 MPa; weak layer
-50 mm, 0.5 MPa; both nu = 0.3, plane strain. It cuts from the right and counts angles against the clock: its -35 degrees
-are a saw that goes up a slope of 35 degrees.
+WEAC (Rosendahl & Weissgraeber 2020, doi:10.5194/tc-14-115-2020) is a Timoshenko beam on an elastic layer, solved in
+closed form in a program of its own: nothing is shared but the numbers of the scene. Slab 250 kg/m3, 0.5 m, 3 MPa; weak
+layer 50 mm, 0.5 MPa; both nu = 0.3, plane strain. It cuts from the right and counts angles against the clock: its -35
+degrees are a saw that goes up a slope of 35 degrees.
 
 The cut is there from the start. The slab starts in the state of an infinite slope and is brought to rest, critically
 damped; WEAC's deflection contains the settlement of that state, sigma / k_n. The energy release rate is the difference
 of the potential energy of two cuts, -dPi/da, against the mean of WEAC's over them.
 
-WEAC takes the weak layer for springs, k_n = E / (1 - nu^2) t and k_t = G / t. A real layer between a slab and the ground
+WEAC takes the weak layer for springs, k_n = E / (1 - nu^2) t and k_t = G / t. A real layer between a slab and ground
 cannot widen: its k_n is that of oedometric compression, 23 % more at nu = 0.3 (in WEAC: 7 % less deflection). Here it
 has the E and nu whose oedometric modulus and G are WEAC's: nu' = nu / (1 + nu), E' = E (1 + nu') / (1 + nu).
 
@@ -64,7 +64,7 @@ def at_rest(cut, slope_angle, dx):
     simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {
         "solver.dx": dx, "solver.transfer": "apic", "materials.weak_layer": WEAK_LAYER, "initial.stress": "geostatic",
         "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
-        "saw_test.slope_angle": slope_angle}))
+        "saw_test.slope_angle": slope_angle, "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}}))
     solver = simulation.solver
     # First frequency of the free end, which reaches about 0.3 m into the weak layer
     omega = 3.516 * np.sqrt(3e6 / 0.91 * 0.5**2 / 12.0 / 250.0) / (cut + 0.3) ** 2
@@ -90,3 +90,25 @@ def errors(slope_angle, dx):
     resting = 1e3 * 250.0 * 9.81 * 0.5 * np.cos(np.radians(slope_angle)) / NORMAL_STIFFNESS
     ends = [(end + resting) / of_weac(cut, slope_angle)[1] - 1.0 for cut, end in zip(CUTS, (end0, end1), strict=True)]
     return (before - after) / (CUTS[1] - CUTS[0]) / mean - 1.0, np.array(ends)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dx", [0.025, 0.0125])
+@pytest.mark.parametrize("slope_angle", [0.0, 35.0, -35.0])
+def test_energy_release_rate_and_deflection(slope_angle, dx):
+    """Seen at 25 and 12.5 mm: energy release rate +1, +2 % (flat), +4, +5 % (up), -1, +1 % (down); deflection over the
+    cut of 0.5 m -2.1, -1.2 %, -3.0, -2.4 %, -0.2, +1.2 %; over 0.3 m -5.6, -4.7 %, -7.5, -6.8 %, +1.7, +3.6 %.
+
+    The short cut up the slope stays 6 % off however fine the grid: the end of a slab, as high as the cut is long, is no
+    beam, and its rotation, which shear in the weak layer drives, is an eighth of what is measured there.
+    """
+    rate, (short, long) = errors(slope_angle, dx)
+    assert abs(rate) < 0.08
+    assert abs(long) < 0.05
+    assert abs(short) < (0.05 if slope_angle <= 0.0 and dx < 0.02 else 0.08)
+
+
+def test_energy_release_rate_on_the_flat_coarse():
+    """The same, quickly: one grid, one angle."""
+    rate, (_, long) = errors(0.0, 0.025)
+    assert abs(rate) < 0.08 and abs(long) < 0.05
