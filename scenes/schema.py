@@ -10,6 +10,7 @@ from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
+from snowmpm.scenes.picture import Picture
 from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
@@ -60,6 +61,8 @@ class Scene(Spec):
     initial: Initial = Initial()
     saw_test: SawTest | None = None
     """a propagation saw test, which makes bodies and domain; x and z are then along the slope and normal to it"""
+    picture: Picture = Picture()
+    """of the gallery"""
 
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)

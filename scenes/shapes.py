@@ -8,6 +8,8 @@ from snowmpm.scenes.regions import PlanFile, Region
 from snowmpm.scenes.space import AXES, Direction, FileName, Interval, Pair, Vector, by_type, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
 
+Count = Annotated[int, Field(strict=True, ge=1)]
+
 
 def check_corners(lower, upper):
     """Refuse a box whose lower corner `min` is not below its upper corner `max` along every axis."""
@@ -99,6 +101,23 @@ class Prism(Spec):
         return self
 
 
+class Voxels(Spec):
+    """The voxels of one value in an image, such as the ice of a microstructure."""
+
+    kind: Literal["voxels"]
+    file: FileName
+    """image of the scene's dimension: .npy or .npz (indices along x, z or x, y, z), .tif (pages from below), .raw
+    (bytes), relative to the scene file"""
+    voxel_size: Positive
+    """side of a voxel [m]"""
+    phase: Annotated[int, Field(strict=True)] = 1
+    """value of the voxels that are filled"""
+    origin: Vector | None = None
+    """lower corner of the image [m]; zero when missing"""
+    counts: Annotated[tuple[Count, ...], Field(min_length=2, max_length=3)] | None = None
+    """.raw only: voxels along each axis, the first of them fastest"""
+
+
 class Layer(Spec):
     """Snow between two distances from the terrain, measured normal to it."""
 
@@ -122,5 +141,6 @@ class Layer(Spec):
         return self
 
 
-BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Prism | Layer, Field(discriminator="kind")]
+BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Prism | Layer | Voxels,
+                      Field(discriminator="kind")]
 ObstacleShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon, Field(discriminator="kind")]

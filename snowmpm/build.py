@@ -300,8 +300,8 @@ def describe(scene):
     return {
         "dimension": scene.dimension,
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
-        "mass": solver.mass,
-        "blocks": len(solver.blocks),
+        "mass": solver.particles.mass,
+        "blocks": len(solver.particles.blocks),
         "memory": int(solver.particles.bytes_per_particle * particles + solver.grid.bytes),
         "bytes_per_particle": solver.particles.bytes_per_particle,
         "fields": dict(solver.particles.layout.sizes),

@@ -54,7 +54,7 @@ class Simulation:
 
     @property
     def particles(self):
-        return ParticleFields(self.solver, self.model.body_starts)
+        return ParticleFields(self.solver.particles, self.model.body_starts)
 
     def law_of_body(self, body):
         """Law of the body with this index, as this grid has it."""

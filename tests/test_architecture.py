@@ -30,7 +30,8 @@ MAY_IMPORT = {
     "materials": set(),
     "scenes": {"materials", "errors"},
     "io": {"errors"},
-    "render": {"io", "errors"},
+    "compression": set(),
+    "render": {"compression", "io", "errors"},
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
@@ -58,7 +59,7 @@ MAY_IMPORT = {
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
@@ -71,7 +72,7 @@ FORBIDDEN = {
     "sph": PICTURES | {"h5py", "typer", "rich"},
     "common": PICTURES | {"h5py", "typer", "rich"},
     "terrain": PICTURES | {"h5py", "typer", "rich"},
-    "seeding": PICTURES | {"h5py", "typer", "rich"},
+    "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }

@@ -18,6 +18,7 @@ A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK igno
         time, saw, tip ...     (rows,), finer than the steps; settlement, slip ... (rows, bins); x, arrival ... (bins,)
     maps/<name>                (rows, columns) float32 rasters in plan; attributes x0, y0, cell, units
     provenance/record          JSON
+    hazard/record              JSON: run-out, affected area, profile along the thalweg (`snowmpm.hazard`); of 3-D runs
 
 Attributes of the file: `format` = "snowmpm", `format_version`, `dimension`, `origin`, `complete`. A plane-strain run
 stores its points as (x, 0, z). Each step starts on a chunk boundary, so a chunk is written once and never moves: rows

@@ -171,6 +171,11 @@ class RunWriter:
         with self._transaction() as h5:
             _write_provenance(h5, {**read_provenance(h5), **record})
 
+    def hazard(self, record):
+        """Store, or replace, what the run means for hazard mapping: anything JSON can hold."""
+        with self._transaction() as h5:
+            _write_record(h5.require_group("hazard"), record)
+
     def close(self, complete=True):
         """Write what is waiting and remove the journal. `complete`: the run came to its end, rather than failed."""
         if self._file is None:
@@ -200,6 +205,11 @@ def run_file(path):
 def read_provenance(h5):
     """The provenance record of an open run file."""
     return json.loads(h5["provenance/record"][()])
+
+
+def read_hazard(h5):
+    """The hazard record of an open run file, {} when it has none."""
+    return json.loads(h5["hazard/record"][()]) if "hazard/record" in h5 else {}
 
 
 def _create(h5, dimension, origin, units):
@@ -241,7 +251,10 @@ def _write_terrain(h5, terrain):
 
 
 def _write_provenance(h5, record):
-    group = h5["provenance"]
+    _write_record(h5["provenance"], record)
+
+
+def _write_record(group, record):
     if "record" in group:
         del group["record"]
     group["record"] = json.dumps(record, default=str)

@@ -59,8 +59,8 @@ class Probe:
         self._blocks[:] = np.iinfo(np.int32).min
         with runtime.precision(solver.precision):
             probe_kernel(store.layout, runtime.DTYPES[solver.precision][0])(
-                store.reals, store.turn, store.identity, solver.grid.start, solver.grid.coordinates, self._row_of,
-                self._rows, self._blocks, solver.grid.n_tiles)
+                store.reals, store.turn, store.identity, store.start, store.coordinates, self._row_of,
+                self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
     def column(self, name):
@@ -70,4 +70,4 @@ class Probe:
     def positions(self):
         """Scene coordinates [m], (n, dim); NaN for particles that are gone."""
         cells = EDGE[self._solver.dim] * self._blocks.astype(np.int64) + self.column("position")
-        return np.where(self.there[:, None], self._solver.origin + self._solver.dx * cells, np.nan)
+        return np.where(self.there[:, None], self._solver.frame.origin + self._solver.dx * cells, np.nan)

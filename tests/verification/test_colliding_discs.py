@@ -30,7 +30,7 @@ def collide(scheme, dx, until=2.8):
                          velocities=SPEED * sign * np.ones(2), reach=0.4)
     audit, rows, speeds, gaps = audit_of(solver), [], [], []
     while solver.time < until:
-        fields = ParticleFields(solver)
+        fields = ParticleFields(solver.particles)
         rows.append({**audit.values(fields), "time": solver.time})
         first = fields["id"] < n
         speeds.append(fields["velocity"][first].mean(axis=0) @ [0.5**0.5, 0.5**0.5])

@@ -40,7 +40,7 @@ def drive(law, scheme, speed, front, length):
     while not rows or (rows[-1][1] < WAY and solver.time < 1.5 * WAY / expected):
         for _ in range(4):
             solver.step(solver.stable_dt()[0])
-        crushed = solver.column("volume_ratio")[:, 0] < middle
+        crushed = solver.particles.column("volume_ratio")[:, 0] < middle
         rows.append((solver.time, crushed.mean() * length, -solver.obstacle_totals[0, 0] / WIDTH))
     time, place, impulse = np.array([row for row in rows if row[1] > 0.3 * WAY]).T
     behind = (states.reference[:, 0] > 5 * DX) & (states.reference[:, 0] < WAY - 10 * DX)

@@ -62,7 +62,7 @@ def spinning_disc(scheme):
 def measured(solver):
     """Time, spin [kg m2/s], kinetic energy, mechanical energy [J], ln of <r^2> and of the area sum(J V)."""
     layout, table = solver.particles.layout, solver.particles.table()
-    x = solver.positions(table[:, layout.columns("position")])
+    x = solver.particles.positions(table[:, layout.columns("position")])
     v, c, J, volume, tau, state = (table[:, layout.columns(name)] for name in
                                    ("velocity", "affine", "volume_ratio", "volume", "stress", "state"))
     m, arm = LAW.density * volume[:, 0], solver.second_moment()

@@ -42,7 +42,7 @@ def draw(scheme, per_axis, stretches):
         while 1.0 + RATE * solver.time < F - 1e-12:
             solver.step(min(solver.stable_dt()[0], (F - 1.0) / RATE - solver.time))
         share = states.column("stress")[middle, 0] / (BAR.youngs_modulus * np.log(F))  # P = τ / F
-        emptied = occupied_and_emptied((states.positions() - solver.origin) / DX)[1]
+        emptied = occupied_and_emptied((states.positions() - solver.frame.origin) / DX)[1]
         found.append((share.mean(), np.sqrt(((share - 1.0) ** 2).mean()), emptied))
     return np.array(found).T
 
