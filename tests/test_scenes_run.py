@@ -15,6 +15,8 @@ COARSE = {
     "slab_release_2d": {"solver.dx": 0.2},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
+    "pst_2d": {"solver.dx": 0.05},
+    "pst": {"solver.dx": 0.05, "saw_test.length": 1.0},
 }
 
 
