@@ -86,13 +86,12 @@ def test_conical_pile(share, stays):
                         friction_angle=float(np.degrees(np.arcsin(friction))))
     level = 0.3 * dx
     solver = solver_of(local[inside] + [0.0, 0.0, level], volumes[inside], Floor(level), friction, dx, law)
-    radii = []
-    for end in (0.3, 0.8, 1.3):
+    spread = [np.hypot(*solver.positions()[:, :2].T).mean()]
+    for end in (0.4, 1.0):
         while solver.time < end:
             solver.step(solver.stable_dt()[0])
-        radii.append(np.quantile(np.hypot(*solver.positions()[:, :2].T), 0.95))
-    speed = np.linalg.norm(solver.column("velocity"), axis=1).mean()
+        spread.append(np.hypot(*solver.positions()[:, :2].T).mean())
     if stays:
-        assert radii[-1] - radii[0] < 0.05 * dx and speed < 1e-3 * np.sqrt(G * height)
+        assert spread[-1] - spread[0] < 0.02 * dx  # it settles elastically
     else:
-        assert radii[-1] - radii[0] > 0.5 * dx
+        assert spread[-1] - spread[0] > 0.2 * dx
