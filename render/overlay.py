@@ -13,12 +13,12 @@ PANEL = (255, 255, 255, 178)
 
 
 class Overlay:
-    """Draws on one picture (height, width, 3) uint8; sizes follow the height of the picture."""
+    """Draws on one picture (height, width, 3) uint8; sizes follow the height of the picture, of a strip its width."""
 
     def __init__(self, picture):
         self.image = Image.fromarray(picture)
         self.draw = ImageDraw.Draw(self.image, "RGBA")
-        self.unit = self.image.height / 720.0
+        self.unit = max(self.image.height / 720.0, self.image.width / 2000.0)
 
     def px(self, length):
         """Pixels for a length given for a picture 720 pixels high, at least one."""
