@@ -1,10 +1,12 @@
-"""The history of a run as a plot: front, speed, energies, time step and what limits it, loads on obstacles."""
+"""The history of a run as a plot: front, speed, energies, time step and what limits it, loads and pressure on
+obstacles."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.impact import impact
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227", "#5a6570")
@@ -42,6 +44,8 @@ def history_figure(run, dpi=130):
     for name, obstacle in run.obstacles.items():
         if len(obstacle.time):
             drawn += [_force_panel(name, obstacle), _moment_panel(name, obstacle)]
+    if any(impact(obstacle) for obstacle in run.obstacles.values()):
+        drawn.append(_draw_pressures)
     if len(history["time"]) < 2 or not drawn:
         raise InputError(f"{run.path}: no history to plot yet")
     rows = -(-len(drawn) // 2)
@@ -135,6 +139,21 @@ def _force_panel(name, obstacle):
         _named(axes, f"force on {name}", f"[{unit}{_width(run)}]")
 
     return draw
+
+
+def _draw_pressures(axes, run):
+    """Pressure on each obstacle over time, with its early peak and its steady part."""
+    found = {name: impact(obstacle) for name, obstacle in run.obstacles.items()}
+    found = {name: one for name, one in found.items() if one}
+    scale, unit = prefixed(*(np.array([one.peak]) for one in found.values()))
+    for colour, (name, one) in zip(COLOURS, found.items(), strict=False):
+        obstacle = run.obstacles[name]
+        ends, force = _between_frames(run, obstacle, obstacle.impulse)
+        label = f"{name}: peak {one.peak / scale:.3g}, steady {one.steady / scale:.3g} {unit}"
+        axes.stairs(force @ one.direction / one.area / scale, ends, baseline=None, color=colour, lw=1.6, label=label)
+        axes.plot(one.peak_time, one.peak / scale, "o", color=colour, ms=4)
+    axes.legend(**LEGEND)
+    _named(axes, "pressure: force over the front of the obstacle", f"[{unit}]")
 
 
 def _moment_panel(name, obstacle):

@@ -1,7 +1,9 @@
-"""Rasters of a run over the shaded terrain, in map coordinates: peak depth, peak speed ..."""
+"""Rasters of a run over the shaded terrain, in map coordinates: peak depth, speed and pressure, deposit; with the
+release, the thalweg and the run-out line."""
 
+import matplotlib.cm
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -15,13 +17,18 @@ from snowmpm.render.relief import build_relief
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])
+PRESSURES = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0)  # kPa, between the classes of hazard maps
+PRESSURE_COLOURS = ListedColormap(["#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#97175a", "#3c0a4a"])
+RELEASE, LINE = "#101418", "#c1121f"
 DEPTH = LinearSegmentedColormap.from_list("depth", ["#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"])
 
 
 def render_map(run_path, name, output, *, dpi=150):
     """Draw the raster `name` of a run over its terrain as a PNG, PDF or SVG. Returns the path written.
 
-    Axes are map coordinates [m]. Credits in the provenance (a key `attribution` anywhere in it) are printed below.
+    Axes are map coordinates [m]. Pressures are shown in the classes of hazard maps; cells where the flow was thinner
+    than the run's `flow_depth` are pale. Outline of the release, thalweg and run-out line, where the run has them.
+    Credits in the provenance (a key `attribution` anywhere in it) are printed below.
     Raises InputError for an unknown raster, one without values, or another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
@@ -38,6 +45,7 @@ def render_map(run_path, name, output, *, dpi=150):
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
         _draw_terrain(axes, run, lower, upper)
     _draw_raster(figure, axes, run, raster, name)
+    _draw_lines(axes, run)
     _draw_frame(figure, axes, run, name, lower, upper)
     return save(figure, output, dpi)
 
@@ -87,19 +95,59 @@ def _draw_terrain(axes, run, lower, upper):
     axes.clabel(labelled, fmt="%g m", fontsize=7)
 
 
+def _extent(run, raster):
+    """Map coordinates of the raster's sides: west, east, south, north [m]."""
+    rows, columns = raster.values.shape
+    east, north = run.origin[0] + raster.x0, run.origin[1] + raster.y0
+    half = 0.5 * raster.cell
+    return [east - half, east + columns * raster.cell - half, north - half, north + rows * raster.cell - half]
+
+
 def _draw_raster(figure, axes, run, raster, name):
     values = np.where(raster.values > 0.0, raster.values, np.nan)
-    rows, columns = values.shape
-    east, north = run.origin[0] + raster.x0, run.origin[1] + raster.y0
-    extent = [east - 0.5 * raster.cell, east + (columns - 0.5) * raster.cell]
-    extent += [north - 0.5 * raster.cell, north + (rows - 0.5) * raster.cell]
-    highest = float(np.nanmax(values))
-    colours = SNOW_WHITE_LOW if "speed" in name or "velocity" in name else DEPTH
-    options = {"cmap": colours, "vmin": 0.0, "vmax": highest, "alpha": 0.9, "interpolation": "nearest", "zorder": 3}
-    drawn = axes.imshow(values, extent=extent, origin="lower", **options)
-    bar = figure.colorbar(drawn, ax=axes, shrink=0.75, pad=0.02)
-    bar.set_label(f"{name.replace('_', ' ')} [{raster.units}]")
+    highest, units = float(np.nanmax(values)), raster.units
+    options = {"extent": _extent(run, raster), "origin": "lower", "interpolation": "nearest", "zorder": 3}
+    options["alpha"] = np.where(_thin(run, raster), 0.3, 0.9)
+    if raster.units == "Pa":
+        values, highest, units = values / 1e3, highest / 1e3, "kPa"
+        options.update(cmap=PRESSURE_COLOURS, norm=BoundaryNorm(PRESSURES, PRESSURE_COLOURS.N, extend="max"))
+    else:
+        options.update(cmap=SNOW_WHITE_LOW if "speed" in name or "velocity" in name else DEPTH, vmin=0.0, vmax=highest)
+    drawn = axes.imshow(values, **options)
+    drawn_bar = matplotlib.cm.ScalarMappable(drawn.norm, drawn.cmap)  # in full colours
+    bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02)
+    bar.set_label(f"{name.replace('_', ' ')} [{units}]")
     bar.ax.set_title(f"max {highest:.3g}", fontsize=9)
+
+
+def _thin(run, raster):
+    """Which cells of the raster never were under a flow, only under scattered grains."""
+    limit, depth = run.hazard.get("numbers", {}).get("flow_depth"), run.maps.get("peak_depth")
+    if limit is None or depth is None or depth.values.shape != raster.values.shape:
+        return np.zeros(raster.values.shape, bool)
+    return ~(depth.values >= limit)
+
+
+def _draw_lines(axes, run):
+    """Release, thalweg and run-out line, each where the run has it, and a legend."""
+    release, profile, line = run.maps.get("release_depth"), run.hazard.get("profile"), run.hazard.get("runout_line")
+    if release is not None and np.nanmax(release.values, initial=0.0) > 0.0:
+        there = (np.nan_to_num(release.values) > 0.0).astype(float)
+        west, east, south, north = _extent(run, release)
+        half = 0.5 * release.cell
+        x = np.linspace(west + half, east - half, there.shape[1])
+        y = np.linspace(south + half, north - half, there.shape[0])
+        axes.contour(x, y, there, levels=[0.5], colors=[RELEASE], linewidths=1.6, zorder=5)
+        axes.plot([], [], color=RELEASE, lw=1.6, label="release")
+    if profile:
+        axes.plot(profile["x"], profile["y"], color=RELEASE, lw=1.0, ls=(0, (5, 4)), zorder=5, label="thalweg")
+    if line:
+        (x0, y0), (x1, y1) = line
+        numbers = run.hazard["numbers"]
+        label = f"run-out {numbers['runout']:.0f} m, travel angle {numbers['travel_angle']:.1f}°"
+        axes.plot([x0, x1], [y0, y1], color=LINE, lw=2.6, zorder=6, label=label)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
 
 
 def _draw_frame(figure, axes, run, name, lower, upper):

@@ -24,6 +24,8 @@ class Output(Spec):
     """particle fields of each frame, beside the position"""
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
+    map_cell: Positive | None = None
+    """side of a plan cell of the maps of a 3-D run [m]; two grid spacings when missing"""
 
     @field_validator("fields")
     @classmethod

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.regions import PlanFile, Region
-from snowmpm.scenes.space import AXES, Direction, FileName, Vector, by_type, require_dimension
+from snowmpm.scenes.space import AXES, Direction, FileName, Interval, Pair, Vector, by_type, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
 
 Count = Annotated[int, Field(strict=True, ge=1)]
@@ -86,6 +86,21 @@ class Polygon(Spec):
         return self
 
 
+class Prism(Spec):
+    """A polygon in the plane of x and z, drawn out along y (3-D)."""
+
+    kind: Literal["prism"]
+    points: Annotated[tuple[Pair, ...], Field(min_length=3)]
+    """corners [x, z] [m]"""
+    y: Interval
+    """[lower, upper] [m]"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'shape of kind "prism"')
+        return self
+
+
 class Voxels(Spec):
     """The voxels of one value in an image, such as the ice of a microstructure."""
 
@@ -126,5 +141,6 @@ class Layer(Spec):
         return self
 
 
-BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Layer | Voxels, Field(discriminator="kind")]
+BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Prism | Layer | Voxels,
+                      Field(discriminator="kind")]
 ObstacleShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon, Field(discriminator="kind")]

@@ -75,6 +75,8 @@ class Dem(Touching):
     """.asc or .tif raster, relative to the scene file"""
     region: PlanBox | None = None
     """part of the raster to use [m], in its own coordinates"""
+    attribution: str | None = None
+    """credit of the data, printed on pictures and maps"""
 
     @model_validator(mode="after")
     def _is_3d(self):

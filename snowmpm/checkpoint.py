@@ -21,7 +21,7 @@ else:
     import tomli as tomllib
 
 FILE = "checkpoint.npz"
-FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 2
+FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 3
 
 WALL_INTERVAL = 120.0
 """Seconds of wall time between checkpoints when the scene names no interval."""

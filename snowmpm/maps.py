@@ -1,4 +1,4 @@
-"""Peak values in plan over a run: what hazard mapping works with."""
+"""Peak values in plan over a run, and what lies where in the end: what hazard mapping works with."""
 
 import functools
 
@@ -10,68 +10,98 @@ from snowmpm.blocks import EDGE
 from snowmpm.material_table import DENSITY
 from snowmpm.particles import accessors
 
-UNITS = {"peak_depth": "m", "peak_speed": "m/s", "deposit_depth": "m"}
+UNITS = {"release_depth": "m", "peak_depth": "m", "peak_speed": "m/s", "peak_pressure": "Pa", "deposit_depth": "m"}
+
+FLOW_SHARE = 0.1
+"""Share of the mean release depth below which what lies over a plan cell are scattered grains and no flow: their speed
+is not that of the avalanche."""
 
 
 @functools.cache
 def totals_kernel(layout, real):
-    """Kernel that adds up what lies over plan cells of `width` grid cells.
+    """Kernel that adds up what lies over plan cells of `width` grid cells, from the cell `first_i`, `first_j` on.
 
-    totals (columns along x, rows along y, 3): initial volume, mass, mass times speed. One thread, so that the sums do
-    not depend on the number of threads.
+    totals (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass times speed squared. One
+    thread, so that the sums do not depend on the number of threads.
     """
     edge, at = EDGE[layout.dim], layout.offsets
     access = accessors(layout)
 
     @ti.kernel
     def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: int,
-               n_blocks: int):
+               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: ti.f64,
+               first_i: int, first_j: int, n_blocks: int):
         ti.loop_config(serialize=True)
         for b in range(n_blocks):
             places = access.places(reals, turn)
             for p in range(start[b], start[b + 1]):
                 x = access.load(reals, places, p, at["position"], 2)
-                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32)
-                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32)
+                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0]) / width, ti.i32) - first_i
+                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1]) / width, ti.i32) - first_j
                 if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
                     volume = access.load(reals, places, p, at["volume"], 1)[0]
                     mass = volume * materials[material[p], DENSITY]
                     totals[i, j, 0] += volume
                     totals[i, j, 1] += mass
-                    totals[i, j, 2] += mass * access.load(reals, places, p, at["velocity"], layout.dim).norm()
+                    speed = access.load(reals, places, p, at["velocity"], layout.dim).norm()
+                    totals[i, j, 2] += mass * speed
+                    totals[i, j, 3] += mass * speed**2
 
     return add_up
 
 
 class PeakMaps:
-    """Largest flow depth and speed that each plan cell has seen.
+    """Largest flow depth, speed and pressure that each plan cell has seen, and the depth at the start and now.
 
     depth [m], vertical: what the snow over a cell would fill at its initial density, by the cell's plan area (the
     volume of loose grains means nothing, their mass does);
-    speed [m/s]: mass-weighted mean over the particles of the cell. NaN where no snow ever was.
+    speed [m/s]: mean over the mass in the cell, which is the depth average of the flow;
+    pressure [Pa]: rho v^2, with rho the initial density and v^2 the mean over the same mass: the stagnation pressure
+    without the factor of an obstacle's shape.
+    Speed and pressure count while the flow is at least `flow_depth` [m] deep (`FLOW_SHARE`). NaN where no snow came.
     """
 
-    def __init__(self, solver, width):
-        """width: side of a plan cell in grid cells; the map starts at the solver's origin and covers its domain."""
-        self._solver, self._width = solver, width
-        self.lower, self.cell = solver.frame.origin[:2], width * solver.dx
-        self.shape = tuple(np.maximum(1, np.ceil(solver.frame.upper[:2] / width).astype(int)))
-        self.values = {name: np.zeros(self.shape) for name in ("peak_depth", "peak_speed")}
+    def __init__(self, solver, cell):
+        """cell: side of a plan cell [m]; the map starts at the solver's origin and covers its domain."""
+        self._solver, self._width = solver, cell / solver.dx
+        self.lower, self.cell = solver.frame.origin[:2], cell
+        self.shape = tuple(np.maximum(1, np.ceil(solver.frame.upper[:2] / self._width).astype(int)))
+        self.values = {name: np.zeros(self.shape) for name in UNITS}
+        window, depth, _, _ = self._totals()
+        self.values["release_depth"][window] = depth
+        self.restore(self.values)
 
-    def see(self):
-        """Take in the state that the solver is in."""
-        solver, totals = self._solver, np.zeros((*self.shape, 3))
-        store = solver.particles
+    def restore(self, values):
+        """Take over `values`, name -> (columns along x, rows along y)."""
+        self.values, depth = values, values["release_depth"]
+        self.flow_depth = FLOW_SHARE * float(depth[depth > 0.0].mean()) if depth.any() else 0.0
+
+    def _totals(self):
+        """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
+        solver = self._solver
+        store, edge = solver.particles, EDGE[solver.dim]
+        blocks = store.blocks.coordinates[:, :2] if len(store.blocks) else np.zeros((1, 2), int)
+        # A particle may stray from its block before the next sort, by less than a block
+        low = np.floor(edge * (blocks.min(axis=0) - 1) / self._width).astype(int).clip(0, self.shape)
+        high = np.ceil(edge * (blocks.max(axis=0) + 2) / self._width).astype(int).clip(0, self.shape)
+        totals = np.zeros((*(high - low), 4))
         with runtime.precision(solver.precision):
             kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
             kernel(store.reals, store.turn, store.material, solver.materials.numbers, store.start, store.coordinates,
-                   totals, self._width, len(store.blocks))
-        depth = totals[:, :, 0] / self.cell**2
-        speed = totals[:, :, 2] / np.maximum(totals[:, :, 1], 1e-300)
-        np.maximum(self.values["peak_depth"], depth, out=self.values["peak_depth"])
-        np.maximum(self.values["peak_speed"], speed, out=self.values["peak_speed"])
-        self.values["deposit_depth"] = depth
+                   totals, self._width, *low.tolist(), len(store.blocks))
+        volume, mass, momentum, energy = np.moveaxis(totals, -1, 0)
+        window = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
+        depth = volume / self.cell**2
+        return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
+
+    def see(self):
+        """Take in the state that the solver is in."""
+        window, depth, speed, pressure = self._totals()
+        flows = depth >= self.flow_depth
+        for name, now in (("peak_depth", depth), ("peak_speed", speed * flows), ("peak_pressure", pressure * flows)):
+            self.values[name][window] = np.maximum(self.values[name][window], now)
+        self.values["deposit_depth"][:] = 0.0
+        self.values["deposit_depth"][window] = depth
 
     def rasters(self):
         """name -> (values (rows along y, columns along x), x0, y0, cell) with the centre of the first cell."""

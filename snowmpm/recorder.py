@@ -1,28 +1,30 @@
-"""What a run leaves behind: frames, history rows, peak maps, summary."""
+"""What a run leaves behind: frames, history rows, maps and what they mean, summary."""
 
 import json
 import os
 import platform
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import taichi
 
-from snowmpm import __version__, diagnostics, fields, maps, runtime
+from snowmpm import __version__, diagnostics, fields, hazard, maps, runtime
 from snowmpm.device import device_name
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
 from snowmpm.solids.loads import LoadHistory
+from snowmpm.terrain.reference_system import reference_system
 
-MAP_CELLS = 2
-"""Plan cells of the peak maps, in grid spacings."""
+MAP_CELLS = 2.0
+"""Side of a plan cell of the maps in grid spacings, where the scene does not give it."""
 
 CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
 """What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
 
 
 class Recorder:
-    """Writes what a simulation shows: frames, history rows, loads on obstacles, peak maps, summary."""
+    """Writes what a simulation shows: frames, history rows, loads on obstacles, maps, summary."""
 
     def __init__(self, simulation, folder, state=None):
         """state: of the recorder whose run file in `folder` is continued; later frames there are dropped.
@@ -34,11 +36,12 @@ class Recorder:
         self._causes, self._smallest_dt = {}, float("inf")
         model = simulation.model
         self._origin = model.lower
-        self._maps, self._moved = None, 0.0
+        self._maps, self._moved, self._path = None, 0.0, []
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
-            self._maps = maps.PeakMaps(simulation.solver, MAP_CELLS)
+            cell = simulation.scene.output.map_cell or MAP_CELLS * simulation.solver.dx
+            self._maps = maps.PeakMaps(simulation.solver, cell)
         if state is not None:
             self._restore(state)
         self._writer = self._new_file() if state is None else self._continued_file()
@@ -50,7 +53,7 @@ class Recorder:
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
-                         durable=False)
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None, durable=False)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -67,14 +70,16 @@ class Recorder:
         """All that a continuation needs, by name (`snowmpm.checkpoint`)."""
         return {"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
-                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {}}
+                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
+                "path": np.array(self._path, float).reshape(-1, 3)}
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
         self._causes, self._smallest_dt, self._moved = state["causes"], state["smallest_dt"], state["moved"]
         self._loads.restore(state["loads"])
         if self._maps:
-            self._maps.values = state["maps"]
+            self._maps.restore(state["maps"])
+            self._path = state["path"].tolist()
 
     def _provenance(self):
         scene = self._simulation.scene
@@ -85,7 +90,8 @@ class Recorder:
                 "precision": scene.solver.precision, "seed": scene.seed,
                 "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "bodies": [body.name for body in scene.bodies], "materials": list(scene.materials),
-                "particles": self._simulation.n_particles}
+                "particles": self._simulation.n_particles,
+                **map_origin(scene)}
 
     def watch(self):
         """After a step: keep the peak maps, the loads and the record of time steps."""
@@ -120,10 +126,12 @@ class Recorder:
             values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
         poses = {obstacle.name: obstacle.motion.placement(simulation.time, self._origin)
                  for obstacle in self._obstacles}
-        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads)
+        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads,
+                           simulation.crack.take() if simulation.crack else None)
         self.frames += 1
         if self._maps:
             self._see()
+            self._path.append(momentum_place(particles))
 
     def close(self, phases, complete):
         """Write maps and summary and close the run file."""
@@ -131,14 +139,31 @@ class Recorder:
             if self._maps:
                 for name, (values, x0, y0, cell) in self._maps.rasters().items():
                     self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
+            assessed = self._assess()
+            if assessed:
+                self._writer.hazard(assessed.record())
             phases.lap("output")
             summary = self.summary(phases, complete)
+            if assessed:
+                summary["hazard"] = assessed.numbers
             self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete})
         finally:
             self._writer.close(complete=complete)
         part = self._folder / "summary.json.part"
         part.write_text(json.dumps(summary, indent=1), encoding="utf-8")
         os.replace(part, self._folder / "summary.json")
+
+    def _assess(self):
+        """What the maps mean for hazard mapping; None of a run without maps or ground."""
+        surface = self._simulation.model.surface
+        if self._maps is None or surface is None:
+            return None
+        particles, path = self._simulation.particles, np.array(self._path, float).reshape(-1, 3)
+        moves = np.linalg.norm(particles["velocity"], axis=1) > hazard.MOVING_SPEED
+        mass = particles["mass"]
+        share = float(mass[moves].sum() / max(mass.sum(), 1e-300))
+        return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
+                             path[:, 2], share, surface.height)
 
     def summary(self, phases, complete):
         """What summary.json says."""
@@ -151,4 +176,22 @@ class Recorder:
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
-                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last}
+                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
+
+
+def momentum_place(particles):
+    """Plan position x, y [m] of the momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
+    momentum = particles["mass"] * np.linalg.norm(particles["velocity"], axis=1)
+    total = float(momentum.sum())
+    x, y = (momentum @ particles["position"][:, :2] / max(total, 1e-300)).tolist()
+    return [x, y, total]
+
+
+def map_origin(scene):
+    """Where the map coordinates of a scene are from: {"crs": WKT or None, "attribution": credits}, what there is."""
+    files = [scene.terrain] if scene.terrain is not None else []
+    files += [body.shape.region for body in scene.bodies if body.shape.kind == "layer"]
+    paths = [scene.base_dir / Path(item.file).expanduser() for item in files if getattr(item, "file", None)]
+    credit = getattr(scene.terrain, "attribution", None)
+    return {"crs": reference_system(paths), **({"attribution": credit} if credit else {})}

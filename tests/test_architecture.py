@@ -36,6 +36,7 @@ MAY_IMPORT = {
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
+    "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {
@@ -48,6 +49,7 @@ MAY_IMPORT = {
         "terrain",
         "seeding",
         "solids",
+        "saw_test",
         "mpm",
         "sph",
         "cli",
@@ -72,6 +74,7 @@ FORBIDDEN = {
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
+    "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
 IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}

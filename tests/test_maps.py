@@ -17,7 +17,7 @@ def test_a_block_that_slides_over_the_map():
     solver = MpmSolver(Population(positions, volumes, 0, velocities),
                        [Elastic(density=300.0, youngs_modulus=1e5, poisson_ratio=0.3)], dx=0.1, precision="f64",
                        origin=[0.0] * 3, lower=[0.0] * 3, upper=[4.0, 3.0, 2.0], gravity=[0.0] * 3)
-    peaks = PeakMaps(solver, 2)
+    peaks = PeakMaps(solver, 0.2)
     for _ in range(80):
         peaks.see()
         solver.step(0.005)
@@ -27,3 +27,10 @@ def test_a_block_that_slides_over_the_map():
     assert np.isnan(values[8]).all() and np.isnan(values[5, :5]).all() and np.isnan(values[5, 16:]).all()
     speed = peaks.rasters()["peak_speed"][0]
     assert np.nanmax(speed) == pytest.approx(2.0, rel=1e-6)
+    pressure = peaks.rasters()["peak_pressure"][0]
+    assert np.nanmax(pressure) == pytest.approx(300.0 * 2.0**2, rel=1e-6)  # rho v^2
+    release = peaks.rasters()["release_depth"][0]
+    assert np.nansum(release) == pytest.approx(8 * 0.6, rel=1e-6) and np.nansum(release > 0.0) == 8  # 4 x 2 cells
+    deposit = peaks.rasters()["deposit_depth"][0]
+    assert np.nansum(deposit) == pytest.approx(np.nansum(release), rel=1e-6)
+    assert np.nansum(deposit[:, :8]) == 0.0  # it has gone on by 0.79 m

@@ -114,7 +114,7 @@ class MpmSolver:
         grid, store = self.grid, self.particles
         home, work = self._work()
         self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
-                      grid.impulses, dt, self.dx, self._affine_share, grid.n_tiles, work)
+                      grid.impulses, dt, self.dx, grid.n_tiles, work)
 
     def update_grid(self, dt):
         grid = self.grid
@@ -199,7 +199,8 @@ class MpmSolver:
     def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient)
+        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient,
+                                       self._affine_share > 0.0)
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
         for surface in self.surfaces:
             surface.bind(real, self.basis, self.flip)

@@ -29,15 +29,15 @@ class Shape:
 
 
 def shape_of(spec, dim, base_dir, key):
-    """Shape of a scene's shape table: box, sphere, cylinder, mesh (3-D), polygon (2-D), voxels.
+    """Shape of a scene's shape table: box, sphere, cylinder, prism, mesh (3-D), polygon (2-D), voxels.
 
     InputError: wrong number of coordinates, no volume, unreadable or open mesh.
     """
-    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "mesh": _mesh,
-                "voxels": _voxels}
+    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "prism": _prism,
+                "mesh": _mesh, "voxels": _voxels}
     if spec.kind not in builders:
         raise InputError.at(f"{key}.kind", spec.kind, f"must be one of {', '.join([*builders, 'layer'])}")
-    only = {"cylinder": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
+    only = {"cylinder": 3, "prism": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
     if only != dim:
         raise InputError.at(f"{key}.kind", spec.kind, f"exists in {only}-D scenes only")
     return builders[spec.kind](spec, dim, base_dir, key)
@@ -101,6 +101,13 @@ def _polygon(spec, dim, base_dir, key):
     if not rings.area() > 1e-12 * np.prod(upper - lower):
         raise InputError(f"{key}.points: the polygon has no area")
     return Shape(lower, np.eye(2), upper - lower, rings.area(), rings.contains)
+
+
+def _prism(spec, dim, base_dir, key):
+    face, (first, last) = _polygon(spec, 2, base_dir, key), spec.y
+    size = np.insert(face.size, 1, last - first)
+    return Shape(np.insert(face.origin, 1, first), np.eye(3), size, face.volume * (last - first),
+                 lambda points: face.contains(points[:, [0, 2]]))
 
 
 def _mesh(spec, dim, base_dir, key):

@@ -1,0 +1,64 @@
+"""The avalanche along its thalweg: ground, travel angle, and the peak values across it."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run
+from snowmpm.render.figure import check_ending, plain, save
+
+GROUND, SNOW, LINE = "#4a4f55", "#3f8fc8", "#c1121f"
+PANELS = (
+    ("peak_depth", "depth  [m]", 1.0, "#3f8fc8"),
+    ("peak_speed", "speed  [m/s]", 1.0, "#1d4f91"),
+    ("peak_pressure", "pressure ρv²  [kPa]", 1e3, "#d9642a"),
+)
+LIMITS = (1.0, 3.0, 10.0, 30.0)  # kPa
+
+
+def render_thalweg(run_path, output, *, dpi=130):
+    """Draw a run along its thalweg to a PNG, PDF or SVG. Returns the path written.
+
+    Top: the ground, the travel angle from the top of the release to the run-out; below: peak depth with the deposit,
+    peak speed and peak pressure, the largest value across the thalweg at each place.
+    Raises InputError for another ending, or a run without a thalweg.
+    """
+    run = run_path if isinstance(run_path, Run) else Run(run_path)
+    check_ending(output)
+    profile = {name: np.array(values) for name, values in run.hazard.get("profile", {}).items()}
+    if not profile:
+        raise InputError(f"{run.path}: no thalweg: the run is two-dimensional, not yet at its end, or nothing moved")
+    figure = Figure(figsize=(8.5, 10.0), dpi=dpi, layout="constrained")
+    grounds, *others = figure.subplots(1 + len(PANELS), 1, sharex=True, height_ratios=[2.0, 1.0, 1.0, 1.0])
+    title = str(run.provenance.get("scene_name") or run.path.parent.name).replace("_", " ")
+    figure.suptitle(f"{title}: along the thalweg", fontsize=13, fontweight="bold", color="#11161c")
+    _draw_ground(grounds, profile, run.hazard["numbers"])
+    for axes, (name, label, scale, colour) in zip(others, PANELS, strict=True):
+        plain(axes)
+        axes.fill_between(profile["s"], profile[name] / scale, color=colour, alpha=0.25, lw=0.0, step="mid")
+        axes.step(profile["s"], profile[name] / scale, color=colour, lw=1.4, where="mid", label="peak")
+        axes.axvline(run.hazard["numbers"]["runout"], color=LINE, lw=1.2)
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=0.0)
+    others[0].step(profile["s"], profile["deposit_depth"], color="#11161c", lw=1.2, where="mid", label="at the end")
+    others[0].legend(fontsize=8, edgecolor="none")
+    for limit in LIMITS:
+        if limit < others[2].get_ylim()[1]:
+            others[2].axhline(limit, color="0.6", lw=0.6, ls=":")
+    others[-1].set_xlabel("way along the thalweg, in plan  [m]")
+    return save(figure, output, dpi)
+
+
+def _draw_ground(axes, profile, numbers):
+    plain(axes)
+    s, z = profile["s"], profile["z"]
+    axes.fill_between(s, z, np.nanmin(z), color=GROUND, alpha=0.15, lw=0.0)
+    axes.plot(s, z, color=GROUND, lw=1.6)
+    ends = ([0.0, numbers["runout"]], [numbers["top"], numbers["top"] - numbers["fall"]])
+    axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=f"travel angle {numbers['travel_angle']:.1f}°")
+    axes.plot(ends[0][1], ends[1][1], "o", color=LINE, ms=5)
+    words = f"run-out {numbers['runout']:.0f} m, fall {numbers['fall']:.0f} m"
+    axes.annotate(words, (ends[0][1], ends[1][1]), xytext=(-8, 14), textcoords="offset points", ha="right",
+                  fontsize=9, color=LINE)
+    axes.set_ylabel("height  [m]")
+    axes.legend(fontsize=9, edgecolor="none")

@@ -1,0 +1,49 @@
+"""Maps of a run as GeoTIFF, for a geographic information system. Needs rasterio, from the `gis` extra."""
+
+import os
+
+import numpy as np
+
+from snowmpm.errors import InputError
+
+NO_DATA = -9999.0
+
+
+def require_rasterio():
+    """The package that writes GeoTIFF. Raises InputError, which says how to get it."""
+    try:
+        import rasterio
+        import rasterio.crs
+        import rasterio.transform
+    except ImportError:
+        raise InputError("GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'; --pictures goes without") from None
+    return rasterio
+
+
+def write_geotiff(path, raster, origin, crs=None, description=""):
+    """Write a `Map` as float32, north up, -9999 where there is nothing; the file is there complete or not at all.
+
+    origin: map coordinates of the run's origin [m]; crs: projection as well-known text, or None: then the file holds
+    coordinates without saying of what system. Raises InputError without rasterio or for a text that is no projection.
+    """
+    rasterio = require_rasterio()
+    rows, columns = raster.values.shape
+    west = origin[0] + raster.x0 - 0.5 * raster.cell
+    north = origin[1] + raster.y0 + (rows - 0.5) * raster.cell
+    profile = {"driver": "GTiff", "width": columns, "height": rows, "count": 1, "dtype": "float32", "nodata": NO_DATA,
+               "transform": rasterio.transform.from_origin(west, north, raster.cell, raster.cell),
+               "compress": "deflate"}
+    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    try:
+        if crs:
+            profile["crs"] = rasterio.crs.CRS.from_wkt(crs)
+        with rasterio.open(draft, "w", **profile) as file:
+            file.write(np.where(np.isfinite(raster.values), raster.values, NO_DATA)[::-1].astype(np.float32), 1)
+            file.set_band_description(1, description)
+            file.units = (raster.units,)
+        os.replace(draft, path)
+    except (rasterio.errors.RasterioError, rasterio.errors.CRSError) as error:
+        raise InputError(f"{path}: cannot be written ({error})") from None
+    finally:
+        draft.unlink(missing_ok=True)
+    return path
