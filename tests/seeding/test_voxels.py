@@ -104,8 +104,8 @@ def test_made_up_ice_has_the_fraction_and_hangs_together(size, fraction):
 
 
 def test_specific_surface_of_a_level_cut():
-    """Half ice: S / V = (2/π) √(−C''(0)) with C = exp(−r²/(4 s²)), that is (2/π)/(√2 s), Teubner (1991); faces of voxels
-    are 3/2 of an isotropic surface."""
+    """Half ice: S / V = (2/π) √(−C''(0)) with C = exp(−r²/(4 s²)), that is (2/π)/(√2 s), Teubner (1991); faces of
+    voxels are 3/2 of an isotropic surface."""
     s = 5.0
     voxels = random_microstructure((90, 90, 90), 0.5, s, seed=1).astype(int)
     faces = sum(np.abs(np.diff(voxels, axis=axis)).sum() for axis in range(3))
