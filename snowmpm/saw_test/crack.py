@@ -177,7 +177,7 @@ class CrackRecord:
         """All that a continuation needs, by name."""
         return {"rows": {name: np.array(rows) for name, rows in self.rows.items()}, "bins": dict(self.bins),
                 "taken": self._taken, "dissipated": self._dissipated, "power": self._power, "read_at": self._read_at,
-                "rest": self._rest}
+                "rest": self._rest, "weak": self._weak.state(), "slab": self._slab.state()}
 
     def restore(self, state):
         """Take over what `state()` gave."""
@@ -185,3 +185,5 @@ class CrackRecord:
         self.bins = {name: np.array(values) for name, values in state["bins"].items()}
         self._taken, self._read_at = state["taken"], state["read_at"]
         self._dissipated, self._power, self._rest = state["dissipated"], state["power"], state["rest"]
+        self._weak.restore(state["weak"])
+        self._slab.restore(state["slab"])

@@ -63,6 +63,14 @@ class Probe:
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
+    def state(self):
+        """All that a continuation needs: what those that are gone were last."""
+        return {"rows": self._rows.copy(), "blocks": self._blocks.copy()}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        self._rows[:], self._blocks[:] = state["rows"], state["blocks"]
+
     def column(self, name):
         """One column group of the particle table, float64, (n, size)."""
         return self._rows[:, self._solver.particles.layout.columns(name)].astype(np.float64)
