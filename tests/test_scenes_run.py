@@ -15,6 +15,9 @@ COARSE = {
     "slab_release_2d": {"solver.dx": 0.2},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
+    **dict.fromkeys(("flow_cold_dense", "flow_warm_shear", "flow_sliding_slab", "flow_warm_plug"), {"solver.dx": 0.5}),
+    **dict.fromkeys(("impact_wall_2d", "impact_wedge_2d"), {"solver.dx": 0.25}),
+    "impact_mast": {"solver.dx": 0.4},
 }
 
 
