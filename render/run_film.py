@@ -37,23 +37,32 @@ def render_run(run_path, output, *, color=None, camera=None, time=None, size=(12
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     kind = output_kind(output)
-    width, height = _checked_size(size, even=kind == ".mp4")
     if not fps > 0:
         raise InputError.at("fps", fps, "must be > 0")
     if time is not None and kind != ".png":
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
-    if not any(run.n_points(i) for i in range(len(run))):
-        raise InputError(f"{run.path}: no frame with particles to draw")
-    view = (SectionView if run.dimension == 2 else SpaceView)(run, (width, height), color, camera or "auto")
+    view = view_of(run, _checked_size(size, even=kind == ".mp4"), color, camera)
     chosen = range(len(run))
     if kind == ".png":
-        chosen = [len(run) - 1 if time is None else int(np.abs(run.times - time).argmin())]
+        chosen = [len(run) - 1 if time is None else nearest_frame(run, time)]
     with open_film(output, fps) as show:
         for done, i in enumerate(chosen, 1):
             show(view.picture(i))
             if progress:
                 progress(done, len(chosen))
     return Path(output)
+
+
+def view_of(run, size, color=None, camera=None):
+    """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
+    if not any(run.n_points(i) for i in range(len(run))):
+        raise InputError(f"{run.path}: no frame with particles to draw")
+    return (SectionView if run.dimension == 2 else SpaceView)(run, size, color, camera or "auto")
+
+
+def nearest_frame(run, time):
+    """Number of the frame nearest to a time [s]."""
+    return int(np.abs(run.times - time).argmin())
 
 
 def _checked_size(size, even):
@@ -92,7 +101,7 @@ class _View:
         return frame.time, (frame.points[good], self.spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
-        overlay.heading(self.title.replace("_", " "), time)
+        overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 

@@ -1,5 +1,6 @@
 """The scenes that come with the program."""
 
+import itertools
 from pathlib import Path
 
 FOLDER = Path(__file__).parent / "library"
@@ -10,6 +11,12 @@ def library():
     return {path.stem: _first_comment(path) for path in sorted(FOLDER.glob("*.toml"))}
 
 
+def comment(name):
+    """What the file of a library scene says of it: the comment at its head, a line each."""
+    with (FOLDER / f"{name}.toml").open(encoding="utf-8") as lines:
+        head = itertools.takewhile(lambda line: line.startswith("#"), lines)
+        return [line.removeprefix("#").removeprefix(" ").rstrip() for line in head]
+
+
 def _first_comment(path):
-    with path.open(encoding="utf-8") as lines:
-        return next((line.lstrip("# ").strip() for line in lines if line.startswith("#")), "")
+    return next(iter(comment(path.stem)), "")

@@ -10,6 +10,8 @@ from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
+from snowmpm.scenes.picture import Picture
+from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.terrain import Terrain
@@ -57,6 +59,10 @@ class Scene(Spec):
     obstacles: tuple[Obstacle, ...] = ()
     events: tuple[Event, ...] = ()
     initial: Initial = Initial()
+    saw_test: SawTest | None = None
+    """a propagation saw test, which makes bodies and domain; x and z are then along the slope and normal to it"""
+    picture: Picture = Picture()
+    """of the gallery"""
 
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)
@@ -67,7 +73,7 @@ class Scene(Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            return validate(with_cards(data))
+            return validate(with_cards(_with_saw_test(data, dimension) if known else data))
 
     @model_validator(mode="after")
     def _names_exist(self):
@@ -87,13 +93,36 @@ class Scene(Spec):
     @property
     def gravity_vector(self) -> tuple[float, ...]:
         """Acceleration of gravity, one component an axis [m/s2]."""
+        if self.saw_test:
+            return self.saw_test.gravity_vector(self.gravity, self.dimension)
         if isinstance(self.gravity, tuple):
             return self.gravity
         return (0.0,) * (self.dimension - 1) + (-self.gravity,)
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
-        return to_toml(self)
+        return to_toml(self, leave_out=MADE if self.saw_test else ())
+
+
+class _SawTestOnly(Spec):
+    saw_test: SawTest
+
+
+def _with_saw_test(data, dim):
+    """Tables of a scene with those that its saw test makes; the data given stays as it is."""
+    if data.get("saw_test") is None:
+        return data
+    for key in MADE:
+        if key in data:
+            raise refuse("is made by saw_test: leave it out", key, data[key])
+    if not isinstance(data.get("gravity", 0.0), int | float):
+        raise refuse("must be a number [m/s2] beside saw_test, whose slope_angle gives the direction", "gravity",
+                     data["gravity"])
+    saw_test = _SawTestOnly.model_validate({"saw_test": data["saw_test"]}).saw_test
+    solver = data.get("solver")
+    dx = solver.get("dx") if isinstance(solver, dict) else None
+    # A wrong spacing is refused with the rest of the scene
+    return {**data, **made_by(saw_test, dim, dx if isinstance(dx, int | float) and dx > 0.0 else 1.0)}
 
 
 def _check_references(scene):
@@ -106,10 +135,11 @@ def _check_references(scene):
             seen.add(item.name)
     for i, body in enumerate(scene.bodies):
         if body.material not in scene.materials:
+            key = f"bodies.{i}.material" if not scene.saw_test else "saw_test"
             known = ", ".join(scene.materials) or "none"
             near = cards_near(body.material)
             hint = f"; or a material card: did you mean {near}?" if near else ""
-            raise refuse(f"must be one of the materials: {known}{hint}", f"bodies.{i}.material", body.material)
+            raise refuse(f"must be one of the materials: {known}{hint}", key, body.material)
         if body.shape.kind == "layer" and scene.terrain is None:
             raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
         if scene.initial.stress == "settle" and any(body.velocity):

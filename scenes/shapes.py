@@ -5,8 +5,10 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.regions import PlanFile, Region
-from snowmpm.scenes.space import AXES, Direction, FileName, Vector, by_type, require_dimension
+from snowmpm.scenes.space import AXES, Direction, FileName, Interval, Pair, Vector, by_type, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
+
+Count = Annotated[int, Field(strict=True, ge=1)]
 
 
 def check_corners(lower, upper):
@@ -84,6 +86,38 @@ class Polygon(Spec):
         return self
 
 
+class Prism(Spec):
+    """A polygon in the plane of x and z, drawn out along y (3-D)."""
+
+    kind: Literal["prism"]
+    points: Annotated[tuple[Pair, ...], Field(min_length=3)]
+    """corners [x, z] [m]"""
+    y: Interval
+    """[lower, upper] [m]"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, 'shape of kind "prism"')
+        return self
+
+
+class Voxels(Spec):
+    """The voxels of one value in an image, such as the ice of a microstructure."""
+
+    kind: Literal["voxels"]
+    file: FileName
+    """image of the scene's dimension: .npy or .npz (indices along x, z or x, y, z), .tif (pages from below), .raw
+    (bytes), relative to the scene file"""
+    voxel_size: Positive
+    """side of a voxel [m]"""
+    phase: Annotated[int, Field(strict=True)] = 1
+    """value of the voxels that are filled"""
+    origin: Vector | None = None
+    """lower corner of the image [m]; zero when missing"""
+    counts: Annotated[tuple[Count, ...], Field(min_length=2, max_length=3)] | None = None
+    """.raw only: voxels along each axis, the first of them fastest"""
+
+
 class Layer(Spec):
     """Snow between two distances from the terrain, measured normal to it."""
 
@@ -107,5 +141,6 @@ class Layer(Spec):
         return self
 
 
-BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Layer, Field(discriminator="kind")]
+BodyShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon | Prism | Layer | Voxels,
+                      Field(discriminator="kind")]
 ObstacleShape = Annotated[Box | Sphere | Cylinder | SolidMesh | Polygon, Field(discriminator="kind")]

@@ -14,7 +14,7 @@ else:
 MAX_BYTES = 16 << 20  # a scene is text written by hand; more is some other file
 
 # Tables that read best on one line; every other table gets a header.
-INLINE = {"shape", "region", "motion", "boundary"}
+INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base"}
 
 
 def parse(path):
@@ -33,9 +33,10 @@ def parse(path):
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def to_toml(scene):
-    """Text of the resolved scene. File names become absolute, so that the text means the same in any folder."""
-    data = _absolute(scene.model_dump(exclude_none=True), scene.base_dir)
+def to_toml(scene, leave_out=()):
+    """Text of the resolved scene without the tables to leave out. File names become absolute, so that the text means
+    the same in any folder."""
+    data = _absolute(scene.model_dump(exclude_none=True, exclude=set(leave_out)), scene.base_dir)
     return table_text(data)
 
 

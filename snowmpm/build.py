@@ -12,6 +12,7 @@ from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from snowmpm.saw_test.saw import Saw
 from snowmpm.seeding import seed_body
 from snowmpm.solids import Obstacle, inside_any
 from snowmpm.terrain import DistanceField, load_terrain
@@ -38,7 +39,15 @@ class Model:
 
     @cached_property
     def laws(self):
-        return list(self.scene.materials.values())
+        dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        for name, law in self.scene.materials.items():
+            if test and test.weak_layer.cells and test.weak_layer.material == name:
+                law = law.drawn(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
+            try:
+                found.append(law.on_grid(dx))
+            except ValueError as error:
+                raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
+        return found
 
     @cached_property
     def depth(self):
@@ -86,9 +95,13 @@ class Model:
                          body_friction=_body_friction(scene), **contact)
 
     def events(self):
-        """The scene's events, ready to be applied."""
+        """The scene's events, ready to be applied; last the saw of a saw test."""
         names = [body.name for body in self.scene.bodies]
-        return [make_event(spec, names.index(spec.body), self.scene.solver.dx) for spec in self.scene.events]
+        events = [make_event(spec, names.index(spec.body), self.scene.solver.dx) for spec in self.scene.events]
+        test = self.scene.saw_test
+        if test:
+            events.append(Saw(names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed, test.saw_start))
+        return events
 
 
 def build(scene):
@@ -223,8 +236,11 @@ def _stress_from_weight(model):
               for body in scene.bodies]
     query = model.distance.query if model.distance else None
     spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
-    load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
-                               scene.solver.dx, spacing)
+    if scene.saw_test:
+        load, normals = _load_in_column(scene, population.positions)
+    else:
+        load, normals = overburden(shapes, population.positions, model.body_of, query, scene.gravity_vector,
+                                   scene.solver.dx, spacing)
     given = scene.initial.lateral_pressure
     k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
@@ -238,6 +254,16 @@ def _stress_from_weight(model):
         elastic = law.h_from_stress(tau[own])
         for c, (i, j) in enumerate(components):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
+
+
+def _load_in_column(scene, positions):
+    """Mass per area above each particle of a saw test [kg/m2], and the normal of its slope."""
+    load, bottom = np.zeros(len(positions)), 0.0
+    for _, layer in scene.saw_test.drawn(scene.solver.dx).layers:
+        above = np.clip(bottom + layer.thickness - positions[:, -1], 0.0, layer.thickness)
+        load += scene.materials[layer.material].density * above
+        bottom += layer.thickness
+    return load, np.tile(np.eye(scene.dimension)[-1], (len(positions), 1))
 
 
 def check_step(scene, solver):
@@ -274,8 +300,8 @@ def describe(scene):
     return {
         "dimension": scene.dimension,
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
-        "mass": solver.mass,
-        "blocks": len(solver.blocks),
+        "mass": solver.particles.mass,
+        "blocks": len(solver.particles.blocks),
         "memory": int(solver.particles.bytes_per_particle * particles + solver.grid.bytes),
         "bytes_per_particle": solver.particles.bytes_per_particle,
         "fields": dict(solver.particles.layout.sizes),

@@ -29,8 +29,8 @@ WALL_INTERVAL = 120.0
 LARGEST_SHARE = 0.05
 """Share of the wall time that such checkpoints may take."""
 
-FREE_KEYS = ("end_time", "output.checkpoint_interval")
-"""What a scene may change between a checkpoint and its continuation."""
+FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture")
+"""What a scene may change between a checkpoint and its continuation: keys, or tables with all their keys."""
 
 
 def save(simulation, path, **more):
@@ -96,15 +96,24 @@ def previous(path):
 
 def check(saved, scene):
     """Refuse, by an InputError, a scene that is not the checkpoint's; a later end_time is the same scene."""
-    before, now = _flat(tomllib.loads(saved["scene"])), _flat(tomllib.loads(scene.to_toml()))
-    for key in dict.fromkeys([*before, *now]):
-        if key not in FREE_KEYS and before.get(key) != now.get(key):
-            was = f"was {before[key]!r}" if key in before else "was not there"
-            allowed = f"{was} when the run began; a resumed run may change only end_time, to a later one"
-            raise InputError.at(key, now.get(key), allowed, scene.source)
+    before = _flat(tomllib.loads(saved["scene"]))
+    for key, was, value in differences(saved["scene"], scene):
+        was = f"was {was!r}" if was is not None else "was not there"
+        allowed = f"{was} when the run began; a resumed run may change only end_time, to a later one"
+        raise InputError.at(key, value, allowed, scene.source)
     if scene.end_time < before["end_time"]:
         allowed = f"was {before['end_time']:g} when the run began; a resumed run may end later, not earlier"
         raise InputError.at("end_time", scene.end_time, allowed, scene.source)
+
+
+def differences(before, scene):
+    """(key, value before, value now) of what a resolved scene, as text, does not share with a scene, but for FREE_KEYS;
+    None for a key that is not there. Of files only the names count."""
+    before, now = _flat(tomllib.loads(before)), _flat(tomllib.loads(scene.to_toml()))
+    for key in dict.fromkeys([*before, *now]):
+        free = any(key == name or key.startswith(f"{name}.") for name in FREE_KEYS)
+        if not free and before.get(key) != now.get(key):
+            yield key, before.get(key), now.get(key)
 
 
 def _flat(value, path=""):

@@ -94,7 +94,7 @@ class Audit:
 
     def values(self, fields):
         """One row of the history."""
-        solver = self._solver
+        solver, removed = self._solver, self._solver.particles.removed
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
         momentum = mass @ v
         names = ["momentum_x", "momentum_z"] if solver.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
@@ -102,17 +102,17 @@ class Audit:
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)), **energies}
         row["plastic_work"], row["contact_work"] = solver.plastic_work, solver.contact_work
         lift = float(self._reference @ solver.gravity)  # of the place where the potential energy is zero
-        row["removed_energy"] = solver.removed["energy"] + solver.removed["mass"] * lift
+        row["removed_energy"] = removed["energy"] + removed["mass"] * lift
         row["energy_remainder"] = self._start_energy - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "removed_energy"))
         row["momentum_residual"] = self._momentum_residual(momentum)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         row["front"], row["runout"] = self._front(x, mass, fields["id"])
-        row["removed_particles"], row["removed_mass"] = solver.removed["count"], solver.removed["mass"]
+        row["removed_particles"], row["removed_mass"] = removed["count"], removed["mass"]
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = solver.n_plastic / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
-        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - solver.origin) / solver.dx)
+        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - solver.frame.origin) / solver.dx)
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last: the particles may have to be sorted for it, and some removed
         motion = row["kinetic_energy"] + row["affine_energy"]
@@ -122,7 +122,7 @@ class Audit:
     def _momentum_residual(self, momentum):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
         s = self._solver
-        parts = [momentum, -self._start_momentum, s.removed["momentum"], -s.weight_impulse, -s.impulse]
+        parts = [momentum, -self._start_momentum, s.particles.removed["momentum"], -s.weight_impulse, -s.impulse]
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 

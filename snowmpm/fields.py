@@ -12,7 +12,7 @@ UNITS = {
 
 
 class ParticleFields:
-    """`fields[name]`: one array a name, copied from the solver when asked for; one table copy serves all names.
+    """`fields[name]`: one array a name, copied when asked for; one table copy serves all names.
 
     velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
     axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
@@ -20,11 +20,11 @@ class ParticleFields:
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
-    def __init__(self, solver, body_starts=(0,)):
-        self._solver = solver
-        self._table = solver.particles.table()
-        self._labels = solver.particles.labels()
-        self._blocks = solver.blocks  # a sort makes a new one; the table belongs to this one
+    def __init__(self, particles, body_starts=(0,)):
+        self._particles = particles
+        self._table = particles.table()
+        self._labels = particles.labels()
+        self._blocks = particles.blocks  # a sort makes a new one; the table belongs to this one
         self._body_starts = np.asarray(body_starts)
 
     def __getitem__(self, name):
@@ -36,10 +36,10 @@ class ParticleFields:
         raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted(UNITS))}")
 
     def _column(self, name):
-        return self._table[:, self._solver.particles.layout.columns(name)].astype(np.float64)
+        return self._table[:, self._particles.layout.columns(name)].astype(np.float64)
 
     def _position(self):
-        return self._solver.positions(self._column("position"), self._blocks)
+        return self._particles.positions(self._column("position"), self._blocks)
 
     def _velocity(self):
         return self._column("velocity")
@@ -51,10 +51,10 @@ class ParticleFields:
         return self._column("volume")[:, 0] * self._J()
 
     def _mass(self):
-        return self._column("volume")[:, 0] * self._solver.materials.density[self._material()]
+        return self._column("volume")[:, 0] * self._particles.materials.density[self._material()]
 
     def _density(self):
-        return self._solver.materials.density[self._material()] / self._J()
+        return self._particles.materials.density[self._material()] / self._J()
 
     def _material(self):
         return self._labels[:, 0]
@@ -91,7 +91,7 @@ class ParticleFields:
 
     def _of_laws(self, name):
         material, values = self._material(), np.zeros(len(self._labels))
-        for m, law in enumerate(self._solver.materials.laws):
+        for m, law in enumerate(self._particles.materials.laws):
             own = material == m
             state = self.state()[own]
             values[own] = law.outputs(state[:, : len(law.STATE)]).get(name, 0.0)

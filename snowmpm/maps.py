@@ -64,8 +64,8 @@ class PeakMaps:
     def __init__(self, solver, cell):
         """cell: side of a plan cell [m]; the map starts at the solver's origin and covers its domain."""
         self._solver, self._width = solver, cell / solver.dx
-        self.lower, self.cell = solver.origin[:2], cell
-        self.shape = tuple(np.maximum(1, np.ceil(solver.upper[:2] / self._width).astype(int)))
+        self.lower, self.cell = solver.frame.origin[:2], cell
+        self.shape = tuple(np.maximum(1, np.ceil(solver.frame.upper[:2] / self._width).astype(int)))
         self.values = {name: np.zeros(self.shape) for name in UNITS}
         window, depth, _, _ = self._totals()
         self.values["release_depth"][window] = depth
@@ -79,16 +79,16 @@ class PeakMaps:
     def _totals(self):
         """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
         solver = self._solver
-        store, grid, edge = solver.particles, solver.grid, EDGE[solver.dim]
-        blocks = solver.blocks.coordinates[:, :2] if len(solver.blocks) else np.zeros((1, 2), int)
+        store, edge = solver.particles, EDGE[solver.dim]
+        blocks = store.blocks.coordinates[:, :2] if len(store.blocks) else np.zeros((1, 2), int)
         # A particle may stray from its block before the next sort, by less than a block
         low = np.floor(edge * (blocks.min(axis=0) - 1) / self._width).astype(int).clip(0, self.shape)
         high = np.ceil(edge * (blocks.max(axis=0) + 2) / self._width).astype(int).clip(0, self.shape)
         totals = np.zeros((*(high - low), 4))
         with runtime.precision(solver.precision):
             kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
-            kernel(store.reals, store.turn, store.material, solver.materials.numbers, grid.start, grid.coordinates,
-                   totals, self._width, *low.tolist(), grid.n_tiles)
+            kernel(store.reals, store.turn, store.material, solver.materials.numbers, store.start, store.coordinates,
+                   totals, self._width, *low.tolist(), len(store.blocks))
         volume, mass, momentum, energy = np.moveaxis(totals, -1, 0)
         window = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
         depth = volume / self.cell**2

@@ -10,6 +10,7 @@ import numpy as np
 import taichi
 
 from snowmpm import __version__, diagnostics, fields, hazard, maps, runtime
+from snowmpm.device import device_name
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
 from snowmpm.solids.loads import LoadHistory
@@ -52,7 +53,7 @@ class Recorder:
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
-                         durable=False)
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None, durable=False)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -85,7 +86,8 @@ class Recorder:
         spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
         return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
-                "threads": runtime.threads(), "precision": scene.solver.precision, "seed": scene.seed,
+                "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
+                "precision": scene.solver.precision, "seed": scene.seed,
                 "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "bodies": [body.name for body in scene.bodies], "materials": list(scene.materials),
                 "particles": self._simulation.n_particles,
@@ -124,7 +126,8 @@ class Recorder:
             values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
         poses = {obstacle.name: obstacle.motion.placement(simulation.time, self._origin)
                  for obstacle in self._obstacles}
-        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads)
+        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads,
+                           simulation.crack.take() if simulation.crack else None)
         self.frames += 1
         if self._maps:
             self._see()
@@ -168,12 +171,13 @@ class Recorder:
         times = {name: round(value, 3) for name, value in asdict(phases).items() if name != "started"}
         per_step = 1e9 * phases.steps / max(1, self.particle_steps)
         return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
-                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.sorts,
+                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
                 "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
-                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last}
+                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
 
 
 def momentum_place(particles):

@@ -56,7 +56,7 @@ def _window(solver):
         solver.step(dt)
         # Damping takes its share of weight and stress alike, and the ground carries what is left
         carried += (solver.impulse - before) / solver.keep
-        weight += dt * solver.mass * solver.gravity
+        weight += dt * solver.particles.mass * solver.gravity
         speed = max(speed, float(solver.extremes.speed))
     size = np.linalg.norm(weight)
     return speed, float(np.linalg.norm(carried + weight) / size) if size > 0.0 else 0.0

@@ -8,6 +8,7 @@ from snowmpm.build import build, check_step, rounded_down
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.fields import ParticleFields
+from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.settling import settle
 
 
@@ -34,6 +35,8 @@ class Simulation:
         check_step(scene, self.solver)
         if scene.initial.stress == "settle" and not settled:
             self.settle()
+        self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
+        """What a saw test measures (`snowmpm.saw_test.crack`); None without one."""
         self._audit = Audit(self.solver, self.particles, self.model.direction, self.model.population.positions)
 
     @property
@@ -51,11 +54,11 @@ class Simulation:
 
     @property
     def particles(self):
-        return ParticleFields(self.solver, self.model.body_starts)
+        return ParticleFields(self.solver.particles, self.model.body_starts)
 
     def law_of_body(self, body):
-        """Law of the body with this index."""
-        return self.scene.materials[self.scene.bodies[body].material]
+        """Law of the body with this index, as this grid has it."""
+        return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def numbers_of_body(self, body):
         """First particle number of a body, and one past its last."""
@@ -78,6 +81,8 @@ class Simulation:
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
             self.solver.time = until
         self.dt, self.dt_cause = dt, cause
+        if self.crack:
+            self.crack.watch()
 
     def audit(self, particles=None):
         """One row of the history: conserved quantities, energies, front, counters (`snowmpm.diagnostics`)."""
@@ -91,7 +96,7 @@ class Simulation:
         """All that a bitwise continuation needs, by name (`snowmpm.checkpoint`)."""
         return {"solver": self.solver.state(), "events": [event.state() for event in self.events],
                 "audit": self._audit.state(), "body_starts": self.model.body_starts, "dt": self.dt,
-                "dt_cause": self.dt_cause}
+                "dt_cause": self.dt_cause, "crack": self.crack.state() if self.crack else {}}
 
     def restore(self, state):
         """Take over the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
@@ -102,6 +107,8 @@ class Simulation:
             event.restore(own)
         self.follow_loads()
         self._audit.restore(state["audit"])
+        if self.crack:
+            self.crack.restore(state["crack"])
         self.dt, self.dt_cause = state["dt"], state["dt_cause"]
 
     def _next_step(self):

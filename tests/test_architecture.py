@@ -30,11 +30,13 @@ MAY_IMPORT = {
     "materials": set(),
     "scenes": {"materials", "errors"},
     "io": {"errors"},
-    "render": {"io", "errors"},
+    "compression": set(),
+    "render": {"compression", "io", "errors"},
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
     "seeding": {"terrain", "common", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
+    "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {
@@ -47,6 +49,7 @@ MAY_IMPORT = {
         "terrain",
         "seeding",
         "solids",
+        "saw_test",
         "mpm",
         "sph",
         "cli",
@@ -56,7 +59,7 @@ MAY_IMPORT = {
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
@@ -69,8 +72,9 @@ FORBIDDEN = {
     "sph": PICTURES | {"h5py", "typer", "rich"},
     "common": PICTURES | {"h5py", "typer", "rich"},
     "terrain": PICTURES | {"h5py", "typer", "rich"},
-    "seeding": PICTURES | {"h5py", "typer", "rich"},
+    "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
+    "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
 IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}

@@ -15,4 +15,4 @@ def test_no_grain_sinks_into_the_valley():
             simulation.step()
         deepest.append(simulation.model.distance.query(simulation.particles["position"])[0].min())
     assert np.min(deepest) > -0.5 * scene.solver.dx
-    assert simulation.solver.removed["count"] == 0
+    assert simulation.solver.particles.removed["count"] == 0

@@ -39,7 +39,7 @@ def test_a_wall_gets_the_momentum_of_what_hits_it_and_no_work():
     wall = {"shape": {"kind": "box", "min": [0.53, -1.0], "max": [0.73, 1.0]}, "friction": 0.2}
     simulation = Simulation(scene(2, wall, velocity=[2.0, 0.5]))
     lost, totals = run_to(simulation, 0.3)
-    momentum = 2.0 * simulation.solver.mass
+    momentum = 2.0 * simulation.solver.particles.mass
     assert np.allclose(totals[:2], lost, rtol=0.0, atol=1e-12 * momentum)
     assert momentum < totals[0] < 2.0 * momentum  # it bounces off
     assert 0.0 < totals[1] <= 0.2 * totals[0]  # friction, at most Coulomb's
@@ -54,7 +54,7 @@ def test_a_floor_carries_the_weight_at_its_place():
     floor = {"shape": {"kind": "box", "min": [-1.0, -0.5], "max": [1.5, 0.1]}, "contact": "separate"}
     simulation = Simulation(scene(2, floor, gravity=GRAVITY, end_time=2.0))
     lost, totals = run_to(simulation, 2.0)
-    weight = 2.0 * GRAVITY * simulation.solver.mass
+    weight = 2.0 * GRAVITY * simulation.solver.particles.mass
     assert np.allclose(totals[:2], lost, rtol=0.0, atol=1e-12 * weight)
     assert totals[1] == pytest.approx(-weight, rel=0.01)  # what is left is the momentum of its bouncing
     assert totals[2] == pytest.approx((0.2 - 0.25) * totals[1], rel=0.01)  # the arm from the middle of the floor

@@ -58,6 +58,9 @@ def _contents(run):
         facts["terrain"] = f"{len(run.terrain.vertices)} vertices, {len(run.terrain.facets)} facets"
     if run.maps:
         facts["maps"] = [f"{name} [{raster.units}]" for name, raster in run.maps.items()]
+    if run.saw_test:
+        test = run.saw_test
+        facts["saw test"] = f"{len(test['time'])} rows, {len(test['x'])} bins, crack {test['tip'][-1]:.3g} m long"
     if run.obstacles:
         facts["obstacles"] = [f"{name} ({len(one.time)} rows of loads)" for name, one in run.obstacles.items()]
     return facts

@@ -41,7 +41,7 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = _simulate(loaded, folder, resume)
+    result = simulate(loaded, folder, resume)
     print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
     if render:
         draw(result, folder / "film.mp4")
@@ -70,7 +70,8 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def _simulate(scene, folder, resume):
+def simulate(scene, folder, resume):
+    """Run a scene with a progress bar; -> `snowmpm.io.Run`."""
     import snowmpm
     from snowmpm.cli.progress import display
 

@@ -14,6 +14,8 @@ A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK igno
     obstacles/<name>/          if any: vertices, facets as of the terrain, where the scene draws it
         rotation, translation  (steps, 3, 3), (steps, 3) [m]: in step i it is at rotation x + translation
         time, force, moment, impulse, work   loads by the snow, finer than the steps; attribute `units`
+    saw_test/                  if it is one; attribute `about`, JSON
+        time, saw, tip ...     (rows,), finer than the steps; settlement, slip ... (rows, bins); x, arrival ... (bins,)
     maps/<name>                (rows, columns) float32 rasters in plan; attributes x0, y0, cell, units
     provenance/record          JSON
     hazard/record              JSON: run-out, affected area, profile along the thalweg (`snowmpm.hazard`); of 3-D runs

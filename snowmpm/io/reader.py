@@ -12,6 +12,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.io import layout
 from snowmpm.io.obstacles import read_obstacles
+from snowmpm.io.saw_test import read_saw_test
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
 
@@ -58,7 +59,8 @@ class Run:
     times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame
     field_names;  units of fields and history by name;  history: arrays by name, "time" among them
     terrain -> Terrain or None;  obstacles: `snowmpm.io.obstacles.Obstacle` by name;  maps: Map by name;  provenance
-    hazard: run-out, affected area, profile along the thalweg, or {};  summary (summary.json, or {})
+    hazard: run-out, affected area, profile along the thalweg, or {};  saw_test -> `snowmpm.io.saw_test.SawTest` or None
+    summary (summary.json, or {})
 
     Raises InputError when there is no run there or its format is unknown.
     """
@@ -71,7 +73,7 @@ class Run:
 
     def refresh(self):
         """Look again: frames and history rows may have come since."""
-        for name in ("terrain", "obstacles", "maps", "provenance", "hazard", "summary"):
+        for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "hazard", "summary"):
             self.__dict__.pop(name, None)
         self._read(self._read_index)
 
@@ -150,6 +152,10 @@ class Run:
     @cached_property
     def obstacles(self):
         return self._read(read_obstacles)
+
+    @cached_property
+    def saw_test(self):
+        return self._read(read_saw_test)
 
     @cached_property
     def maps(self):

@@ -13,6 +13,7 @@ from snowmpm.io import layout
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
 from snowmpm.io.rows import as_field, as_rows
+from snowmpm.io.saw_test import append_saw_test, create_saw_test, keep_saw_test
 from snowmpm.io.transaction import TransactionFile
 from snowmpm.io.vtkhdf import COMPRESSION, append_step, create_steps, growing, keep_steps
 
@@ -29,6 +30,7 @@ class RunWriter:
     origin      map coordinates (x, y, z) [m] of the local origin; (x, z) in 2-D
     dimension   2 or 3
     units       unit of each field of the frames, by name
+    saw_test    arguments of `io.saw_test.create_saw_test` by name, of a run that is one; or None
     durable     also survive a power cut, not only the death of the program (waits for the disk at each frame)
 
     Raises InputError when another program is writing the same run; OSError when the disk is full, with every earlier
@@ -36,7 +38,7 @@ class RunWriter:
     """
 
     def __init__(self, path, *, provenance, terrain=None, obstacles=None, origin=None, dimension=3, units=None,
-                 durable=True):
+                 saw_test=None, durable=True):
         self.path = run_file(path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._units = dict(units or {})
@@ -49,6 +51,8 @@ class RunWriter:
                 _create(h5, dimension, as_rows(np.zeros(dimension) if origin is None else origin)[0], self._units)
                 _write_terrain(h5, terrain)
                 create_obstacles(h5, obstacles or {}, dimension)
+                if saw_test:
+                    create_saw_test(h5, **saw_test)
                 _write_provenance(h5, provenance)
             os.replace(draft, self.path)
             self._open(dimension)
@@ -97,7 +101,7 @@ class RunWriter:
         self._file.commit()
         self._last_commit = clock.monotonic()
 
-    def frame(self, time, points, fields, poses=None, loads=None):
+    def frame(self, time, points, fields, poses=None, loads=None, saw_test=None):
         """Append the state at `time` [s].
 
         points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z); stored as float32. n may change between frames.
@@ -106,6 +110,7 @@ class RunWriter:
         poses   {name: (rotation (dim, dim), translation (dim,) [m])} of the obstacles that have moved, relative to
                 `origin`
         loads   on obstacles since the last frame, {name: {"time" (k,), "force" (k, dim), ...}} (`io.obstacles`)
+        saw_test  its rows since the last frame, and its bins (`io.saw_test`)
         Raises ValueError for a wrong shape or another set of names.
         """
         points = as_rows(points).astype(np.float32, copy=False)
@@ -114,6 +119,8 @@ class RunWriter:
             append_step(h5["VTKHDF"], float(time), points, fields, self._units)
             append_poses(h5, poses or {})
             append_loads(h5, loads or {})
+            if saw_test:
+                append_saw_test(h5, *saw_test)
             self._write_rows(h5)
         self._rows.clear()
 
@@ -225,6 +232,7 @@ def _drop_after(h5, until):
     limit = until + 1e-9 * max(1.0, abs(until))
     keep_steps(h5["VTKHDF"], limit)
     keep_obstacles(h5, limit, int(h5["VTKHDF/Steps"].attrs["NSteps"]))
+    keep_saw_test(h5, limit)
     rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
     for data in h5["history"].values():
         data.resize(rows, axis=0)

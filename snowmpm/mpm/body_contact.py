@@ -17,8 +17,8 @@ import functools
 import numpy as np
 import taichi as ti
 
+from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
-from snowmpm.mpm.arrays import int_array, real_array
 from snowmpm.parallel import chunk, chunks, is_worker, shares
 
 LEAST_SHARE = 0.1

@@ -13,14 +13,11 @@ import functools
 import numpy as np
 import taichi as ti
 
+from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
-from snowmpm.mpm.arrays import int_array
 from snowmpm.mpm.contact_blocks import ContactBlocks
 from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
 from snowmpm.runtime import DTYPES
-
-BLOCK_COST = 8
-"""Cost of a block beside that of its particles, in particles: clearing its tile, and its share of cache misses."""
 
 NODE_BLOCK_COST = 2
 """Cost of a node block beside that of adding up its tiles, in tiles."""
@@ -41,8 +38,8 @@ class TileGrid:
     block (`BlockMap.node_blocks`). boxes[tile]: first and one-past-last node along each of three axes that its
     particles reach.
     nodes: scratch for the sums of a node block, one a worker, and from `room` on the nodes of the contact blocks
-    (`ContactBlocks`), which stay there until every surface has acted. shares, node_shares: the tiles and the node
-    blocks, cut into chunks of about equal work.
+    (`ContactBlocks`), which stay there until every surface has acted. node_shares: the node blocks, cut into chunks of
+    about equal work.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None):
@@ -66,10 +63,7 @@ class TileGrid:
         self.fit_contact()
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
-        self.start = int_array(blocks.start)
-        self.coordinates = int_array(blocks.coordinates)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
-        self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
         self.node_shares = int_array(shares(np.diff(start) + NODE_BLOCK_COST))
         self.boxes = self._whole_tiles(self.n_tiles)
         self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
@@ -137,8 +131,6 @@ def grid_kernels(dim, real, flip):
     n_nodes = edge**dim
     stride = tile_strides(dim)
     stride_of_block = (2 if flip else 1) * n_nodes
-    # Nodes of a row that the tile of the block before, the block's own and the tile of the block after hold
-    held = (range(3), range(edge), range(edge - 1, edge))
 
     @ti.func
     def common_box(boxes: ti.template(), tile, step):
@@ -167,24 +159,23 @@ def grid_kernels(dim, real, flip):
                             nodes[sums + q] = vec4(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
-                for c in ti.static(range(3)):
-                    if step_along(step, dim - 1) == c - 1:
-                        for i in range(first[0], last[0]):
-                            for j in range(first[1], last[1]):
-                                here = sums + (i * edge + j) * edge
-                                there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
-                                for k in ti.static(held[c]):
-                                    if ti.static(gathering):
-                                        nodes[here + k] = nodes[here + k] + tiles[there + k]
-                                    else:
-                                        tiles[there + k] = nodes[here + k]
-                                if ti.static(flip):
-                                    for k in ti.static(held[c]):
-                                        other = here + n_nodes + k
-                                        if ti.static(gathering):
-                                            nodes[other] = nodes[other] + impulses[there + k]
-                                        else:
-                                            impulses[there + k] = nodes[other]
+                wide = last[1] - first[1]
+                for row in range((last[0] - first[0]) * wide):
+                    i, j = first[0] + row // wide, first[1] + row % wide
+                    here = sums + (i * edge + j) * edge
+                    there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
+                    for k in ti.static(range(edge)):
+                        if k >= first[2] and k < last[2]:
+                            if ti.static(gathering):
+                                nodes[here + k] = nodes[here + k] + tiles[there + k]
+                            else:
+                                tiles[there + k] = nodes[here + k]
+                            if ti.static(flip):
+                                other = here + n_nodes + k
+                                if ti.static(gathering):
+                                    nodes[other] = nodes[other] + impulses[there + k]
+                                else:
+                                    impulses[there + k] = nodes[other]
         return found, least, most
 
     @ti.func

@@ -1,4 +1,12 @@
-"""Grid values at a particle: the sums over its stencil that a gather needs."""
+"""Grid values at a particle: the sums over its stencil that a gather needs.
+
+Weights are products, w = w_i w_j w_k. With the sums of w v over planes of the stencil, each without its own weight,
+
+    v_i = sum_jk w_j w_k v_ijk,   v_j = sum_ik w_i w_k v_ijk,   v_k = sum_ij w_i w_j v_ijk
+
+the moment of w v along an axis is sum_k k w_k v_k and its sum with the slopes of the weights sum_k dw_k v_k: a node
+costs two multiply-adds a number, whatever is wanted of it.
+"""
 
 import functools
 from types import SimpleNamespace
@@ -35,47 +43,45 @@ def interpolation(dim, real, basis, moving, sloping):
     def interpolate(tiles: ti.template(), address, w, dw, more: ti.template()):
         """Sums of w v, and if `more` the first moments and the slopes: one row for each axis, a node's vector long."""
         v = vec4(0.0)
+        rows, columns = [vec4(0.0) for _ in ti.static(range(width))], [vec4(0.0) for _ in ti.static(range(width))]
         moments, slopes = [vec4(0.0) for _ in ti.static(range(dim))], [vec4(0.0) for _ in ti.static(range(dim))]
         if ti.static(dim == 3):
             for i in ti.static(range(width)):
-                plane, plane_moments, plane_slopes = sum_rows(tiles, address + i * stride[0], w, dw, more)
+                plane = add_plane(tiles, address + i * stride[0], w, w[i, 0], rows, columns, more)
                 v += w[i, 0] * plane
-                if ti.static(moving and more):
-                    moments[0] += (float(i) * w[i, 0]) * plane
-                    moments[1] += w[i, 0] * plane_moments[0, :]
-                    moments[2] += w[i, 0] * plane_moments[1, :]
-                if ti.static(sloping and more):
-                    slopes[0] += dw[i, 0] * plane
-                    slopes[1] += w[i, 0] * plane_slopes[0, :]
-                    slopes[2] += w[i, 0] * plane_slopes[1, :]
+                add_axis(moments, slopes, 0, i, plane, w, dw, more)
         else:
-            v, plane_moments, plane_slopes = sum_rows(tiles, address, w, dw, more)
-            for a in ti.static(range(dim)):
-                moments[a], slopes[a] = plane_moments[a, :], plane_slopes[a, :]
+            v = add_plane(tiles, address, w, ti.cast(1.0, real), rows, columns, more)
+        for k in ti.static(range(width)):
+            add_axis(moments, slopes, dim - 2, k, rows[k], w, dw, more)
+            add_axis(moments, slopes, dim - 1, k, columns[k], w, dw, more)
         return v, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
 
     @ti.func
-    def sum_rows(tiles: ti.template(), address, w, dw, more: ti.template()):
-        """Over the last two axes of a stencil: sum of w v, its two first moments, and the sums with the slopes of w."""
+    def add_axis(moments: ti.template(), slopes: ti.template(), a: ti.template(), k: ti.template(), part, w, dw,
+                 more: ti.template()):
+        """Add plane k along axis a, whose sum is `part`."""
+        if ti.static(moving and more and k > 0):
+            moments[a] += (float(k) * w[k, a]) * part
+        if ti.static(sloping and more):
+            slopes[a] += dw[k, a] * part
+
+    @ti.func
+    def add_plane(tiles: ti.template(), address, w, weight, rows: ti.template(), columns: ti.template(),
+                  more: ti.template()):
+        """Sum over the last two axes, and what it adds to v_j (`rows`) and v_k (`columns`); weight: along the first."""
         total = vec4(0.0)
-        moments, slopes = [vec4(0.0), vec4(0.0)], [vec4(0.0), vec4(0.0)]
         for j in ti.static(range(width)):
-            row, moment, slope = vec4(0.0), vec4(0.0), vec4(0.0)
+            row, row_weight = vec4(0.0), weight * w[j, dim - 2]
             for k in ti.static(range(width)):
                 node = tiles[address + j * stride[dim - 2] + k]
                 row += w[k, dim - 1] * node
-                if ti.static(moving and more and k > 0):
-                    moment += (float(k) * w[k, dim - 1]) * node
-                if ti.static(sloping and more):
-                    slope += dw[k, dim - 1] * node
+                if ti.static(more):
+                    columns[k] += row_weight * node
             total += w[j, dim - 2] * row
-            if ti.static(moving and more):
-                moments[0] += (float(j) * w[j, dim - 2]) * row
-                moments[1] += w[j, dim - 2] * moment
-            if ti.static(sloping and more):
-                slopes[0] += dw[j, dim - 2] * row
-                slopes[1] += w[j, dim - 2] * slope
-        return total, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
+            if ti.static(more):
+                rows[j] += weight * row
+        return total
 
     @ti.func
     def gradients(f, v, moments, slopes, inverse_dx):

@@ -10,8 +10,8 @@ import functools
 import numpy as np
 import taichi as ti
 
+from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
-from snowmpm.mpm.arrays import int_array
 from snowmpm.parallel import chunk, chunks, is_worker
 
 REACH = {"quadratic": 3, "cubic": 4}

@@ -5,8 +5,8 @@ import functools
 import numpy as np
 import taichi as ti
 
+from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
-from snowmpm.mpm.arrays import int_array
 from snowmpm.mpm.walls import FREE, NEAR
 from snowmpm.runtime import DTYPES
 from snowmpm.solids.table import SolidTable, solid_functions

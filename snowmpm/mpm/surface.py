@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from snowmpm.arrays import real_array
 from snowmpm.blocks import EDGE
 from snowmpm.contact import CODES
-from snowmpm.mpm.arrays import real_array
 from snowmpm.mpm.columns import N_TOTALS, contact_kernel
 from snowmpm.mpm.lines import Lines
 from snowmpm.mpm.walls import FREE, NEAR

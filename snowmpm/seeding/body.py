@@ -26,7 +26,8 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
 
     shape_spec: object with `kind` and that kind's attributes
       box {min, max}, sphere {centre, radius} (a disc in 2-D), cylinder {base, axis, radius, height} (3-D), mesh {file}
-      (3-D, closed), polygon {points} (2-D), layer {bottom, top, region}: distances normal to the terrain [m]
+      (3-D, closed), polygon {points} (2-D), prism {points, y} (3-D), voxels {file, voxel_size, phase, origin, counts},
+      layer {bottom, top, region}: distances normal to the terrain [m]
     surface: TerrainSurface in the same coordinates; needed by layers only.
     dx [m], particles_per_cell: the mean spacing is dx / particles_per_cell^(1/dim).
     sampling: "regular", "jittered" (a lattice, each point moved by at most a quarter spacing) or "poisson".

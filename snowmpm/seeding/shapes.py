@@ -6,6 +6,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.seeding.polygons import Rings
+from snowmpm.seeding.voxels import phase_inside, read_voxels
 from snowmpm.terrain.distance import DistanceField
 from snowmpm.terrain.load import existing
 from snowmpm.terrain.mesh import mesh_facets
@@ -28,14 +29,15 @@ class Shape:
 
 
 def shape_of(spec, dim, base_dir, key):
-    """Shape of a scene's shape table: box, sphere, cylinder, mesh (3-D) or polygon (2-D).
+    """Shape of a scene's shape table: box, sphere, cylinder, prism, mesh (3-D), polygon (2-D), voxels.
 
     InputError: wrong number of coordinates, no volume, unreadable or open mesh.
     """
-    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "mesh": _mesh}
+    builders = {"box": _box, "sphere": _sphere, "cylinder": _cylinder, "polygon": _polygon, "prism": _prism,
+                "mesh": _mesh, "voxels": _voxels}
     if spec.kind not in builders:
         raise InputError.at(f"{key}.kind", spec.kind, f"must be one of {', '.join([*builders, 'layer'])}")
-    only = {"cylinder": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
+    only = {"cylinder": 3, "prism": 3, "mesh": 3, "polygon": 2}.get(spec.kind, dim)
     if only != dim:
         raise InputError.at(f"{key}.kind", spec.kind, f"exists in {only}-D scenes only")
     return builders[spec.kind](spec, dim, base_dir, key)
@@ -101,6 +103,13 @@ def _polygon(spec, dim, base_dir, key):
     return Shape(lower, np.eye(2), upper - lower, rings.area(), rings.contains)
 
 
+def _prism(spec, dim, base_dir, key):
+    face, (first, last) = _polygon(spec, 2, base_dir, key), spec.y
+    size = np.insert(face.size, 1, last - first)
+    return Shape(np.insert(face.origin, 1, first), np.eye(3), size, face.volume * (last - first),
+                 lambda points: face.contains(points[:, [0, 2]]))
+
+
 def _mesh(spec, dim, base_dir, key):
     path = existing(spec.file, base_dir, f"{key}.file")
     surface = TerrainSurface.of(*mesh_facets(path, f"{key}.file"))
@@ -115,3 +124,15 @@ def _mesh(spec, dim, base_dir, key):
         return field.query(points)[0] < 0
 
     return Shape(surface.lower, np.eye(3), size, surface.volume(), contains)
+
+
+def _voxels(spec, dim, base_dir, key):
+    voxels = read_voxels(spec, dim, base_dir, key)
+    origin = np.zeros(dim) if spec.origin is None else _vector(spec.origin, dim, f"{key}.origin")
+    count = int((voxels == spec.phase).sum())
+    if count == 0:
+        known = ", ".join(str(value) for value in np.unique(voxels)[:8])
+        raise InputError.at(f"{key}.phase", spec.phase, f"is no value of the image, which has {known}")
+    size = spec.voxel_size * np.array(voxels.shape)
+    contains = phase_inside(voxels, spec.phase, spec.voxel_size, origin)
+    return Shape(origin, np.eye(dim), size, count * spec.voxel_size**dim, contains)

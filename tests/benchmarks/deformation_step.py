@@ -37,8 +37,8 @@ COLUMNS = ("transfer", "flow", "stiffness", "largest_step", "limited_by")
 
 
 def energy(solver):
-    elastic = solver.materials.elastic_energy(solver.particles.labels()[:, 0], solver.column("stress"),
-                                              solver.column("state"), solver.column("volume")[:, 0])
+    elastic = solver.materials.elastic_energy(solver.particles.labels()[:, 0], solver.particles.column("stress"),
+                                              solver.particles.column("state"), solver.particles.column("volume")[:, 0])
     return motion(solver) + elastic
 
 
@@ -50,11 +50,11 @@ def holds(flow, stiffness, size, transfer):
     if law.wave_speed() * dt / DX > LARGEST_C:
         return None
     solver, _ = stirred(spread(2, 4, 2, 0.0), law, transfer=transfer)
-    table, x = solver.particles.table(), solver.positions()
+    table, x = solver.particles.table(), solver.particles.positions()
     for name, values in (("velocity", (x - x.mean(axis=0)) @ L.T), ("affine", L.ravel()), ("elastic", 0.0),
                          ("stress", 0.0)):
         table[:, solver.particles.layout.columns(name)] = values
-    solver.rewrite(table)
+    solver.particles.overwrite(table)
     start, end = energy(solver), 0.5 * np.pi * 4 * DX / law.wave_speed()
     try:
         while solver.time < end:

@@ -134,8 +134,8 @@ def measure(case, n_particles, precision, repeat, **scheme):
            "basis": scheme["kernel"], "transfer": scheme["transfer"], "gradient": scheme["gradient"],
            "ns": np.median(total), "least": min(total)}
     row |= {part: np.median([sample[part] for sample in samples]) for part in PARTS}
-    row |= {"one_sort": np.median(sort), "steps_per_sort": solver.steps / max(1, solver.sorts - 3),
-            "yielding": solver.n_plastic / n, "per_block": n / len(solver.blocks),
+    row |= {"one_sort": np.median(sort), "steps_per_sort": solver.steps / max(1, solver.particles.sorts - 3),
+            "yielding": solver.n_plastic / n, "per_block": n / len(solver.particles.blocks),
             "bytes": solver.particles.bytes_per_particle + solver.grid.bytes / n,
             "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")}
     bandwidth, rate = machine_limits(precision)
@@ -161,7 +161,7 @@ def needs(solver):
     kept = sum(size[name] for name in ("position", "elastic", "state", "volume_ratio"))
     gather = kept + size["volume"] + flip * size["velocity"]
     written = kept + sum(size[name] for name in ("velocity", "affine", "stress"))
-    nodes = 4 * 4 * (1 + flip) * len(solver.blocks) * EDGE[dim] ** dim / solver.particles.count
+    nodes = 4 * 4 * (1 + flip) * len(solver.particles.blocks) * EDGE[dim] ** dim / solver.particles.count
     moved = (scatter + gather + written + nodes) * np.dtype(solver.particles.numpy_dtype).itemsize + 2
     stencil = STENCILS[solver.basis].width ** dim
     elastic, plastic = LAW_FLOPS[dim]

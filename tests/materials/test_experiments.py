@@ -1,29 +1,13 @@
-"""Element tests against closed forms, and paths from files."""
-
-from itertools import pairwise
+"""Element tests against closed forms, and what holds for every test of every law."""
 
 import numpy as np
 import pytest
+from element_laws import DP, DP_SOFT, ELASTIC, SAND
 from frictional_laws import SOIL
-from parameter_sets import SETS, W1, A, B, C, changed, simple_shear
+from parameter_sets import SETS, W1, A, B, C, simple_shear
 from scipy.optimize import brentq
 
-from snowmpm.materials import (
-    EXPERIMENTS,
-    DruckerPrager,
-    Elastic,
-    Hypoplastic,
-    LoadingError,
-    MaterialPoint,
-    MohrCoulomb,
-    MuI,
-    VonMises,
-    measure,
-    measure_path,
-    read_loading,
-)
-
-ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
+from snowmpm.materials import EXPERIMENTS, LoadingError, MaterialPoint, MuI, measure
 
 
 def cauchy_pressure(law, p):
@@ -139,117 +123,6 @@ def test_simple_shear_under_normal_stress(law):
     assert p[-1] == pytest.approx(normal, abs=q[-1] * (q[-1] / law.shear_modulus + 0.01))
 
 
-@pytest.mark.parametrize("precision", ["f64", "f32"])
-@pytest.mark.parametrize("lateral", [600.0, 1200.0, 2000.0])
-def test_drained_triaxial_of_modified_cam_clay(lateral, precision):
-    found = measure(B, "triaxial", pressure=lateral, strain=0.5, precision=precision)
-    table, accurate = found.table(), precision == "f64"
-    for component in ("xx", "yy"):
-        np.testing.assert_allclose(table[f"stress_{component}"][1], -lateral, rtol=1e-8 if accurate else 2e-4)
-    p, q = found.cauchy_invariants
-    M = B.critical_slope
-    # σ3 constant and q = σ1 − σ3: dq/dp = 3 all along, and the path ends where it meets q = M p
-    np.testing.assert_allclose(q, 3.0 * (p - lateral), atol=(1e-7 if accurate else 1e-3) * lateral)
-    end = 3.0 * lateral / (3.0 - M)
-    # f64: what is left of the exponential approach; f32: the stress held and the rounding of strain
-    assert p[-1] == pytest.approx(end, rel=1e-7 if accurate else 1e-3)
-    assert q[-1] == pytest.approx(M * end, rel=1e-7 if accurate else 1e-3)
-    reached = found.characteristics()
-    assert reached.critical and reached.steady_ratio == pytest.approx(M, rel=1e-7 if accurate else 1e-3)
-    # and p0 is twice p there, in Kirchhoff stresses
-    assert found.path.p0[-1] == pytest.approx(2.0 * found.path.p[-1], rel=1e-6 if accurate else 2e-3)
-
-
-@pytest.mark.parametrize("return_map", ["frozen", "substepped"])
-def test_drained_triaxial_with_other_return_maps(return_map):
-    # A frozen p0 makes the tangent that of a perfectly plastic law, sub-steps make it rougher: control copes with both
-    found = measure(changed(B, return_map=return_map), "triaxial", pressure=1200.0, strain=0.5, steps=400)
-    np.testing.assert_allclose(found.table()["stress_xx"][1], -1200.0, rtol=1e-8)
-    p, q = found.cauchy_invariants
-    end = 3.0 * 1200.0 / (3.0 - B.critical_slope)
-    # p0 stands still at critical state, so every scheme ends at the same one: measured below 2e-11
-    np.testing.assert_allclose((p[-1], q[-1]), (end, B.critical_slope * end), rtol=1e-9)
-
-
-def test_drained_triaxial_extension():
-    found = measure(A, "triaxial", pressure=8e3, strain=-0.1)
-    p, q = found.cauchy_invariants
-    # σ1 falls: q = σ3 − σ1, p = σ3 − q/3
-    np.testing.assert_allclose(p, 8e3 - q / 3.0, rtol=1e-8)
-    assert q[-1] > 1e4 and found.table()["strain_zz"][1][-1] == 0.1
-
-
-def test_elastic_drained_triaxial():
-    # Hencky elasticity from the consolidated state: Δτ_lat = 0 up to the change of J, so compare at small strain
-    found = measure(ELASTIC, "triaxial", strain=1e-5, steps=10, pressure=1e3)
-    table = found.table()
-    axial, lateral = table["strain_zz"][1][-1], table["strain_xx"][1][-1]
-    stress = table["stress_zz"][1][-1] - table["stress_zz"][1][0]
-    # Stresses of 1e3 Pa turn J into 3e-4 of E and of nu
-    assert stress / axial == pytest.approx(ELASTIC.youngs_modulus, rel=5e-4)
-    assert -lateral / axial == pytest.approx(ELASTIC.poisson_ratio, rel=1e-3)
-    assert found.characteristics().yield_row is None and found.yield_section() is None
-    assert not np.any(table["dissipation"][1])
-
-
-DP = DruckerPrager(**SOIL, friction_angle=30.0, dilation_angle=10.0, cohesion=1e4)
-DP_SOFT = DruckerPrager(**SOIL, friction_angle=15.0, dilation_angle=5.0, cohesion=1e3)  # yields in the oedometer too
-DP_SAND = DruckerPrager(**SOIL, friction_angle=37.0)
-
-
-@pytest.mark.parametrize("law", [DP, DP_SAND], ids=["cohesive", "sand"])
-def test_drained_triaxial_strength_of_drucker_prager(law):
-    lateral = 5e4
-    found = measure(law, "triaxial", pressure=lateral, strain=0.05)
-    # q = α p + k in Kirchhoff stresses, τ = J σ, on the path q = 3 (p − J σ3): p = (3 J σ3 + k) / (3 − α)
-    J = np.linalg.det(found.path.deformation[-1])
-    p = (3.0 * J * lateral + law.k) / (3.0 - law.alpha)
-    assert found.path.p[-1] == pytest.approx(p, rel=1e-8)  # what the lateral stress is held to
-    assert found.path.q[-1] == pytest.approx(law.alpha * p + law.k, rel=1e-8)
-    np.testing.assert_allclose(found.table()["stress_xx"][1], -lateral, rtol=1e-9)
-    # Dilation per plastic shear: at failure the elastic strain only follows J, so dε_v/dε_s = α_ψ of the strains
-    strain = np.array([row.strain[:3] for row in found.rows])
-    volume = strain.sum(axis=1)
-    deviator = strain - volume[:, None] / 3.0
-    shear = np.sqrt(2.0 / 3.0) * np.linalg.norm(deviator[-1] - deviator[-2])
-    assert (volume[-1] - volume[-2]) / shear == pytest.approx(law.alpha_psi, abs=2e-2 * law.alpha_psi + 1e-7)
-
-
-def test_drained_triaxial_strength_of_mohr_coulomb_and_von_mises():
-    # Two equal principal stresses: an edge of the Mohr-Coulomb pyramid, σ1 = K_p σ3 + 2 c √K_p
-    law = MohrCoulomb(**SOIL, friction_angle=30.0, cohesion=1e4)
-    found = measure(law, "triaxial", pressure=2e4, strain=0.03, steps=100)
-    J = np.linalg.det(found.path.deformation[-1])
-    strength = 3.0 * J * 2e4 + 2.0 * 1e4 * np.sqrt(3.0)
-    assert -found.path.kirchhoff[-1, 2, 2] == pytest.approx(strength, rel=1e-8)
-    np.testing.assert_allclose(found.table()["stress_yy"][1], -2e4, rtol=1e-9)
-    found = measure(VonMises(**SOIL, yield_stress=2e4), "triaxial", pressure=2e4, strain=0.03, steps=100)
-    assert found.path.q[-1] == pytest.approx(2e4, rel=1e-9)
-
-
-SAND = Hypoplastic(density=1500.0, youngs_modulus=2e7, poisson_ratio=0.2, friction_angle=35.0)
-
-
-@pytest.mark.parametrize("precision", ["f64", "f32"])
-def test_drained_triaxial_of_hypoplastic_sand_gives_its_parameters_back(precision):
-    # The law's parameters are those of this very test; a rate law starts under its pressure
-    lateral = SAND.reference_pressure
-    found = measure(SAND, "triaxial", pressure=lateral, strain=0.1, precision=precision)
-    table, rough = found.table(), precision == "f32"
-    np.testing.assert_allclose(table["stress_xx"][1], -lateral, rtol=2e-4 if rough else 1e-9)
-    sine = np.sin(np.radians(SAND.friction_angle))
-    ratio = 6.0 * sine / (3.0 - sine)
-    # What is left of the exponential approach to failure at 10 %: measured 2e-6
-    assert found.characteristics().steady_ratio == pytest.approx(ratio, rel=1e-5)
-    assert found.characteristics().yield_row is None
-    start = measure(SAND, "triaxial", pressure=lateral, strain=1e-6, steps=2).table()
-    modulus = (start["stress_zz"][1][-1] + lateral) / start["strain_zz"][1][-1]
-    # Slope and ratio change over the strain of 1e-6: measured 1e-5 and 8e-5
-    assert modulus == pytest.approx(SAND.youngs_modulus, rel=5e-5)
-    ratio = -start["strain_xx"][1][-1] / start["strain_zz"][1][-1]
-    assert ratio == pytest.approx(SAND.poisson_ratio, rel=4e-4)
-
-
 def test_hypoplastic_sand_in_other_tests():
     # Oedometer: K0 = c4 / (3 c1 + c4), approached to 3e-5; constant volume: void ratio and J stay
     table = measure(SAND, "oedometer", pressure=1e4, strain=0.05).table()
@@ -264,12 +137,6 @@ def test_hypoplastic_sand_in_other_tests():
     assert section.name == "failure surface" and near.min() < 0.0 < near.max()
     with pytest.raises(LoadingError, match="pressure must be > 0"):
         measure(SAND, "triaxial")
-
-
-def test_failure_with_dilation_is_no_critical_state():
-    found = [measure(law, "triaxial", pressure=5e4, strain=0.05).characteristics() for law in (DP, DP_SAND, SAND)]
-    assert all(one.steady_ratio is not None for one in found[:2])
-    assert [one.critical for one in found] == [False, True, False]  # the last is on its way still
 
 
 def test_rate_of_shear_reaches_mu_of_inertial_number():
@@ -328,90 +195,3 @@ def test_arguments_that_make_no_test_are_refused():
     ]:
         with pytest.raises(LoadingError, match=message):
             measure(A, **{"name": "triaxial", **arguments})
-
-
-def write(tmp_path, text):
-    file = tmp_path / "path.csv"
-    file.write_text(text)
-    return file
-
-
-def test_a_file_of_strains_and_stresses(tmp_path):
-    # Drained triaxial: load, unload to the isotropic stress, reload
-    text = "# made by hand\nstrain_zz [-], stress_zz, stress_xx [Pa], stress_yy [Pa], duration\n"
-    text += "-0.05,,-8e3,-8e3,2\n\n,-8e3,-8e3,-8e3,1\n-0.1,,-8e3,-8e3,1\n"
-    found = measure_path(A, read_loading(write(tmp_path, text)), pressure=8e3, steps=50)
-    table = found.table()
-    assert len(found.rows) == 151 and table["time"][1][-1] == pytest.approx(4.0)
-    reference = measure(A, "triaxial", pressure=8e3, strain=0.05, steps=50)
-    np.testing.assert_allclose(table["q"][1][:51], reference.table()["q"][1], rtol=1e-9, atol=1e-6)
-    assert table["q"][1][100] == pytest.approx(0.0, abs=1e-4)
-    assert not table["iterations"][1][52:101].any() and table["iterations"][1][-1] > 0
-    assert table["strain_zz"][1][150] == -0.1
-    assert np.isnan(table["prescribed_stress_zz"][1][[0, 50, 101]]).all()
-
-
-def test_a_file_of_deformation_gradients(tmp_path):
-    text = "F_xx,F_xz,F_zz,duration\n0.98,0,0.99,1\n0.98,0.2,0.97,3\n"
-    loading = read_loading(write(tmp_path, text))
-    found = measure_path(A, loading, steps=10)
-    middle = np.array([np.diag([0.98, 1.0, 0.99]), [[0.98, 0, 0.2], [0, 1.0, 0], [0, 0, 0.97]]])
-    ends = np.concatenate([np.eye(3)[None], middle])
-    share = np.arange(1, 11)[:, None, None] / 10.0
-    F = np.concatenate([a + share * (b - a) for a, b in pairwise(ends)])
-    path = MaterialPoint(A).drive(F)
-    np.testing.assert_allclose(found.path.kirchhoff[1:], path.kirchhoff, rtol=1e-10, atol=1e-8)
-    table = found.table()
-    np.testing.assert_allclose(table["F_xz"][1][[10, 15, 20]], [0.0, 0.1, 0.2], atol=1e-15)
-    assert table["time"][1][-1] == pytest.approx(4.0)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("strain_zz\n-0.1\nmuch\n", "line 3, column strain_zz = much: must be a finite number"),
-        ("strain_zz\n-0.1\nnan\n", "line 3, column strain_zz = nan"),
-        ("strain_zz,stress_xx\n-0.1\n", "line 2: 1 values for 2 columns"),
-        ("strain_zz,stress_xx\n-0.1,\n", "line 2, column stress_xx is empty"),
-        ("strain_zz,stress_zz\n-0.1,-1e3\n", "line 2, column stress_zz and its strain: exactly one"),
-        ("strain_zz,stress_zz\n,\n", "line 2, column stress_zz and its strain: exactly one"),
-        ("strain_zy\n0.1\n", "column 'strain_zy' is not known; did you mean strain_"),
-        ("temperature\n0.1\n", "column 'temperature' is not known"),
-        ("stress_xx [kPa]\n0.1\n", r"column stress_xx: the unit must be \[Pa\], not \[kPa\]"),
-        ("strain_zz,strain_zz\n0.1,0.1\n", "column strain_zz comes twice"),
-        ("F_xx,strain_zz\n1,0\n", "columns F_"),
-        ("duration\n1\n", "no column says what to do"),
-        ("strain_zz,duration\n0.1,0\n", "line 2, column duration = 0: must be a number > 0"),
-        ("strain_zz,duration\n0.1,\n", "line 2, column duration: empty"),
-        ("F_xx,F_zz\n1,1\n-1,1\n", "line 3: det F = -1: must be > 0"),
-        ("strain_zz\n", "needs a line of column names and at least one row"),
-        ("", "needs a line of column names and at least one row"),
-    ],
-)
-def test_bad_files_are_refused(tmp_path, text, message):
-    file = write(tmp_path, text)
-    with pytest.raises(LoadingError, match=message) as error:
-        read_loading(file)
-    assert str(error.value).startswith(str(file))
-
-
-def test_files_that_are_no_text_are_refused(tmp_path):
-    file = tmp_path / "path.csv"
-    file.write_bytes(b"\xff\xfe\x00strain_zz")
-    with pytest.raises(LoadingError, match="not a text file"):
-        read_loading(file)
-    with pytest.raises(OSError):
-        read_loading(tmp_path / "none.csv")
-
-
-def test_a_turn_by_half_a_circle_needs_rows_between(tmp_path):
-    loading = read_loading(write(tmp_path, "F_xx,F_zz\n1,1\n-1,-1\n"))
-    with pytest.raises(LoadingError, match="det F <= 0 on the way to row 2"):
-        measure_path(A, loading, steps=2)
-
-
-def test_a_stress_out_of_reach_names_the_step(tmp_path):
-    # Critical state: σ1 = σ3 + M 3 σ3 / (3 − M) = 4800 Pa, three steps of 600 Pa into the second row, met in the limit
-    loading = read_loading(write(tmp_path, "stress_zz,stress_xx,stress_yy\n-3e3,-3e3,-3e3\n-9e3,-3e3,-3e3\n"))
-    with pytest.raises(LoadingError, match="step 13: stress xx = -3000 Pa"):
-        measure_path(B, loading, steps=10)

@@ -78,11 +78,12 @@ def outcome(case):
     solver = stage(*case)
     for _ in range(STEPS):
         solver.step(solver.stable_dt()[0])
-    numbers = [solver.particles.table(), solver.particles.labels(), solver.blocks.keys, solver.impulse,
+    numbers = [solver.particles.table(), solver.particles.labels(), solver.particles.blocks.keys, solver.impulse,
                solver.obstacle_totals, solver.grid.bodies.lost, [solver.contact_work, solver.plastic_work, solver.time],
                *(surface.total for surface in solver.surfaces)]
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in numbers)).hexdigest()
-    return {"hash": digest, "sorts": solver.sorts, "blocks": len(solver.blocks), "plastic_work": solver.plastic_work,
+    return {"hash": digest, "sorts": solver.particles.sorts, "blocks": len(solver.particles.blocks),
+            "plastic_work": solver.plastic_work,
             "between_bodies": float(solver.grid.bodies.lost[0]),
             "terrain": float(np.abs(solver.surfaces[0].total).max()),
             "obstacle": float(np.abs(solver.obstacle_totals).max())}

@@ -58,16 +58,16 @@ def stirred(grains, law, *, dx=DX, drift=0.0, strain=None, state=None, reach=8.0
     if state is not None:
         table = solver.particles.table()
         table[:, solver.particles.layout.columns("state")] = state
-        solver.rewrite(table)
+        solver.particles.overwrite(table)
     return solver, energy
 
 
 def motion(solver, drift=0.0):
     """Kinetic energy [J] about the drift, that of the velocity gradients within a quarter cell included."""
-    velocities = solver.column("velocity")
+    velocities = solver.particles.column("velocity")
     velocities[:, 0] -= drift
-    square = (velocities**2).sum(axis=1) + 0.25 * solver.dx**2 * (solver.column("affine") ** 2).sum(axis=1)
-    return 0.5 * float(solver.masses() @ square)
+    square = (velocities**2).sum(axis=1) + 0.25 * solver.dx**2 * (solver.particles.column("affine") ** 2).sum(axis=1)
+    return 0.5 * float(solver.particles.masses() @ square)
 
 
 def blows_up(solver, energy, dt, steps, drift=0.0, every=25):

@@ -11,7 +11,7 @@ from .conftest import ICE
 
 
 def audit_of(solver):
-    fields = ParticleFields(solver)
+    fields = ParticleFields(solver.particles)
     start = np.empty_like(fields["position"])
     start[fields["id"]] = fields["position"]
     direction = np.eye(solver.dim - 1)[0]
@@ -31,8 +31,8 @@ def test_kinetic_energy_of_the_grid_is_that_of_all_its_nodes(make_solver, dim, a
     for _ in range(30):
         solver.step(solver.stable_dt()[0])
     found = solver.grid_kinetic_energy()
-    x, v = (solver.positions() - solver.origin) / solver.dx, solver.column("velocity")
-    c, m = solver.column("affine").reshape(-1, dim, dim), solver.masses()
+    x, v = (solver.particles.positions() - solver.frame.origin) / solver.dx, solver.particles.column("velocity")
+    c, m = solver.particles.column("affine").reshape(-1, dim, dim), solver.particles.masses()
     low = np.floor(x.min(axis=0)).astype(int) - 2
     nodes = np.stack(np.meshgrid(*[np.arange(14)] * dim, indexing="ij"), axis=-1).reshape(-1, dim) + low
     arm = nodes[:, None] - x
@@ -53,8 +53,8 @@ def test_no_noise_in_a_motion_that_the_transfer_carries(make_solver, transfer):
     if linear:
         table = solver.particles.table()
         table[:, solver.particles.layout.columns("affine")] = [0.0, -3.0, 0.0, 0.0]
-        solver.rewrite(table)
-    row = audit_of(solver).values(ParticleFields(solver))
+        solver.particles.overwrite(table)
+    row = audit_of(solver).values(ParticleFields(solver.particles))
     assert abs(row["null_space_noise"]) < 1e-13
 
 
@@ -65,13 +65,14 @@ def test_motion_that_no_node_sees(make_solver, transfer, kept):
     solver = make_solver(2, 0.1, [-2.0, -0.2], [2.0, 0.2], velocity=checkers, transfer=transfer, flip_ratio=0.9,
                          law=ICE)
     audit = audit_of(solver)
-    inner = np.abs(solver.positions()[:, 0]) < 1.0  # the ends are seen: it takes three steps to cross ten cells
-    noise = [audit.values(ParticleFields(solver))["null_space_noise"]]
+    # The ends are seen: it takes three steps to cross ten cells
+    inner = np.abs(solver.particles.positions()[:, 0]) < 1.0
+    noise = [audit.values(ParticleFields(solver.particles))["null_space_noise"]]
     for n in range(1, 4):
         solver.step(1e-9)
-        row = audit.values(ParticleFields(solver))
+        row = audit.values(ParticleFields(solver.particles))
         noise.append(row["null_space_noise"])
-        speed = np.abs(solver.column("velocity")[inner, 0])
+        speed = np.abs(solver.particles.column("velocity")[inner, 0])
         np.testing.assert_allclose(speed, 0.5 * kept**n, rtol=1e-9, atol=1e-9)
     assert noise[0] > 0.97 and (noise[-1] > 0.97 if kept else noise[-1] < 0.3)  # what the ends gave is seen
 
@@ -83,11 +84,11 @@ def test_energies_close(make_solver, transfer):
                          gravity=9.81, sides=[["open", "open"], ["stick", "open"]], reach=0.8, transfer=transfer,
                          flip_ratio=0.99)
     audit = audit_of(solver)
-    start = audit.values(ParticleFields(solver))
+    start = audit.values(ParticleFields(solver.particles))
     rows = []
     for _ in range(120):
         solver.step(0.5 * solver.stable_dt()[0])
-        rows.append(audit.values(ParticleFields(solver)))
+        rows.append(audit.values(ParticleFields(solver.particles)))
     taken = np.array([row["energy_remainder"] for row in rows]) / start["kinetic_energy"]
     # v is half a step behind x: force times dt v / 2, a share omega dt / 4 = 1 % of what swings, comes and goes
     assert taken.min() > -0.016 and taken[-1] < 0.1
@@ -104,7 +105,7 @@ def test_energy_that_leaves_the_domain_is_counted(make_solver):
         solver.step(1e-4)
     with runtime.precision("f64"):
         solver.sort()
-    row = audit.values(ParticleFields(solver))
+    row = audit.values(ParticleFields(solver.particles))
     assert 0 < row["removed_particles"] < 128
     # Free fall in symplectic Euler gains m g^2 dt t / 2 less than it falls
     lag = 0.5 * 300.0 * 0.32 * 9.81**2 * 1e-4 * 0.06

@@ -47,20 +47,22 @@ def test_node_blocks_are_all_around_the_occupied_ones(dim):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sort_moves_no_particle_and_brings_all_home(make_solver, dim):
     solver = make_solver(dim, 0.1, np.zeros(dim), np.full(dim, 0.9), velocity=stirred)
-    while solver._excursion < 0.6:
+    while solver.particles.drift < 0.6:
         solver.step(solver.stable_dt()[0])
-    before, velocity = solver.positions()[by_number(solver)], solver.column("velocity")[by_number(solver)]
+    particles = solver.particles
+    before, velocity = particles.positions()[by_number(solver)], particles.column("velocity")[by_number(solver)]
     with runtime.precision("f64"):
         solver.sort()
-    np.testing.assert_allclose(solver.positions()[by_number(solver)], before, rtol=0, atol=1e-13)
-    np.testing.assert_array_equal(solver.column("velocity")[by_number(solver)], velocity)
-    local = solver.column("position")
+    np.testing.assert_allclose(particles.positions()[by_number(solver)], before, rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(particles.column("velocity")[by_number(solver)], velocity)
+    local = particles.column("position")
     # Home is where a particle will be, up to LEAD of the stencil's limit ahead along each axis, the fastest the most
-    lead = LEAD * STENCILS["quadratic"].home_limit * solver.column("velocity") / np.linalg.norm(velocity, axis=1).max()
+    fastest = np.linalg.norm(velocity, axis=1).max()
+    lead = LEAD * STENCILS["quadratic"].home_limit * particles.column("velocity") / fastest
     ahead = local + lead
     assert (ahead >= 0.5 - 1e-12).all() and (ahead < EDGE[dim] + 0.5 + 1e-12).all()
     assert np.abs(lead).max() > 0.5 * LEAD
-    assert (np.diff(solver.blocks.keys) > 0).all() and solver.blocks.start[-1] == len(local)
+    assert (np.diff(solver.particles.blocks.keys) > 0).all() and solver.particles.blocks.start[-1] == len(local)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -88,6 +90,6 @@ def test_atomic_scatter_agrees_with_the_tiles(make_solver, dim):
         dt = solvers[0].stable_dt()[0]
         for solver in solvers:
             solver.step(dt)
-    a, b = (solver.column("velocity")[by_number(solver)] for solver in solvers)
+    a, b = (solver.particles.column("velocity")[by_number(solver)] for solver in solvers)
     np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)  # round-off of f64, grown over 60 plastic steps
     assert solvers[0].n_plastic == solvers[1].n_plastic > 0

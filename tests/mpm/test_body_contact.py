@@ -37,10 +37,10 @@ def test_bodies_that_part_do_not_hold_each_other():
     solver, second = two_boxes(boxes, [[-0.5, 0.0], [0.5, 0.0]])
     for _ in range(200):
         solver.step(solver.stable_dt()[0])
-    v = solver.column("velocity")
+    v = solver.particles.column("velocity")
     assert np.abs(v[second()] - [0.5, 0.0]).max() < 1e-12
     assert np.abs(v[~second()] - [-0.5, 0.0]).max() < 1e-12
-    assert np.abs(solver.column("stress")).max() < 1e-6
+    assert np.abs(solver.particles.column("stress")).max() < 1e-6
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -54,7 +54,7 @@ def test_bodies_that_collide_share_momentum(dim):
     solver, second = two_boxes([(low, high), (low + shift, high + shift)], [velocity, -velocity])
     while solver.time < 0.25:
         solver.step(solver.stable_dt()[0])
-    mass, v = solver.masses(), solver.column("velocity")
+    mass, v = solver.particles.masses(), solver.particles.column("velocity")
     assert np.abs(mass @ v).max() < 1e-12 * mass.sum()
     apart = v[second()].mean(axis=0) - v[~second()].mean(axis=0)
     assert apart[0] > 0.5  # of 1.0; the rest vibrates
@@ -72,7 +72,7 @@ def test_block_slides_on_a_block_as_coulomb_says(friction):
     for end in times:
         while solver.time < end:
             solver.step(min(solver.stable_dt()[0], end - solver.time + 1e-12))
-        mean.append(solver.column("velocity")[second(), 0].mean())
+        mean.append(solver.particles.column("velocity")[second(), 0].mean())
     slowed = (mean[0] - mean[1]) / (times[1] - times[0])
     assert slowed == pytest.approx(friction * g, abs=0.02 * g * max(friction, 0.1))
     assert (solver.contact_work > 1e-12) == (friction > 0.0)  # J; 15 J with friction

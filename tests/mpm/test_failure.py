@@ -10,8 +10,8 @@ def test_a_particle_that_is_not_finite_is_named(make_solver):
     solver = make_solver(2, 0.1, [0.0, 0.0], [0.4, 0.4])
     table = solver.particles.table()
     table[17, solver.particles.layout.columns("velocity")] = np.nan
-    place, numbers = solver.positions(), solver.particles.labels()[:, 1]
-    solver.rewrite(table)
+    place, numbers = solver.particles.positions(), solver.particles.labels()[:, 1]
+    solver.particles.overwrite(table)
     with pytest.raises(SimulationError, match="particle") as error:
         solver.step(1e-4)
     assert "t = 0" in str(error.value) and "near" in str(error.value)

@@ -25,7 +25,7 @@ def test_block_pulled_off_an_oblique_plane():
     dt = 1e-4
     for _ in range(1000):
         solver.step(dt)
-    moved = solver.positions() - start[solver.particles.labels()[:, 1]]
+    moved = solver.particles.positions() - start[solver.particles.labels()[:, 1]]
     expected = 0.5 * pull * solver.time * (solver.time + dt)
     np.testing.assert_allclose(moved, np.broadcast_to(expected, moved.shape), rtol=1e-9)
     assert np.abs(solver.impulse).max() < 1e-9

@@ -16,7 +16,7 @@ def stretch(solver, rate, steps):
     for _ in range(steps):
         table = solver.particles.table()
         table[:, layout.columns("affine")] = rate * np.eye(solver.dim).ravel()
-        solver.rewrite(table)
+        solver.particles.overwrite(table)
         solver.step(1e-3)
         table = solver.particles.table()
         found.append((table[0, layout.columns("volume_ratio")][0], table[0, layout.columns("state")][0]))

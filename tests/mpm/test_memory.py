@@ -34,8 +34,8 @@ def test_grid_memory_follows_the_snow():
     """On a slope twenty times as long as the slab, memory is that on a slope of its own length."""
     short, long = slab_on_slope(4.5), slab_on_slope(80.0)
     assert isinstance(SNOW, CohesiveCamClay) and short.particles.layout.state_size == 1
-    assert len(long.blocks) <= 1.1 * len(short.blocks)  # blocks lie elsewhere in another domain
+    assert len(long.particles.blocks) <= 1.1 * len(short.particles.blocks)  # blocks lie elsewhere in another domain
     assert long.grid.bytes < 1.1 * short.grid.bytes
     assert long.particles.bytes_per_particle == short.particles.bytes_per_particle <= PARTICLE_LIMIT
-    domain = np.prod((long.upper - long.lower) + 1.0) * 16  # bytes of a dense grid, four numbers a node
+    domain = np.prod((long.frame.upper - long.frame.lower) + 1.0) * 16  # bytes of a dense grid, four numbers a node
     assert long.grid.bytes < 0.01 * domain

@@ -10,7 +10,7 @@ def limit_after(solver, column, value):
     """Largest stable step after all particles were given `value` in a column, and stepped once."""
     table = solver.particles.table()
     table[:, solver.particles.layout.columns(column)] = value
-    solver.rewrite(table)
+    solver.particles.overwrite(table)
     solver.step(1e-7)
     dt, cause = solver.stable_dt()
     assert cause == "elastic"

@@ -41,14 +41,14 @@ def put(solver, **columns):
     table = solver.particles.table()
     for name, values in columns.items():
         table[:, solver.particles.layout.columns(name)] = values
-    solver.rewrite(table)
+    solver.particles.overwrite(table)
 
 
 def node_places(solver):
     """Scene coordinates of every node of every tile, (n_tiles, nodes, dim)."""
     nodes = np.stack(np.meshgrid(*[np.arange(TILE[solver.dim]) - 1] * solver.dim, indexing="ij"), axis=-1)
-    corner = EDGE[solver.dim] * solver.blocks.coordinates
-    return solver.origin + DX * (corner[:, None, :] + nodes.reshape(-1, solver.dim))
+    corner = EDGE[solver.dim] * solver.particles.blocks.coordinates
+    return solver.frame.origin + DX * (corner[:, None, :] + nodes.reshape(-1, solver.dim))
 
 
 def tiles_of(solver, name="tiles"):
@@ -86,8 +86,8 @@ def test_scatter_keeps_mass_its_moments_momentum_spin_and_virial(dim, kernel, gr
         solver.particles_to_grid(dt)
     nodes, places = tiles_of(solver), node_places(solver)
     impulse = tiles_of(solver, "impulses") if solver.flip else np.zeros_like(nodes)
-    x, v, m = solver.positions(), solver.column("velocity"), solver.masses()
-    C = solver.column("affine").reshape(n, dim, dim) * float(transfer in ("apic", "aflip"))
+    x, v, m = solver.particles.positions(), solver.particles.column("velocity"), solver.particles.masses()
+    C = solver.particles.column("affine").reshape(n, dim, dim) * float(transfer in ("apic", "aflip"))
     mass, momentum = nodes[..., 3], nodes[..., :dim] + impulse[..., :dim]
     size = np.abs(m[:, None] * v).sum()
     assert mass.sum() == pytest.approx(m.sum(), rel=1e-13)
@@ -98,7 +98,7 @@ def test_scatter_keeps_mass_its_moments_momentum_spin_and_virial(dim, kernel, gr
     np.testing.assert_allclose(np.einsum("bn,bnk,bnl->kl", mass, places, places), second, rtol=0, atol=1e-13 * m.sum())
     # First moment of the momentum: with it both the angular momentum and the virial
     spread = np.einsum("p,pa,pb->ab", m, v, x) + SECOND_MOMENT[kernel] * DX**2 * np.einsum("p,pab->ab", m, C)
-    volume = solver.column("volume")[:, 0]
+    volume = solver.particles.column("volume")[:, 0]
     virial = dt * np.einsum("p,pab->ab", volume, tensors(tau, dim))
     found = np.einsum("bna,bnk->ak", momentum, places)
     np.testing.assert_allclose(found, spread - virial, rtol=0, atol=1e-12 * size)
@@ -112,7 +112,7 @@ def test_scatter_keeps_mass_its_moments_momentum_spin_and_virial(dim, kernel, gr
 def test_gather_gives_back_linear_fields(dim, kernel, gradient, transfer):
     solver = scattered(dim, kernel, gradient, transfer, flip_ratio=0.9)
     rng = np.random.default_rng(13)
-    start, before = solver.positions(), rng.normal(size=(solver.particles.count, dim))
+    start, before = solver.particles.positions(), rng.normal(size=(solver.particles.count, dim))
     put(solver, velocity=before)
     (v0, dv0), (slope, dslope) = rng.normal(size=(2, dim)), rng.normal(size=(2, dim, dim))
     places, dt = node_places(solver), 1e-3
@@ -130,14 +130,14 @@ def test_gather_gives_back_linear_fields(dim, kernel, gradient, transfer):
     expected = grid_velocity
     if solver.flip:
         expected = grid_velocity + 0.9 * (before + dv0 + start @ dslope.T - grid_velocity)
-    np.testing.assert_allclose(solver.column("velocity"), expected, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(solver.positions(), start + dt * grid_velocity, rtol=0, atol=1e-14)
-    gradients = solver.column("affine").reshape(-1, dim, dim)
+    np.testing.assert_allclose(solver.particles.column("velocity"), expected, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(solver.particles.positions(), start + dt * grid_velocity, rtol=0, atol=1e-14)
+    gradients = solver.particles.column("affine").reshape(-1, dim, dim)
     np.testing.assert_allclose(gradients, np.broadcast_to(slope, gradients.shape), rtol=0, atol=1e-12)
     A = dt * slope
     growth = np.linalg.det(np.eye(dim) + A)
-    np.testing.assert_allclose(solver.column("volume_ratio"), growth, rtol=0, atol=1e-14)
-    assert np.abs(solver.column("stress")).max() > 1e2  # Pa: 1e6 Pa times strains of 1e-3
+    np.testing.assert_allclose(solver.particles.column("volume_ratio"), growth, rtol=0, atol=1e-14)
+    assert np.abs(solver.particles.column("stress")).max() > 1e2  # Pa: 1e6 Pa times strains of 1e-3
 
 
 @pytest.mark.parametrize("atomic", [False, True])
@@ -149,20 +149,20 @@ def test_stencils_at_the_limit_of_drift_stay_in_their_tile(dim, kernel, atomic):
     homes = np.full((2**dim, dim), edge / 2 + 0.5)
     homes[:, 0] += edge * np.arange(2**dim)
     solver = scattered(dim, kernel, "affine", "apic", positions=-1.6 + DX * homes, atomic=atomic)
-    assert len(solver.blocks) == 2**dim
+    assert len(solver.particles.blocks) == 2**dim
     corners = np.array(list(itertools.product((0.5 - limit, edge + 0.5 + limit - 1e-9), repeat=dim)))
     put(solver, position=corners)
     with runtime.precision("f64"):
         for _ in range(2):  # the second time with the boxes that the gather left
             solver.particles_to_grid(1e-6)
             nodes = np.where(in_boxes(solver)[..., None], tiles_of(solver), 0.0)
-            np.testing.assert_allclose(nodes[..., 3].sum(axis=1), solver.masses(), rtol=1e-13)
-            centre = np.einsum("bn,bna->ba", nodes[..., 3], node_places(solver)) / solver.masses()[:, None]
-            np.testing.assert_allclose(centre, solver.positions(), rtol=0, atol=1e-13)
+            np.testing.assert_allclose(nodes[..., 3].sum(axis=1), solver.particles.masses(), rtol=1e-13)
+            centre = np.einsum("bn,bna->ba", nodes[..., 3], node_places(solver)) / solver.particles.masses()[:, None]
+            np.testing.assert_allclose(centre, solver.particles.positions(), rtol=0, atol=1e-13)
             solver.update_grid(1e-6)
             solver.grid_to_particles(1e-6)
-    np.testing.assert_array_equal(solver.column("position"), corners)  # at rest
-    assert solver._excursion == pytest.approx(limit, abs=1e-12)
+    np.testing.assert_array_equal(solver.particles.column("position"), corners)  # at rest
+    assert solver.particles.drift == pytest.approx(limit, abs=1e-12)
 
 
 @pytest.mark.parametrize(("dim", "kernel", "gradient", "transfer"), PLANE)
@@ -170,13 +170,13 @@ def test_null_space_dies_at_once_or_as_the_flip_ratio_says(make_solver, dim, ker
     """Velocities that alternate from particle to particle are nothing on the grid (validation, M21)."""
     solver = make_solver(dim, DX, [0.0, 0.0], [2.4, 0.3], velocity=lambda x: [1.0 - 2.0 * (int(x[0] / 0.05) % 2), 0.0],
                          kernel=kernel, gradient=gradient, transfer=transfer, flip_ratio=0.9)
-    inside = np.abs(solver.positions()[:, 0] - 1.2) < 0.4  # two steps of four cells from the ends
-    start = solver.positions()
+    inside = np.abs(solver.particles.positions()[:, 0] - 1.2) < 0.4  # two steps of four cells from the ends
+    start = solver.particles.positions()
     for n in (1, 2):
         solver.step(1e-5)
         left = 0.9**n if solver.flip else 0.0
-        np.testing.assert_allclose(np.abs(solver.column("velocity")[inside, 0]), left, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(solver.positions()[inside], start[inside], rtol=0, atol=1e-15)
+        np.testing.assert_allclose(np.abs(solver.particles.column("velocity")[inside, 0]), left, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(solver.particles.positions()[inside], start[inside], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(("kernel", "gradient", "transfer"), [("cubic", "shape", "aflip"), ("cubic", "affine", "apic")])
@@ -185,7 +185,8 @@ def test_momentum_of_a_spinning_block(make_solver, kernel, gradient, transfer):
                          velocity=lambda x: np.array([-8.0 * x[1] + 0.5, 8.0 * x[0] + 2.0 * np.sin(9 * x[0])]))
 
     def momenta():
-        x, v, m, C = solver.positions(), solver.column("velocity"), solver.masses(), solver.column("affine")
+        x, m = solver.particles.positions(), solver.particles.masses()
+        v, C = (solver.particles.column(name) for name in ("velocity", "affine"))
         spin = SECOND_MOMENT[kernel] * DX**2 * (C[:, 2] - C[:, 1])
         return np.array([*(m @ v), m @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0] + spin)])
 
@@ -197,7 +198,7 @@ def test_momentum_of_a_spinning_block(make_solver, kernel, gradient, transfer):
         solver.step(solver.stable_dt()[0])
     kept = slice(0, 3 if transfer == "apic" else 2)  # only APIC keeps the angular momentum
     np.testing.assert_allclose(momenta()[kept], before[kept], rtol=0, atol=1e-11 * np.abs(before).max())
-    assert solver.sorts >= 2
+    assert solver.particles.sorts >= 2
 
 
 def two_snows(**options):
@@ -212,7 +213,7 @@ def two_snows(**options):
 
 
 def by_number(solver, name):
-    return solver.column(name)[np.argsort(solver.particles.labels()[:, 1])]
+    return solver.particles.column(name)[np.argsort(solver.particles.labels()[:, 1])]
 
 
 def test_packs_agree_with_one_particle_at_a_time():
@@ -229,7 +230,7 @@ def test_packs_agree_with_one_particle_at_a_time():
     for name in ("speed", "gradient", "elastic_deviation"):
         assert getattr(packs.extremes, name) == pytest.approx(getattr(alone.extremes, name), rel=1e-7)
     assert packs.plastic_work == pytest.approx(alone.plastic_work, rel=1e-7) and packs.plastic_work > 0.0
-    assert packs.sorts == alone.sorts >= 1 and packs.n_plastic > 20
+    assert packs.particles.sorts == alone.particles.sorts >= 1 and packs.n_plastic > 20
 
 
 def test_the_same_bits_for_any_division_of_packs(monkeypatch):
@@ -242,7 +243,7 @@ def test_the_same_bits_for_any_division_of_packs(monkeypatch):
         tables.append((solver.particles.table(), solver.particles.labels(), solver.plastic_work, solver.stable_dt()[0]))
     for first, second in zip(*tables, strict=True):
         np.testing.assert_array_equal(first, second)
-    assert solver.sorts >= 1
+    assert solver.particles.sorts >= 1
 
 
 @pytest.mark.parametrize("by_row", [True, False])

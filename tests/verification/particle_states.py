@@ -11,14 +11,14 @@ class ParticleStates:
 
     def __init__(self, solver):
         self.solver, self._sorts = solver, None
-        self.reference = np.empty_like(solver.positions())
-        self.reference[self._numbers()] = solver.positions()
-        self.mass = self.read(solver.masses())
+        self.reference = np.empty_like(solver.particles.positions())
+        self.reference[self._numbers()] = solver.particles.positions()
+        self.mass = self.read(solver.particles.masses())
 
     def _numbers(self):
         """Number of the particle in each row; it changes with a sort only."""
-        if self._sorts != self.solver.sorts:
-            self._sorts, self._rows = self.solver.sorts, self.solver.particles.labels()[:, 1]
+        if self._sorts != self.solver.particles.sorts:
+            self._sorts, self._rows = self.solver.particles.sorts, self.solver.particles.labels()[:, 1]
         return self._rows
 
     def read(self, rows):
@@ -28,10 +28,10 @@ class ParticleStates:
         return ordered
 
     def column(self, name):
-        return self.read(self.solver.column(name))
+        return self.read(self.solver.particles.column(name))
 
     def positions(self):
-        return self.read(self.solver.positions())
+        return self.read(self.solver.particles.positions())
 
     def set(self, where=slice(None), **columns):
         """Set columns {name: (k, size)} of the particles with numbers `where`."""
@@ -64,4 +64,4 @@ class ParticleStates:
             at = self.solver.particles.layout.columns(name)
             values = np.reshape(values, (len(rows), -1))
             table[rows, at] = table[rows, at] + values if add else values
-        self.solver.rewrite(table)
+        self.solver.particles.overwrite(table)

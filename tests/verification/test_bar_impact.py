@@ -46,8 +46,8 @@ def throw(scheme, speed, gap=0.0):
         solver.step(solver.stable_dt()[0])
         rows.append((solver.time, (solver.impulse[0] - before) / (solver.time - start) / HIGH))
     time, stress = np.array(rows).T
-    returned = solver.masses() @ solver.column("velocity")[:, 0] / (solver.mass * speed)
-    return time, stress, returned, solver.contact_work / (0.5 * solver.mass * speed**2)
+    returned = solver.particles.masses() @ solver.particles.column("velocity")[:, 0] / (solver.particles.mass * speed)
+    return time, stress, returned, solver.contact_work / (0.5 * solver.particles.mass * speed**2)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)

@@ -35,7 +35,7 @@ def period(cells, transfer, offset):
     while solver.time < 1.9 * PERIOD:
         solver.step(dt)
         times.append(solver.time)
-        means.append(solver.column("velocity")[:, 0].mean())
+        means.append(solver.particles.column("velocity")[:, 0].mean())
     times, means = np.array(times), np.array(means)
     k = np.flatnonzero(means[:-1] * means[1:] < 0.0)
     crossings = times[k] - means[k] * (times[k + 1] - times[k]) / (means[k + 1] - means[k])

@@ -56,8 +56,8 @@ def slide(scheme, slope, tilt, duration, mu=MU):
     while solver.time < duration:
         for _ in range(50):
             solver.step(solver.stable_dt()[0])
-        rows.append((solver.time, -(solver.positions().mean(axis=0) - start) @ plane.along,
-                     -solver.column("velocity").mean(axis=0) @ plane.along))
+        rows.append((solver.time, -(solver.particles.positions().mean(axis=0) - start) @ plane.along,
+                     -solver.particles.column("velocity").mean(axis=0) @ plane.along))
     return np.array(rows).T
 
 

@@ -59,8 +59,8 @@ def run_to(solver, time):
 
 def profile(solver, ends):
     """Depth [m] and depth-averaged velocity along x [m/s] between plan positions `ends`."""
-    x, v = solver.positions()[:, 0], solver.column("velocity")[:, 0]
-    volume = solver.column("volume")[:, 0] * solver.column("volume_ratio")[:, 0]
+    x, v = solver.particles.positions()[:, 0], solver.particles.column("velocity")[:, 0]
+    volume = solver.particles.column("volume")[:, 0] * solver.particles.column("volume_ratio")[:, 0]
     inside = np.histogram(x, ends, weights=volume)[0]
     flux = np.histogram(x, ends, weights=volume * v)[0]
     return inside / np.diff(ends), flux / np.maximum(inside, 1e-30)
@@ -108,10 +108,10 @@ def test_parabolic_cap():
                          rtol=1e-8, dense_output=True)
     for time in (5.0, 10.0):
         run_to(solver, time)
-        x, stretch = solver.positions()[:, 0], solution.sol(time)[0]
+        x, stretch = solver.particles.positions()[:, 0], solution.sol(time)[0]
         centre = x.mean()
         assert centre == pytest.approx(0.5 * m0 * time**2, rel=0.1)
-        assert solver.column("velocity")[:, 0].mean() == pytest.approx(m0 * time, rel=0.1)
+        assert solver.particles.column("velocity")[:, 0].mean() == pytest.approx(m0 * time, rel=0.1)
         assert x.std() / spread - 1.0 == pytest.approx(stretch - 1.0, rel=0.3)
         assert x.std() / spread * half + centre == pytest.approx(stretch * half + 0.5 * m0 * time**2, rel=0.05)
         h = profile(solver, centre + np.array([-8.0, 8.0]))[0]

@@ -77,16 +77,16 @@ def test_strip_stops_where_friction_says(transfer):
                        terrain_contact="separate", terrain_friction=MU, transfer=transfer)
     begin = ground.way(x).mean()
     checked = False
-    while solver.time < 1.0 or np.linalg.norm(solver.column("velocity"), axis=1).max() > 0.02:
+    while solver.time < 1.0 or np.linalg.norm(solver.particles.column("velocity"), axis=1).max() > 0.02:
         for _ in range(50):
             solver.step(solver.stable_dt()[0])
         assert solver.time < 20.0, "it does not stop"
-        now, v = solver.positions(), solver.column("velocity")
+        now, v = solver.particles.positions(), solver.particles.column("velocity")
         if not checked and ground.way(now).max() > -2.0:
             # Still on the slope: the energy line falls by mu a metre in plan
             drop = (x - now)[:, 1].mean() - 0.5 * (v**2).sum(axis=1).mean() / G
             assert drop / (now - x)[:, 0].mean() == pytest.approx(MU, rel=0.02)
             checked = True
     assert checked
-    run = ground.way(solver.positions()).mean() - begin
+    run = ground.way(solver.particles.positions()).mean() - begin
     assert run == pytest.approx(exact_way(begin, 0.5 * THICK) - begin, rel=0.02)

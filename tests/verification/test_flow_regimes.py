@@ -1,6 +1,6 @@
 """Four kinds of snow on one slope make four kinds of avalanche (S5).
 
-The library scenes flow_*, at dx = 0.25 m. Published order of the fronts, on the slope and at rest: I > II > IV > III. A
+The library scenes flow_*, at dx = 0.2 m. Published order of the fronts, on the slope and at rest: I > II > IV > III. A
 slab that slides is as fast as a block, sqrt(2 g s (sin - mu cos)). It cracks at the arc; the plug does not; warm shear
 snow breaks into granules. tests/benchmarks/flow_regimes.py draws fronts, profiles, pieces and plastic share.
 """
@@ -19,7 +19,7 @@ I, II, III, IV = SCENES
 def runs(tmp_path_factory):
     folder, made = tmp_path_factory.mktemp("regimes"), {}
     for regime, name in SCENES.items():
-        scene = snowmpm.load_scene(name, {"solver.dx": 0.25, "solver.cfl": 0.7, "end_time": 14.0,
+        scene = snowmpm.load_scene(name, {"solver.dx": 0.2, "solver.cfl": 0.7, "end_time": 14.0,
                                           "output.interval": 0.25})
         made[regime] = snowmpm.run(scene, folder / name)
     return made

@@ -41,8 +41,8 @@ def test_a_cloud_flies_a_parabola_and_does_not_spread(scheme, law):
     expected = velocity * t + fall(t, DT, gravity)
     # 500 sums in f64 of places up to 8 cells, 0.8 m * 1e-16 each, and of speeds up to 6 m/s, 0.5 s * 6e-16 each
     np.testing.assert_allclose(flown, np.broadcast_to(expected, flown.shape), rtol=0, atol=2e-12)
-    assert np.abs(solver.column("stress")).max() < 1e-5  # Pa of 1e6: strains of round-off
-    assert solver.sorts >= 2
+    assert np.abs(solver.particles.column("stress")).max() < 1e-5  # Pa of 1e6: strains of round-off
+    assert solver.particles.sorts >= 2
 
 
 @pytest.mark.parametrize("scheme", [APIC, AFLIP], ids=str)
@@ -67,5 +67,5 @@ def test_the_error_in_time_is_of_first_order(dt):
                          gravity=np.array([0.0, -9.81]), reach=6.0)
     for _ in range(round(0.4 / dt)):
         solver.step(dt)
-    error = solver.positions()[0, 1] + 0.5 * 9.81 * 0.4**2
+    error = solver.particles.positions()[0, 1] + 0.5 * 9.81 * 0.4**2
     assert error == pytest.approx(-0.5 * 9.81 * 0.4 * dt, rel=1e-9)

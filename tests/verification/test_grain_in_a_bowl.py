@@ -32,7 +32,7 @@ def test_speed_at_the_bottom(scheme, contact):
     solver = MpmSolver(Population(np.array([[-1.0, 1.0]]), np.array([0.25 * dx**2]), 0), [LAW], dx=dx, precision="f64",
                        origin=np.array([-2.0, -1.0]), lower=np.array([-2.0, -1.0]), upper=np.array([2.0, 3.0]),
                        gravity=np.array([0.0, -G]), terrain=Bowl(), terrain_contact=contact, **scheme.options)
-    while solver.positions()[0, 0] < 0.0 and solver.time < 2.0:
+    while solver.particles.positions()[0, 0] < 0.0 and solver.time < 2.0:
         solver.step(solver.stable_dt()[0])
-    assert np.linalg.norm(solver.column("velocity")[0]) == pytest.approx(np.sqrt(2.0 * G), rel=1e-3)
-    assert abs(np.linalg.norm(solver.positions()[0] - [0.0, 1.0]) - 1.0) < 0.5 * dx
+    assert np.linalg.norm(solver.particles.column("velocity")[0]) == pytest.approx(np.sqrt(2.0 * G), rel=1e-3)
+    assert abs(np.linalg.norm(solver.particles.positions()[0] - [0.0, 1.0]) - 1.0) < 0.5 * dx

@@ -66,8 +66,8 @@ def test_every_direction_of_a_bowl_is_the_same():
         while solver.time < 4.0:
             for _ in range(20):
                 solver.step(solver.stable_dt()[0])
-            along.append(np.quantile(turned(solver.positions(), -angle)[:, 0], 0.01))
-            along.append(np.quantile(turned(solver.positions(), -angle)[:, 0], 0.99))
+            along.append(np.quantile(turned(solver.particles.positions(), -angle)[:, 0], 0.01))
+            along.append(np.quantile(turned(solver.particles.positions(), -angle)[:, 0], 0.99))
         furthest.append(max(along))
     assert min(furthest) > 1.0  # beyond the bottom
     assert np.ptp(furthest) < dx
@@ -86,11 +86,11 @@ def test_conical_pile(share, stays):
                         friction_angle=float(np.degrees(np.arcsin(friction))))
     level = 0.3 * dx
     solver = solver_of(local[inside] + [0.0, 0.0, level], volumes[inside], Floor(level), friction, dx, law)
-    spread = [np.hypot(*solver.positions()[:, :2].T).mean()]
+    spread = [np.hypot(*solver.particles.positions()[:, :2].T).mean()]
     for end in (0.4, 1.0):
         while solver.time < end:
             solver.step(solver.stable_dt()[0])
-        spread.append(np.hypot(*solver.positions()[:, :2].T).mean())
+        spread.append(np.hypot(*solver.particles.positions()[:, :2].T).mean())
     if stays:
         assert spread[-1] - spread[0] < 0.02 * dx  # it settles elastically
     else:

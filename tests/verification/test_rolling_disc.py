@@ -35,7 +35,7 @@ def roll(scheme, mu, dx, duration=1.0):
     while solver.time < duration:
         for _ in range(20):
             solver.step(solver.stable_dt()[0])
-        place, velocity = solver.positions(), solver.column("velocity")
+        place, velocity = solver.particles.positions(), solver.particles.column("velocity")
         arm, around = place - place.mean(axis=0), velocity - velocity.mean(axis=0)
         spin = (arm[:, 0] * around[:, 1] - arm[:, 1] * around[:, 0]).mean() / (arm**2).sum(axis=1).mean()
         rows.append((solver.time, -velocity.mean(axis=0) @ plane.along, spin))

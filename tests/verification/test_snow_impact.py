@@ -52,8 +52,8 @@ def test_early_pressure():
 
 def test_the_wall_takes_the_momentum():
     time, impulse, solver = impulse_on_a_wall(0.4, 0.14)
-    momentum = solver.mass * SPEED
-    left = solver.masses() @ solver.column("velocity")[:, 0]
+    momentum = solver.particles.mass * SPEED
+    left = solver.particles.masses() @ solver.particles.column("velocity")[:, 0]
     assert impulse[-1] == pytest.approx(momentum - left, rel=1e-9)
     assert -0.15 * momentum < left <= 0.0  # it springs back a little, then lets go
     assert impulse[-1] == pytest.approx(np.interp(0.12, time, impulse), rel=1e-3)

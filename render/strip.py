@@ -1,0 +1,66 @@
+"""Moments of a run one below the other in one picture, which knows where it came from."""
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from snowmpm.errors import InputError
+from snowmpm.render.run_film import nearest_frame, view_of
+
+GAP = 6  # px of white between two moments
+
+
+def render_strip(run, output, *, times=None, color=None, camera=None, size=(1280, 480), plots=(), notes=None):
+    """Draw the frames of a `snowmpm.io.Run` nearest to `times` [s] (by default its last) to a PNG; -> its path.
+
+    color, camera, size as `render_run` takes them. plots: functions (run, file) that draw a PNG each, put below. notes:
+    texts by name that go into the file and come back by `notes_of`. Errors as of `render_run`.
+    """
+    path = Path(output)
+    if path.suffix.lower() != ".png":
+        raise InputError.at("output", str(output), "must end in .png")
+    view = view_of(run, tuple(size), color, camera)
+    chosen = dict.fromkeys([len(run) - 1] if times is None else [nearest_frame(run, time) for time in times])
+    pictures = [Image.fromarray(view.picture(i)) for i in chosen]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    drafts = [path.with_name(f".{path.stem}.{k}.unfinished.png") for k in range(len(plots) + 1)]
+    try:
+        for plot, draft in zip(plots, drafts[1:], strict=True):
+            plot(run, draft)
+            with Image.open(draft) as drawn:
+                pictures.append(_as_wide(drawn.convert("RGB"), size[0]))
+        _below_each_other(pictures).save(drafts[0], pnginfo=_text(notes or {}), optimize=True)
+        drafts[0].replace(path)
+    finally:
+        for draft in drafts:
+            draft.unlink(missing_ok=True)
+    return path
+
+
+def notes_of(path):
+    """The notes that `render_strip` put into a picture."""
+    with Image.open(path) as picture:
+        return dict(getattr(picture, "text", {}))
+
+
+def _text(notes):
+    text = PngInfo()
+    for name, value in notes.items():
+        text.add_itxt(name, str(value))
+    return text
+
+
+def _as_wide(picture, width):
+    return picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
+
+
+def _below_each_other(pictures):
+    width = max(picture.width for picture in pictures)
+    height = sum(picture.height for picture in pictures) + GAP * (len(pictures) - 1)
+    whole, top = np.full((height, width, 3), 255, np.uint8), 0
+    for picture in pictures:
+        whole[top : top + picture.height, : picture.width] = np.asarray(picture)
+        top += picture.height + GAP
+    return Image.fromarray(whole)

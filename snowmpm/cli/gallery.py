@@ -1,0 +1,64 @@
+"""`snowmpm gallery`: a picture of every library scene, and the page that shows them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli.options import Backend, BackendOption, Threads
+from snowmpm.cli.run import simulate, start_taichi
+from snowmpm.cli.wording import count, duration, short
+from snowmpm.errors import InputError
+
+
+def gallery(
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENE ...]", help="Library scenes; all of them by default.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder of pictures and page; scenes/gallery by default."),
+    ] = None,
+    runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder that holds the runs, DIR/NAME.")] = Path("runs"),
+    backend: BackendOption = Backend.auto,
+    threads: Threads = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Run scenes anew that have a run in DIR.")] = False,
+):
+    """Draw a picture of library scenes, and write the page of all of them.
+
+    A scene that has no finished run is run first, one that was interrupted goes on. Moments, colours and camera are
+    those of the scene's section [picture].
+    """
+    from snowmpm.gallery import default_folder, draw_exhibit, write_page
+    from snowmpm.scenes import library, load_scene
+
+    folder = output or default_folder()
+    chosen = [load_scene(name) for name in scenes or library()]
+    for scene in chosen:
+        if scene.name not in library():
+            raise InputError(f"{scene.source}: not a scene of the library, and the gallery shows those only")
+    for scene in chosen:
+        run = _finished(scene, runs / scene.name, backend, threads, overwrite)
+        print(draw_exhibit(scene, run, folder))
+    page, missing = write_page(folder, _in_words)
+    print(page if not missing else f"{page}; without a picture: {', '.join(missing)}")
+
+
+def _finished(scene, folder, backend, threads, overwrite):
+    """The finished run of a scene, run now as far as it is not."""
+    from snowmpm.checkpoint import FILE
+    from snowmpm.gallery import run_of
+
+    run = None if overwrite else run_of(scene, folder)
+    if run is None or not run.complete:
+        start_taichi(backend, threads)
+        run = simulate(scene, folder, resume=run is not None and (folder / FILE).exists())
+    return run
+
+
+def _in_words(facts):
+    """The line below a picture; nothing for one that was not made by this command."""
+    if not facts:
+        return ""
+    return (f"{count(int(facts['particles']))} particles, dx = {float(facts['dx']):g} m, {float(facts['time']):g} s in"
+            f" {short(float(facts['steps']))} steps: {duration(float(facts['wall_time']))} on {facts['device']}.")

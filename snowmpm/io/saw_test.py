@@ -1,0 +1,68 @@
+"""A propagation saw test in a run file: what was measured along the column, finer than the frames."""
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.io.vtkhdf import COMPRESSION, append, growing
+
+GROUP = "saw_test"
+
+
+@dataclass(frozen=True)
+class SawTest:
+    """values, units: by name; `saw_test[name]` is values[name]. about: what was set up, numbers and words by name.
+
+    Rows in time: (k,) time [s], saw, tip [m] ..., and (k, bins) settlement, settling_speed, slip ...; one value a bin:
+    x [m], arrival [s] ... (`snowmpm.saw_test.crack`).
+    """
+
+    values: dict
+    units: dict
+    about: dict
+
+    def __getitem__(self, name):
+        return self.values[name]
+
+
+def create_saw_test(h5, about, series, lines, bins):
+    """Group in a new run file. series, lines: {name: unit} of what grows row by row, a number or a value a bin;
+    bins: {name: (values (n,), unit)}; about: anything JSON can hold."""
+    group = h5.create_group(GROUP)
+    group.attrs["about"] = json.dumps(about)
+    n = len(next(iter(bins.values()))[0])
+    for name, unit in series.items():
+        growing(group, name, dtype=np.float64).attrs["units"] = unit
+    for name, unit in lines.items():
+        growing(group, name, dtype=np.float32, columns=n, **COMPRESSION).attrs["units"] = unit
+    for name, (values, unit) in bins.items():
+        group.create_dataset(name, data=values).attrs["units"] = unit
+
+
+def append_saw_test(h5, rows, bins):
+    """Add rows {name: (k,) or (k, bins)}, and replace the values of the bins {name: (bins,)}."""
+    for name, values in rows.items():
+        append(h5[GROUP][name], values.astype(h5[GROUP][name].dtype))
+    for name, values in bins.items():
+        h5[GROUP][name][:] = values
+
+
+def keep_saw_test(h5, limit):
+    """Drop the rows later than `limit` [s]."""
+    if GROUP not in h5:
+        return
+    group = h5[GROUP]
+    rows = int(np.searchsorted(group["time"][:], limit, side="right"))
+    for data in group.values():
+        if data.maxshape[0] is None:
+            data.resize(rows, axis=0)
+
+
+def read_saw_test(h5):
+    """`SawTest`, or None in a run that is none."""
+    if GROUP not in h5:
+        return None
+    group = h5[GROUP]
+    return SawTest({name: data[:] for name, data in group.items()},
+                   {name: data.attrs["units"] for name, data in group.items()}, json.loads(group.attrs["about"]))

@@ -1,0 +1,187 @@
+"""What happens in a propagation saw test, recorded while it runs: the crack, the slab above it, the energy it takes.
+
+Along the column, in bins that move with the snow:
+
+    broken      as many particles of the weak layer have lost `BROKEN` of their strength (the law's "damage") as one row
+                of them has; a law without damage never breaks
+    arrival     time at which a bin broke by itself; where the saw was first, it has none
+    tip         end of the broken or sawn bins that hang together, from the saw's end of the column
+    slab        displacement and speed of its middle line against the state before the cut: settlement (down, normal to
+                the slope) and slip (along the slope, in the saw's way)
+    work        dissipated in the weak layer per area,  sum_p V_p ( int tau : d dt + psi_0 - psi ) / A, d = sym grad v;
+                its value at the arrival is the fracture energy, friction and compaction behind the tip come on top
+
+all at intervals in which neither a wave nor a crack can cross more than a bin, or as fine as `MOST_ROWS` rows allow.
+"""
+
+import numpy as np
+
+from snowmpm.saw_test.prediction import elastic_predictions, predictions
+from snowmpm.saw_test.probe import Probe
+from snowmpm.saw_test.result import result_of
+
+BROKEN = 0.99
+MOST_BINS, MOST_ROWS = 400, 1500
+SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
+LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
+BINS = {"x": "m", "arrival": "s", "fracture_energy": "J/m2", "rest_settlement": "m", "rest_slip": "m"}
+
+
+class CrackRecord:
+    """Rows of `SERIES` (k,) and `LINES` (k, bins), and `BINS` (bins,), of a simulation with a saw test.
+
+    x: middle of each bin along the weak layer; rest_settlement, rest_slip: displacement of the slab's middle line at
+    time zero against the unstressed column. NaN: no value (yet).
+    """
+
+    def __init__(self, simulation, saw):
+        """simulation: `snowmpm.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
+        scene, solver, population = simulation.scene, simulation.solver, simulation.model.population
+        dx = scene.solver.dx
+        spec = scene.saw_test.drawn(dx)
+        self._scene, self._solver, self._saw = scene, solver, saw
+        names = [body.name for body in scene.bodies]
+        self._law = simulation.law_of_body(names.index("weak_layer"))
+        self._count_bins(spec.length, max(2.0 * dx, spec.length / MOST_BINS), spec.width_in(scene.dimension))
+        self.interval = max(self.bin / solver.materials.wave_speed, scene.end_time / MOST_ROWS)
+
+        x, total = population.positions, len(population.volumes)
+        spacing = dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
+        middle = spec.slab_bottom + 0.5 * spec.slab_thickness
+        slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)
+        self._weak, self._slab = Probe(solver, weak, total), Probe(solver, slab, total)
+        along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
+        self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
+        self._in_bin = np.bincount(self._weak_bin, minlength=len(self.x))
+        self._row = self._in_bin / max(1, round(spec.weak_layer.thickness / spacing))
+        self._start = x[slab]
+
+        self._dissipated = np.zeros(len(weak))  # int tau : d dt + psi_0 [J/m3]
+        self._power, self._read_at = np.zeros(len(weak)), solver.time
+        stress, state = self._stress_and_state()
+        self._dissipated += self._elastic(stress, state)
+        moved = self._moved()
+        self._rest = np.zeros_like(moved)
+        self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
+                     "fracture_energy": np.full(len(self.x), np.nan),
+                     "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0])}
+        self._rest = moved
+        self.rows = {name: [] for name in (*SERIES, *LINES)}
+        self._taken = 0
+        self._measure()
+
+    def _count_bins(self, length, width, across):
+        n = max(1, round(length / width))
+        self.bin, self._bin_area = length / n, length / n * across
+        self.x = (np.arange(n) + 0.5) * self.bin
+
+    def _bin_of(self, along):
+        return np.clip((along / self.bin).astype(int), 0, len(self.x) - 1)
+
+    def watch(self):
+        """After a step."""
+        if self._solver.time >= self._read_at + self.interval:
+            self._measure()
+
+    def _measure(self):
+        self._slab.read()
+        self._weak.read()
+        time, row = self._solver.time, self.rows
+        moved, velocity = self._moved(), self._slab.column("velocity")
+        row["time"].append(time)
+        row["saw"].append(self._saw.cut_to)
+        row["plastic_work"].append(self._solver.plastic_work)
+        for name, values in (("settlement", -moved[:, -1]), ("settling_speed", -velocity[:, -1]),
+                             ("slip", moved[:, 0]), ("slip_speed", velocity[:, 0])):
+            row[name].append(self._mean(values).astype(np.float32))
+        work, broken = self._follow_weak_layer(time)
+        row["work"].append(work.astype(np.float32))
+        row["tip"].append(self.bin * float(np.argmin(np.append(broken, False))))
+
+    def _follow_weak_layer(self, time):
+        """Work per area (bins,), and which bins are broken or sawn."""
+        stress, state = self._stress_and_state()
+        power = self._stress_power(stress)
+        self._dissipated += 0.5 * (self._power + power) * (time - self._read_at)
+        self._power, self._read_at = power, time
+        volume = self._weak.column("volume")[:, 0]
+        work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
+        there = self._weak.there
+        failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
+        sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
+        cracked = (failed >= 0.99 * self._row) & ~sawn
+        new = cracked & np.isnan(self.bins["arrival"]) & (time > 0.0)
+        self.bins["arrival"][new] = time
+        self.bins["fracture_energy"][new] = work[new]
+        return work, cracked | sawn
+
+    def _moved(self):
+        """Displacement of the slab's middle particles (n, dim) [m]; against the rest state once there is one."""
+        moved = self._slab.positions() - self._start
+        return moved - self._rest if hasattr(self, "_rest") else moved
+
+    def _stress_and_state(self):
+        stress = self._weak.column("stress")
+        return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), self._weak.column("state")[:, : len(self._law.STATE)]
+
+    def _elastic(self, stress, state):
+        """psi [J/m3] of each particle of the weak layer."""
+        return self._law.elastic_energy(stress, state)
+
+    def _stress_power(self, stress):
+        """tau : sym grad v [W/m3] (n,)."""
+        dim = self._solver.dim
+        d = self._weak.column("affine").reshape(-1, dim, dim)
+        # Tensor axes of the stress are those of the scene: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz
+        pairs = [(0, 0, 0), (1, 1, 1), (0, 1, 3)] if dim == 2 else [
+            (0, 0, 0), (1, 1, 1), (2, 2, 2), (0, 1, 3), (1, 2, 4), (0, 2, 5)]
+        power = sum(stress[:, c] * (d[:, i, j] + d[:, j, i]) * (0.5 if i == j else 1.0) for i, j, c in pairs)
+        return np.where(self._weak.there, power, 0.0)
+
+    def _sum(self, values):
+        return np.bincount(self._weak_bin, values, len(self.x))
+
+    def _mean(self, values):
+        """Mean over the slab's middle particles of each bin; NaN where there are none."""
+        known = np.isfinite(values)
+        count = np.bincount(self._slab_bin, known, len(self.x))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.bincount(self._slab_bin, np.where(known, values, 0.0), len(self.x)) / count
+
+    def values(self):
+        """All rows so far and the bins, as arrays by name."""
+        return {**{name: np.array(rows) for name, rows in self.rows.items()}, **self.bins}
+
+    def take(self):
+        """Rows since the last call, {name: (k,) or (k, bins)}, and the bins as they are now."""
+        first, self._taken = self._taken, len(self.rows["time"])
+        return {name: np.array(rows[first:]) for name, rows in self.rows.items()}, self.bins
+
+    def description(self):
+        """What a run file says of it beside the rows: arguments of `io.saw_test.create_saw_test`."""
+        spec = self._scene.saw_test
+        about = {"slope_angle": spec.slope_angle, "length": spec.length, "slab_thickness": spec.slab_thickness,
+                 "weak_layer_thickness": spec.weak_layer.thickness, "saw_speed": spec.saw_speed, "notch": spec.notch,
+                 **elastic_predictions(self._scene)}
+        return {"about": about, "series": SERIES, "lines": LINES,
+                "bins": {name: (values, BINS[name]) for name, values in self.bins.items()}}
+
+    def result(self):
+        """Numbers of the test so far (`saw_test.result`), and under "theory" what theories say (`saw_test.theory`)."""
+        spec = self._scene.saw_test
+        found = result_of(self.values(), slab_thickness=spec.slab_thickness, saw_speed=spec.saw_speed)
+        return {**found, "theory": predictions(self._scene, found["collapse_height"])}
+
+    def state(self):
+        """All that a continuation needs, by name."""
+        return {"rows": {name: np.array(rows) for name, rows in self.rows.items()}, "bins": dict(self.bins),
+                "taken": self._taken, "dissipated": self._dissipated, "power": self._power, "read_at": self._read_at,
+                "rest": self._rest}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        self.rows = {name: list(rows) for name, rows in state["rows"].items()}
+        self.bins = {name: np.array(values) for name, values in state["bins"].items()}
+        self._taken, self._read_at = state["taken"], state["read_at"]
+        self._dissipated, self._power, self._rest = state["dissipated"], state["power"], state["rest"]

@@ -1,0 +1,45 @@
+"""The theories of `snowmpm.saw_test.theory` for one scene."""
+
+from snowmpm.saw_test import theory
+
+
+def column_of(scene):
+    """(`theory.Slab`, law of the weak layer, its thickness [m]) of a scene with a saw test."""
+    test, laws = scene.saw_test, scene.materials
+    slab = theory.Slab.of([(layer.thickness, laws[layer.material]) for layer in test.slab])
+    return slab, laws[test.weak_layer.material], test.weak_layer.thickness
+
+
+def elastic_predictions(scene):
+    """What needs no strength: load on the weak layer [Pa] and wave speeds of the slab [m/s], by name."""
+    slab = column_of(scene)[0]
+    normal, shear = slab.stresses(scene.saw_test.slope_angle, scene.gravity)
+    return {"normal_stress": float(normal), "shear_stress": float(shear), "shear_wave_speed": slab.shear_speed,
+            "plate_wave_speed": slab.plate_speed}
+
+
+def predictions(scene, collapse_height=None):
+    """All of them by name; None where a theory does not apply. collapse_height: measured [m], for the collapse wave.
+
+    maxwell_load [Pa] and fracture_energy [J/m2] of the weak layer, from its oedometric curve; critical_length_energy,
+    critical_length_strength [m]; collapse_wave_speed [m/s].
+    """
+    slab, law, thickness = column_of(scene)
+    found = elastic_predictions(scene)
+    normal, shear = found["normal_stress"], found["shear_stress"]
+    e, P, _, _ = theory.collapse_curve(law)
+    energy = theory.fracture_energy(law, getattr(law, "reference_thickness", None) or thickness)
+    strength = theory.shear_strength(law, normal)
+    found["maxwell_load"] = _known(theory.maxwell_load(e, P)[0])
+    found["fracture_energy"] = _known(energy)
+    found["critical_length_energy"] = theory.critical_length_by_energy(slab, normal, shear, energy) if (
+        found["fracture_energy"]) else None
+    found["critical_length_strength"] = _known(theory.critical_length_by_strength(
+        slab, normal, shear, strength, thickness, law.shear_modulus))
+    found["collapse_wave_speed"] = theory.collapse_speed(slab, collapse_height, scene.gravity) if (
+        collapse_height and collapse_height > 0.0) else None
+    return found
+
+
+def _known(value):
+    return float(value) if value == value else None

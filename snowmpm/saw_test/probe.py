@@ -1,0 +1,73 @@
+"""Reading chosen particles, again and again, without copying all others."""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm import runtime
+from snowmpm.blocks import EDGE
+from snowmpm.particles import accessors
+
+NOWHERE = -1
+
+
+@functools.cache
+def probe_kernel(layout, real):
+    """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, home block to `blocks`."""
+    dim = layout.dim
+    access = accessors(layout)
+
+    @ti.kernel
+    def probe(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
+              coordinates: ti.types.ndarray(), row_of: ti.types.ndarray(), rows: ti.types.ndarray(),
+              blocks: ti.types.ndarray(), n_blocks: int):
+        for b in range(n_blocks):
+            places = access.places(reals, turn)
+            for p in range(start[b], start[b + 1]):
+                row = row_of[identity[p]]
+                if row >= 0:
+                    values = access.load(reals, places, p, 0, layout.width)
+                    for c in ti.static(range(layout.width)):
+                        rows[row, c] = values[c]
+                    for a in ti.static(range(dim)):
+                        blocks[row, a] = coordinates[b, a]
+
+    return probe
+
+
+class Probe:
+    """The particles of a solver with chosen numbers, in a fixed order, as they are now.
+
+    there (n,): not removed yet. Columns of those that are gone keep their last values.
+    """
+
+    def __init__(self, solver, chosen, total):
+        """chosen (n,): particle numbers; total: how many numbers there are."""
+        self._solver = solver
+        row_of = np.full(total, NOWHERE, np.int32)
+        row_of[chosen] = np.arange(len(chosen))
+        self._row_of = ti.ndarray(ti.i32, total)
+        self._row_of.from_numpy(row_of)
+        self._rows = np.zeros((len(chosen), solver.particles.layout.width), solver.particles.numpy_dtype)
+        self._blocks = np.full((len(chosen), solver.dim), np.iinfo(np.int32).min, np.int32)
+        self.read()
+
+    def read(self):
+        """Look again."""
+        solver, store = self._solver, self._solver.particles
+        self._blocks[:] = np.iinfo(np.int32).min
+        with runtime.precision(solver.precision):
+            probe_kernel(store.layout, runtime.DTYPES[solver.precision][0])(
+                store.reals, store.turn, store.identity, store.start, store.coordinates, self._row_of,
+                self._rows, self._blocks, len(store.blocks))
+        self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
+
+    def column(self, name):
+        """One column group of the particle table, float64, (n, size)."""
+        return self._rows[:, self._solver.particles.layout.columns(name)].astype(np.float64)
+
+    def positions(self):
+        """Scene coordinates [m], (n, dim); NaN for particles that are gone."""
+        cells = EDGE[self._solver.dim] * self._blocks.astype(np.int64) + self.column("position")
+        return np.where(self.there[:, None], self._solver.frame.origin + self._solver.dx * cells, np.nan)

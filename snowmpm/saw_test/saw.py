@@ -1,0 +1,41 @@
+"""The saw: it takes the weak layer away as it goes."""
+
+import numpy as np
+
+STROKE = 0.5
+"""Cells that it goes on at a time: the grid sees no finer."""
+
+
+class Saw:
+    """An event of the run (`snowmpm.events`): everything of a body with x below the saw's place is removed.
+
+    length, speed, start: cut in all [m], [m/s], [s]; it begins at x = notch.
+    """
+
+    load = None
+
+    def __init__(self, body, notch, length, speed, start):
+        self.done = length <= notch
+        self._body, self._notch, self._length, self._speed, self._start = body, notch, length, speed, start
+        self.cut_to = notch
+        """x up to which the weak layer is gone [m]."""
+
+    def at(self, time):
+        """Where the saw is at a time [s]: x [m]."""
+        return float(np.clip(self._notch + (time - self._start) * self._speed, self._notch, self._length))
+
+    def state(self):
+        return {"done": self.done, "cut_to": self.cut_to}
+
+    def restore(self, state):
+        self.done, self.cut_to = state["done"], state["cut_to"]
+
+    def apply(self, simulation):
+        reached = self.at(simulation.time)
+        if reached < self._length and reached < self.cut_to + STROKE * simulation.scene.solver.dx:
+            return
+        fields = simulation.particles
+        gone = (fields["body"] == self._body) & (fields["position"][:, 0] < reached)
+        if gone.any():
+            simulation.solver.remove(gone)
+        self.cut_to, self.done = reached, reached >= self._length
