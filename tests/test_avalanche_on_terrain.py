@@ -1,9 +1,9 @@
 """Two real avalanche paths at two resolutions: how far the avalanche comes must not depend on the grid.
 
 Release 2.4 m thick, twice what the surveys of the two polygons say, so that cells of 4.8 and 2.4 m will do: the
-coarsest grid that the layer accepts, and half of it. Run-out, fall and travel angle agree; what was affected does not yet: flow
-that is thinner than the particles are apart, 2.4 and 1.2 m, is a scatter of single ones, which covers the more ground
-the larger they are.
+coarsest grid that the layer accepts, and half of it. Run-out, fall and travel angle agree; what was affected does not
+yet: flow that is thinner than the particles are apart, 2.4 and 1.2 m, is a scatter of single ones, which covers the
+more ground the larger they are.
 """
 
 from pathlib import Path
