@@ -24,6 +24,8 @@ COARSE = {
     "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
+    "pst_2d": {"solver.dx": 0.05},
+    "pst": {"solver.dx": 0.05, "saw_test.length": 1.0},
 }
 
 

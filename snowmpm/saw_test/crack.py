@@ -2,7 +2,8 @@
 
 Along the column, in bins that move with the snow:
 
-    broken      as many particles of the weak layer have lost `BROKEN` of their strength as one row of them has
+    broken      as many particles of the weak layer have lost `BROKEN` of their strength (the law's "damage") as one row
+                of them has; a law without damage never breaks
     arrival     time at which a bin broke by itself; where the saw was first, it has none
     tip         end of the broken or sawn bins that hang together, from the saw's end of the column
     slab        displacement and speed of its middle line against the state before the cut: settlement (down, normal to
@@ -15,7 +16,6 @@ all at intervals in which neither a wave nor a crack can cross more than a bin, 
 
 import numpy as np
 
-from snowmpm.errors import InputError
 from snowmpm.saw_test.prediction import elastic_predictions, predictions
 from snowmpm.saw_test.probe import Probe
 from snowmpm.saw_test.result import result_of
@@ -37,7 +37,8 @@ class CrackRecord:
     def __init__(self, simulation, saw):
         """simulation: `snowmpm.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
         scene, solver, population = simulation.scene, simulation.solver, simulation.model.population
-        spec, dx = scene.saw_test, scene.solver.dx
+        dx = scene.solver.dx
+        spec = scene.saw_test.drawn(dx)
         self._scene, self._solver, self._saw = scene, solver, saw
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))
@@ -60,9 +61,6 @@ class CrackRecord:
         self._power, self._read_at = np.zeros(len(weak)), solver.time
         stress, state = self._stress_and_state()
         self._dissipated += self._elastic(stress, state)
-        if "damage" not in self._law.outputs(state):
-            raise InputError.at("saw_test.weak_layer.material", spec.weak_layer.material,
-                                f"{self._law.kind} has no damage: a weak layer must be able to break", scene.source)
         moved = self._moved()
         self._rest = np.zeros_like(moved)
         self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
@@ -110,7 +108,7 @@ class CrackRecord:
         volume = self._weak.column("volume")[:, 0]
         work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
         there = self._weak.there
-        failed = self._sum(there & (self._law.outputs(state)["damage"] >= BROKEN))
+        failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
         sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
         cracked = (failed >= 0.99 * self._row) & ~sawn
         new = cracked & np.isnan(self.bins["arrival"]) & (time > 0.0)
