@@ -125,8 +125,8 @@ def test_new_snow_releases_the_slab_when_there_is_enough_of_it():
 
 
 def test_a_load_on_the_flat_releases_the_slope():
-    """The crack starts on the flat, 2.4 m away from where the ground begins to rise (31.6 m), runs up the slope ahead of
-    all motion to the end of the weak layer, and the slab up there tears off and slides."""
+    """The crack starts on the flat, 2.4 m away from where the ground begins to rise (31.6 m), runs up the slope ahead
+    of all motion to the end of the weak layer, and the slab up there tears off and slides."""
     story = Story("remote_trigger_2d")
     story.at(0.2)
     assert at_rest(story.fastest, 0.5)
@@ -141,6 +141,7 @@ def test_a_load_on_the_flat_releases_the_slope():
     assert 4.5 < crown < 5.6
     speed = np.linalg.norm(end["velocity"], axis=1)
     assert speed[story.slab & (story.home[:, 0] > 6.0) & (story.home[:, 0] < 17.0)].mean() > 0.5
-    assert speed[story.slab & (story.home[:, 0] > 26.0)].mean() < 0.1  # crushed at the foot, what lies on the flat stays
+    # Crushed at the foot of the slope: what lies on the flat stays
+    assert speed[story.slab & (story.home[:, 0] > 26.0)].mean() < 0.1
     assert speed[story.slab & (story.home[:, 0] < crown - 0.5)].mean() < 0.05
     assert story.audit_is_clean()
