@@ -16,7 +16,7 @@ COARSE = {
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
     "pst_2d": {"solver.dx": 0.05},
-    "pst": {"solver.dx": 0.05, "saw_test.length": 1.0},
+    "pst": {"solver.dx": 0.05, "saw_test.length": 1.5},
 }
 
 

@@ -126,8 +126,8 @@ class CrackRecord:
         return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), self._weak.column("state")[:, : len(self._law.STATE)]
 
     def _elastic(self, stress, state):
-        """psi [J/m3] of each particle of the weak layer."""
-        return self._law.elastic_energy(stress, state)
+        """psi [J/m3] of each particle of the weak layer, 0 for those that the saw took."""
+        return np.where(self._weak.there, self._law.elastic_energy(stress, state), 0.0)
 
     def _stress_power(self, stress):
         """tau : sym grad v [W/m3] (n,)."""

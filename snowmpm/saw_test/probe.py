@@ -39,7 +39,7 @@ def probe_kernel(layout, real):
 class Probe:
     """The particles of a solver with chosen numbers, in a fixed order, as they are now.
 
-    there (n,): not removed yet. Columns of those that are gone keep their last values.
+    there (n,): not removed yet. What columns say of those that are gone means nothing.
     """
 
     def __init__(self, solver, chosen, total):
