@@ -117,7 +117,7 @@ def _draw_raster(figure, axes, run, raster, name):
     drawn_bar = matplotlib.cm.ScalarMappable(drawn.norm, drawn.cmap)  # in full colours
     bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02)
     bar.set_label(f"{name.replace('_', ' ')} [{units}]")
-    bar.ax.set_title(f"max {highest:.3g}", fontsize=9)
+    bar.ax.set_title(f"max {highest:.0f}" if highest >= 100.0 else f"max {highest:.3g}", fontsize=9)
 
 
 def _thin(run, raster):

@@ -100,7 +100,7 @@ class _View:
         return frame.time, (frame.points[good], self.spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
-        overlay.heading(self.title.replace("_", " "), time)
+        overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 

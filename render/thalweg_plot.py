@@ -58,7 +58,7 @@ def _draw_ground(axes, profile, numbers):
     axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=f"travel angle {numbers['travel_angle']:.1f}°")
     axes.plot(ends[0][1], ends[1][1], "o", color=LINE, ms=5)
     words = f"run-out {numbers['runout']:.0f} m, fall {numbers['fall']:.0f} m"
-    axes.annotate(words, (ends[0][1], ends[1][1]), xytext=(-8, 14), textcoords="offset points", ha="right",
+    axes.annotate(words, (ends[0][1], ends[1][1]), xytext=(-60, -14), textcoords="offset points", ha="right",
                   fontsize=9, color=LINE)
     axes.set_ylabel("height  [m]")
     axes.legend(fontsize=9, edgecolor="none")

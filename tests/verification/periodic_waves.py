@@ -12,6 +12,7 @@ import numpy as np
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from tests.verification.motion_errors import MotionErrors
 from tests.verification.particle_states import ParticleStates
 from tests.verification.schemes import lattice
 
@@ -58,11 +59,11 @@ class StandingWaves:
         return np.pi**2 * self.displacement(X, t) * (stiffness - RATE**2)
 
 
-def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2):
-    """Root mean square errors at the end: of the displacement over A, of the stress over its own root mean square."""
+def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2, precision="f64"):
+    """`MotionErrors` at the end, when the waves stand highest: over A, and over the root mean square of the stress."""
     dx = 1.0 / cells
     positions, volumes = lattice([0.0, 0.0], [1.0, 1.0], dx, per_axis)
-    solver = MpmSolver(Population(positions, volumes, 0), [LAW], dx=dx, precision="f64", origin=np.zeros(2),
+    solver = MpmSolver(Population(positions, volumes, 0), [LAW], dx=dx, precision=precision, origin=np.zeros(2),
                        lower=np.zeros(2), upper=np.ones(2), gravity=np.zeros(2),
                        sides=[["periodic", "periodic"]] * 2, **scheme.options)
     states, motion = ParticleStates(solver), StandingWaves(amplitude)
@@ -73,5 +74,4 @@ def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2):
     off -= np.round(off)  # round the torus
     exact = motion.kirchhoff(X, DURATION)
     stress = states.column("stress")[:, :2] - exact
-    return (float(np.sqrt((off**2).sum(axis=1).mean())) / amplitude,
-            float(np.sqrt((stress**2).sum() / (exact**2).sum())))
+    return MotionErrors.of(off, stress, amplitude, np.sqrt((exact**2).sum(axis=1).mean()))

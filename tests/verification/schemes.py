@@ -40,6 +40,8 @@ QUADRATIC = [APIC, PIC, FLIP, AFLIP]
 CLASSICAL = Scheme("flip", 0.99, "cubic", "shape")
 """The algorithm of the snow chapter: cubic splines, gradient of the shape functions, PIC and FLIP."""
 CUBIC = [*(replace(scheme, kernel="cubic") for scheme in QUADRATIC), CLASSICAL]
+EVERY = [replace(scheme, kernel=kernel, gradient=gradient) for kernel in ("quadratic", "cubic")
+         for gradient in ("affine", "shape") for scheme in QUADRATIC]
 
 
 def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=None, gravity=None, reach=None,

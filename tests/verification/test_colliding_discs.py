@@ -1,9 +1,16 @@
 """Two discs that meet on one velocity field (M16; Sulsky, Chen & Schreyer 1994, doi:10.1016/0045-7825(94)90112-0).
 
 E = 1000 Pa, nu = 0.3, rho = 1000 kg/m3, R = 0.2 m, centres (0.2, 0.2) and (0.8, 0.8) m, v = +-(0.1, 0.1) m/s. The rims
-touch after 1.5858 s, on the grid a cell or two earlier. A quarter of the energy is in the discs' own vibrations when
-they part, so that their kinetic energy swings between 0.83 and 0.93 of the start even where nothing is lost; the motion
-of their centres keeps 0.82 (dx = 0.0125 m, all transfers within 0.013). What must stay is kinetic plus elastic energy.
+touch after 1.5858 s, on the grid a cell or two earlier.
+
+They meet at a quarter of the speed of waves, and part with a fifth of their energy in vibrations of their own (Gerl &
+Zippelius 1999, doi:10.1103/PhysRevE.59.2361), though nothing is lost. Finite elements (`disc_against_wall`: 0.7793,
+0.7826, 0.7837, 0.7844, 0.7848 with 8, 12, 16, 24, 40 rings) give the share 0.785 to the motion of the centres, and a
+kinetic energy that swings between 0.85 and 0.96 of the start after they have parted: 0.95 for good would be wrong. What
+must stay is kinetic plus elastic energy.
+
+On the grid the first touch comes early and is soft, and leaves the centres more, by an error of first order in dx: FLIP
+0.828, 0.818, 0.803 with dx = 0.025, 0.0125, 0.00625 m, AFLIP 0.844, 0.825, 0.806, APIC 0.792, 0.806, 0.799.
 """
 
 import numpy as np
@@ -12,12 +19,27 @@ import pytest
 from snowmpm.fields import ParticleFields
 from snowmpm.materials import Elastic
 from tests.mpm.test_audit import audit_of
+from tests.verification.disc_against_wall import Disc
 from tests.verification.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
 
 RADIUS, SPEED, TOUCH_TIME = 0.2, 0.1, 1.5858
 LAW = Elastic(density=1000.0, youngs_modulus=1000.0, poisson_ratio=0.3)
-CENTRES_KEEP = 0.82
+CENTRES_KEEP = 0.785
 """Share of the kinetic energy that the centres keep, where nothing is lost."""
+
+
+def test_the_share_that_the_centres_keep():
+    law = LAW.youngs_modulus, LAW.poisson_ratio, LAW.density
+    shares = []
+    for rings in (8, 16):
+        rows = Disc(*law, RADIUS, rings).thrown(SPEED * 2**0.5, 1.3)
+        time, centre, kinetic, elastic, touching = rows.T
+        parted = time > time[touching > 0][-1]
+        shares.append(centre[-1] ** 2)
+        assert kinetic[-1] + elastic[-1] == pytest.approx(1.0, abs=0.02 * 8 / rings)  # the blows on the nodes take that
+        assert kinetic[parted].min() < 0.86 and 0.94 < kinetic[parted].max() < 0.97
+        assert 1.0 < time[parted][0] < 1.15
+    assert shares[1] + (shares[1] - shares[0]) / 3.0 == pytest.approx(CENTRES_KEEP, abs=1e-3)  # second order
 
 
 def collide(scheme, dx, until=2.8):
@@ -41,8 +63,8 @@ def collide(scheme, dx, until=2.8):
 
 
 @pytest.mark.parametrize(("scheme", "dx", "mechanical", "centres"), [
-    (APIC, 0.05, 0.75, 0.1), (FLIP, 0.05, 0.85, 0.05), (AFLIP, 0.05, 0.92, 0.05), (FLIP, 0.025, 0.93, 0.03),
-    (AFLIP, 0.025, 0.95, 0.03)], ids=str)
+    (APIC, 0.05, 0.75, 0.06), (FLIP, 0.05, 0.85, 0.03), (AFLIP, 0.05, 0.92, 0.06), (FLIP, 0.025, 0.93, 0.05),
+    (AFLIP, 0.025, 0.95, 0.06)], ids=str)
 def test_what_the_discs_keep(scheme, dx, mechanical, centres):
     """centres: how far the energy of the centres may be from the exact share."""
     rows, speeds, gaps = collide(scheme, dx)

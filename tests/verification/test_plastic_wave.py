@@ -1,10 +1,25 @@
 """A piston drives a compaction wave into snow (M10), exact: fronts of a rate-independent material in uniaxial strain.
 
-Up to the final strain e1 = 1 - rho0 / rho1 the wave follows the upper concave hull of the nominal stress P(e) of
-the oedometric path: Lagrangian speed sqrt(P' / rho0), piston speed V = integral of sqrt(hull' / rho0) de. The last,
-straight part of the hull is the shock, of speed D. P(e) from the ordinary differential equations of cohesive Cam-Clay.
+Exact: `compaction_wave`, the upper concave hull of the oedometric path; its last, straight part is the shock.
 
-dx = 0.01 m. The column is long enough that the elastic precursor does not come back from its free end.
+dx = 0.01 m. The column is long enough that the elastic precursor does not come back from its free end. The state behind
+the front is that from 5 cells off the piston, where the start leaves its mark, to 10 cells behind the front; the stress
+that on the piston while the front runs from 0.15 to 0.5 m. The problem has no length of its own: 100 cells of way are
+50 cells on a grid twice as fine, so what is off there after the start is off on any grid.
+
+In fresh snow the front is three cells wide where nothing damps it. It moves on by rows of particles; what it rings with
+goes on at 142 m/s, crushes snow that the shock then finds unloaded, and stays in it: the foot of the shock lies at 2780
+Pa instead of 3143, and from there the jump conditions lead to the stress and density that are found. Errors of D, P1
+and rho1 in per cent at 4.3 m/s, and what does not change them:
+
+    APIC            -2.3  -4.2  +2.3      3 particles an axis -2.3 -4.2 +2.3, cubic -2.0 -4.2 +2.1, gradient "shape"
+                                          -2.4 -4.3 +2.4, periodic across -2.3 -4.2 +2.3, piston started over 0.01 s
+                                          -2.3 -4.2 +2.3, a quarter of the step -1.4 -4.3 +1.6
+    FLIP 0.99       -7.1  -5.0  +6.2
+    FLIP 0.90       -0.1  -0.4  -0.2
+    PIC             +5.3  -1.8  -9.6      so wide a front that it is not all there yet
+
+What FLIP damps in a step is the viscosity that a shock wants: 0.95, the least of the snow chapter, has enough of it.
 """
 
 import numpy as np
@@ -13,31 +28,40 @@ import pytest
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from tests.verification.compaction_wave import front
 from tests.verification.particle_states import ParticleStates
 from tests.verification.rigid_walls import block
-from tests.verification.schemes import APIC, FLIP, lattice
+from tests.verification.schemes import APIC, FLIP, Scheme, lattice
 
 DX, WIDTH, WAY = 0.01, 0.04, 0.5
 FIRM = CohesiveCamClay(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=1.5, cohesion=0.3,
                        hardening=1.0, p0=30e3)
 FRESH = CohesiveCamClay(density=200.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=0.7, cohesion=0.2,
                         hardening=0.002, p0=3e3)
-# speed of the piston: D [m/s], P1 [Pa], rho1 [kg/m3]
+# speed of the piston: D [m/s], P1 [Pa], rho1 [kg/m3], worked out apart from this code
 FRONTS = {("firm", 4.3): (83.83, 101973.0, 262.3), ("fresh", 1.0): (7.05, 4345.0, 228.0),
           ("fresh", 4.3): (9.47, 11005.0, 357.5)}
 
 
-def drive(law, scheme, speed, front, length):
+@pytest.mark.parametrize(("kind", "speed"), FRONTS)
+def test_the_exact_wave(kind, speed):
+    exact = front({"firm": FIRM, "fresh": FRESH}[kind], speed)
+    assert (exact.speed, exact.stress, exact.density) == pytest.approx(FRONTS[kind, speed], rel=5e-4)
+    # In fresh snow a fan of plastic waves runs ahead of the shock: it yields at 1864 Pa
+    assert exact.foot == pytest.approx({"firm": 34307.7, "fresh": 3145.0}[kind], rel=1e-3)
+
+
+def drive(law, scheme, speed, expected, length):
     """-> Lagrangian speed of the front [m/s], stress on the piston [Pa], density behind the front [kg/m3], plastic
     work [J]."""
-    expected, _, density = front
+    D, _, density = expected
     piston = block([0.0, WIDTH / 2], [1.0, 0.0], 2.0, "slip", velocity=[speed, 0.0])
     positions, volumes = lattice([0.0, 0.0], [length, WIDTH], DX)
     solver = MpmSolver(Population(positions, volumes, 0), [law], dx=DX, precision="f64", origin=np.array([-0.1, 0.0]),
                        lower=np.array([-0.1, 0.0]), upper=np.array([1.5 * length, WIDTH]), gravity=np.zeros(2),
                        sides=[["open", "open"], ["slip", "slip"]], obstacles=[piston], **scheme.options)
     states, rows, middle = ParticleStates(solver), [], 0.5 * (1.0 + law.density / density)
-    while not rows or (rows[-1][1] < WAY and solver.time < 1.5 * WAY / expected):
+    while not rows or (rows[-1][1] < WAY and solver.time < 1.5 * WAY / D):
         for _ in range(4):
             solver.step(solver.stable_dt()[0])
         crushed = solver.particles.column("volume_ratio")[:, 0] < middle
@@ -49,26 +73,29 @@ def drive(law, scheme, speed, front, length):
             solver.plastic_work)
 
 
+DAMPED = Scheme("flip", 0.95)
+
+
 @pytest.mark.parametrize(("law", "kind", "speed", "length", "scheme"), [
     (FIRM, "firm", 4.3, 1.5, APIC), (FIRM, "firm", 4.3, 1.5, FLIP),
-    pytest.param(FRESH, "fresh", 1.0, 4.5, APIC, marks=pytest.mark.slow)], ids=str)
+    pytest.param(FRESH, "fresh", 1.0, 4.5, APIC, marks=pytest.mark.slow),
+    pytest.param(FRESH, "fresh", 4.3, 4.5, DAMPED, marks=pytest.mark.slow)], ids=str)
 def test_front_and_what_it_leaves(law, kind, speed, length, scheme):
     D, P, density = FRONTS[kind, speed]
-    front, stress, behind, work = drive(law, scheme, speed, (D, P, density), length)
-    assert front == pytest.approx(D, rel=0.03) and stress == pytest.approx(P, rel=0.03)
+    found, stress, behind, work = drive(law, scheme, speed, (D, P, density), length)
+    assert found == pytest.approx(D, rel=0.03) and stress == pytest.approx(P, rel=0.03)
     assert behind == pytest.approx(density, rel=0.02) and work > 0.0
 
 
 @pytest.mark.slow
-def test_speed_of_the_front_in_fresh_snow():
+def test_speed_of_an_undamped_front_in_fresh_snow():
     D, P, density = FRONTS["fresh", 4.3]
     assert drive(FRESH, APIC, 4.3, (D, P, density), 4.5)[0] == pytest.approx(D, rel=0.03)
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="what rings behind the front is crushed too far, then unloads: stress 4 % low,"
-                                       " density 2.3 % high, on any grid; it wants an artificial viscosity")
-def test_state_behind_the_front_in_fresh_snow():
+@pytest.mark.xfail(strict=True, reason="the front of APIC rings, see above: stress 4 % low, density 2.3 % high")
+def test_state_behind_an_undamped_front_in_fresh_snow():
     D, P, density = FRONTS["fresh", 4.3]
     _, stress, behind, _ = drive(FRESH, APIC, 4.3, (D, P, density), 4.5)
     assert stress == pytest.approx(P, rel=0.03) and behind == pytest.approx(density, rel=0.02)
