@@ -45,7 +45,8 @@ class Solver(Spec):
     kernel: Literal["quadratic", "cubic"] = "quadratic"
     gradient: Literal["affine", "shape"] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
-    cubic kernel and flip, the classical scheme)"""
+    cubic kernel and flip, the classical scheme). affine is closer to the exact stress and tears later; shape suits thin
+    bodies that bend far, whose ends affine lets hang too low"""
     transfer: Literal["apic", "pic", "flip", "aflip"] = "apic"
     flip_ratio: Fraction = 0.97
     """share of FLIP in flip and aflip; the rest is PIC [-]"""
