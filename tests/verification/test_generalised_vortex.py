@@ -48,8 +48,8 @@ ORDERS = [
     (2.15, 0.016), (0.35, 0.15), (1.95, 0.034), (1.6, 0.03),  # cubic
     (2.15, 0.017), (0.35, 0.15), (2.0, 0.034), (1.6, 0.031),  # gradient "shape"
 ]
-"""Order of the displacement from 16 to 32 cells a metre with 4 particles a cell, and a bound of its error there. All are
-of second order but PIC, whose damping goes as dx^2 / dt: of first, which it does not reach before 64 cells (0.7). With
+"""Order of the displacement from 16 to 32 cells a metre with 4 particles a cell, and a bound of its error there. All
+are of second order but PIC, whose damping goes as dx^2 / dt: of first, not reached before 64 cells (0.7). With
 0.99 of FLIP a finer grid, with more steps, damps more of what lies between the nodes. Tables: tests/benchmarks."""
 
 
