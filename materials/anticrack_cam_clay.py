@@ -6,8 +6,11 @@ import numpy as np
 from pydantic import Field
 
 from .critical_state import CriticalStateLaw
-from .hardening import HardeningRate
+from .hardening import LEAST_RATE, HardeningRate
 from .law import Positive, StateVariable
+
+BAND = 1.1
+"""Height of the row that a collapse localises in [cells]."""
 
 
 class AnticrackCamClay(CriticalStateLaw):
@@ -20,8 +23,21 @@ class AnticrackCamClay(CriticalStateLaw):
 
     [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity".
     ζ₀ = asinh(p₀/K)/ξ. Isotropic collapse takes the plastic compaction ζ₀/α, so the collapse height is that times the
-    layer thickness, and the fracture energy about half the peak stress times the collapse height: α must be scaled
-    with the grid spacing when the layer is as thick as the grid allows, to keep that energy.
+    thickness t of the layer, and the fracture energy per area about half the peak stress times the collapse height.
+
+    On a grid the softening localises: rows of cells collapse one after the other, each for itself, and what a crack has
+    to pay is the energy of the first one, of height h = `BAND` cells (measured), not of the whole layer. Given t as
+    `reference_thickness`, the law is used with (`on_grid`)
+
+        ξ_h = ξ h / t     so that     ζ = (h / t) (plastic compaction of a row),   w_f = h w(ξ_h) = t w(ξ)
+
+    since ξ and ζ appear as ξζ only, and α is the same in both phases: the collapse height t ζ₀/α and all that follows
+    it, compaction and hardening, are those of the layer as a whole, but gathered in one row. Elastic stiffness,
+    strength and Maxwell load do not change. A layer of more than about two cells has room for a second row, which the
+    weight of a falling slab may collapse as well: its collapse is then too high. So a layer is best `drawn` two cells
+    thick on any grid: with E d/t over a thickness d, and t_d = d, stiffness, strength, collapse and energy per area
+    are the same. Cells too large for their softening (a row would snap back: α ξ_h beyond `critical_hardening`) are
+    refused.
     Backward Euler, softening included (see `ellipse.py`). A step that passes complete softening is solved in the
     collapsed phase, with the whole step in the flow direction.
 
@@ -39,6 +55,7 @@ class AnticrackCamClay(CriticalStateLaw):
     hardening_law: Literal["sinh"] = "sinh"  # bonds are used up at ζ = 0, which an exponential never reaches
     cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
     softening: Positive  # α [-]
+    reference_thickness: Positive | None = None  # t, of the layer that collapses as one [m]; none: as given on any grid
 
     @property
     def beta(self):
@@ -47,6 +64,21 @@ class AnticrackCamClay(CriticalStateLaw):
     @property
     def alpha(self):
         return self.softening
+
+    def drawn(self, thickness, drawn):
+        reference = (self.reference_thickness or thickness) * drawn / thickness
+        return super().drawn(thickness, drawn).model_copy(update={"reference_thickness": reference})
+
+    def on_grid(self, spacing):
+        if self.reference_thickness is None:
+            return self
+        rate = self.hardening * BAND * spacing / self.reference_thickness
+        largest = self.critical_hardening() / self.softening
+        if not LEAST_RATE <= rate < largest:
+            bounds = [limit * self.reference_thickness / (self.hardening * BAND) for limit in (LEAST_RATE, largest)]
+            raise ValueError(f"reference_thickness = {self.reference_thickness:g} m needs cells between {bounds[0]:.2g}"
+                             f" and {bounds[1]:.2g} m, not {spacing:g}: beyond, a row of them snaps back")
+        return self.model_copy(update={"hardening": rate, "reference_thickness": None})
 
     def initial_state(self):
         return self.initial_zeta, 1.0 if self.p0 == 0.0 else 0.0

@@ -94,6 +94,16 @@ class Law(BaseModel):
         """
         return np.full(len(stress), self.wave_speed())
 
+    def on_grid(self, spacing):
+        """The law that cells of this size [m] need, so that a solver's result does not hang on them: this one, unless
+        it softens over a length of its own. Raises ValueError for cells that are too large."""
+        return self
+
+    def drawn(self, thickness, drawn):
+        """The law of a thin layer that is drawn thicker or thinner than it is [m]: with the stiffness, strength and
+        collapse of the layer, per area."""
+        return self.model_copy(update={"youngs_modulus": self.youngs_modulus * drawn / thickness})
+
     @property
     def lateral_pressure(self):
         """K₀ = σ_lateral / σ_axial of a first compression without lateral strain; elastic value ν / (1 − ν) [-]."""

@@ -13,12 +13,12 @@ PANEL = (255, 255, 255, 178)
 
 
 class Overlay:
-    """Draws on one picture (height, width, 3) uint8; sizes follow the height of the picture."""
+    """Draws on one picture (height, width, 3) uint8; sizes follow the height of the picture, of a strip its width."""
 
     def __init__(self, picture):
         self.image = Image.fromarray(picture)
         self.draw = ImageDraw.Draw(self.image, "RGBA")
-        self.unit = self.image.height / 720.0
+        self.unit = max(self.image.height / 720.0, self.image.width / 2000.0)
 
     def px(self, length):
         """Pixels for a length given for a picture 720 pixels high, at least one."""
@@ -30,11 +30,11 @@ class Overlay:
         font = _font(max(8, round(size * self.unit)), bold)
         self.draw.text(position, words, INK, font, anchor, stroke_width=halo, stroke_fill=HALO)
 
-    def heading(self, title, time):
-        """Title and time in the upper left corner."""
-        left = self.px(28)
+    def heading(self, title, time, duration=1.0):
+        """Title and time in the upper left corner; duration [s]: of the whole run, which chooses the unit."""
+        left, (factor, prefix) = self.px(28), small_prefix(10.0 * duration)
         self.text((left, self.px(22)), title, 24, bold=True)
-        self.text((left, self.px(56)), f"t = {time:.2f} s", 22)
+        self.text((left, self.px(56)), f"t = {time / factor:.2f} {prefix}s", 22)
 
     def note(self, words, side="left"):
         """A small line in a lower corner."""
@@ -91,7 +91,8 @@ class Overlay:
         for x in (left, left + width):
             self.draw.line([x, bottom - self.px(6), x, bottom + self.px(6)], INK, self.px(2))
         font = _font(max(8, self.px(14)), False)
-        self.draw.text((left + 0.5 * width, bottom - self.px(9)), f"{length:g} m", INK, font, "ms")
+        factor, prefix = small_prefix(10.0 * length)
+        self.draw.text((left + 0.5 * width, bottom - self.px(9)), f"{length / factor:g} {prefix}m", INK, font, "ms")
 
     def inset(self, picture, position):
         """`picture` with a frame, its upper left corner at `position`."""
@@ -112,6 +113,12 @@ class Overlay:
 def _font(size, bold):
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)
+
+
+def small_prefix(size):
+    """Power of 1000 that makes `size` a number from 1 to 1000 of its unit, and the prefix; 1 and none from 1 on."""
+    return next(((factor, prefix) for factor, prefix in ((1.0, ""), (1e-3, "m"), (1e-6, "µ")) if size >= factor),
+                (1e-9, "n"))
 
 
 def ticks(low, high):

@@ -41,7 +41,7 @@ def saw_test_figure(run, dpi=130):
     about, found = test.about, run.summary.get("saw_test", {})
     title = str(run.provenance.get("scene_name") or run.path.parent.name).replace("_", " ")
     figure.suptitle(f"{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
-                    f" weak layer {1e3 * about['weak_layer_thickness']:g} mm" + _in_words(found),
+                    f" weak layer {1e3 * about['weak_layer_thickness']:g} mm" + _in_words(found, test),
                     fontsize=12, fontweight="bold", color="#11161c")
     cells = figure.subplots(2, 3).ravel()
     for axes, draw in zip(cells, (_space_time, _speed, _energy, _deflection, _settlement, _slip), strict=True):
@@ -50,7 +50,7 @@ def saw_test_figure(run, dpi=130):
     return figure
 
 
-def _in_words(found):
+def _in_words(found, test):
     length = found.get("critical_length")
     if not found:
         return ""
@@ -63,7 +63,10 @@ def _in_words(found):
         words += f", collapse height {1e3 * found['collapse_height']:.2f} mm"
     if found.get("fracture_energy"):
         words += f", fracture energy {found['fracture_energy']:.2f} J/m²"
-    return words + ("" if found.get("runs_to_the_end") else f", arrest at {found['crack_length']:.1f} m")
+    if found.get("runs_to_the_end"):
+        return words
+    late = test["tip"][test["time"] > 0.9 * test["time"][-1]]
+    return words + f", {'still running' if np.ptp(late) > 0.0 else 'arrest'} at {found['crack_length']:.1f} m"
 
 
 def _named(axes, title, x, y):

@@ -25,7 +25,7 @@ class Cut(Spec):
 
 
 class Load(Spec):
-    """A force on the part of a body around a point, such as the weight of a skier."""
+    """A force on a part of a body around a point, such as the weight of a skier, or on all of it, such as new snow."""
 
     kind: Literal["load"]
     body: str
@@ -34,10 +34,12 @@ class Load(Spec):
     """[s]"""
     stop: Positive | None = None
     """[s]; never when missing"""
-    centre: Vector
-    """[m]"""
-    radius: Positive
-    """[m]"""
+    ramp: NonNegative = 0.0
+    """time in which the force grows from zero [s]"""
+    centre: Vector | None = None
+    """of the part that is loaded [m]; the whole body when missing"""
+    radius: Positive | None = None
+    """of that part [m]"""
     force: Vector
     """total force [N]; in 2-D per metre of width [N/m]"""
 
@@ -45,6 +47,12 @@ class Load(Spec):
     def _ends_after_it_starts(self):
         if self.stop is not None and self.stop <= self.start:
             raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        return self
+
+    @model_validator(mode="after")
+    def _is_somewhere(self):
+        if (self.centre is None) != (self.radius is None):
+            raise refuse("needs both centre and radius, or neither: the whole body")
         return self
 
 

@@ -20,5 +20,6 @@ class Picture(Spec):
     """view, in the words of `snowmpm render --camera`"""
     size: tuple[Pixels, Pixels] = (1280, 480)
     """width and height of each moment [pixels]"""
-    plot: Literal["history", "compression"] | None = None
-    """curves below the last moment: history, as `snowmpm plot` draws it; compression, stress against strain"""
+    plot: Literal["history", "compression", "saw_test"] | None = None
+    """curves below the last moment: history or saw_test, as `snowmpm plot` draws them; compression, stress against
+    strain"""

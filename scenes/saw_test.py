@@ -37,6 +37,14 @@ class SawLayer(Spec):
     """normal to the slope [m]"""
 
 
+class WeakLayer(SawLayer):
+    """The layer that collapses."""
+
+    cells: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
+    """draw it this many grid cells thick, whatever its thickness, with its own stiffness, strength and collapse per
+    area (`Law.drawn`); as thick as it is when missing"""
+
+
 class SawTest(Spec):
     """Propagation saw test, in the frame of the slope: x along it in the saw's way, z normal to it."""
 
@@ -50,7 +58,7 @@ class SawTest(Spec):
     """end faces of the column: normal to the slope, or vertical"""
     slab: Annotated[tuple[SawLayer, ...], Field(min_length=1)]
     """one table a layer, from the weak layer up"""
-    weak_layer: SawLayer
+    weak_layer: WeakLayer
     base: SawLayer | None = None
     """snow between the weak layer and the rigid ground; none when missing"""
     notch: NonNegative = 0.0
@@ -82,6 +90,20 @@ class SawTest(Spec):
         if self.saw_length is not None and self.saw_length < self.notch:
             raise refuse(f"must be at least notch = {self.notch:g}", "saw_length", self.saw_length)
         return self
+
+    @model_validator(mode="after")
+    def _weak_layer_has_its_own_material(self):
+        others = [layer.material for layer in (*self.slab, *([self.base] if self.base else []))]
+        if self.weak_layer.cells is not None and self.weak_layer.material in others:
+            raise refuse("needs a material that no other layer has", "weak_layer.cells", self.weak_layer.cells)
+        return self
+
+    def drawn(self, dx):
+        """The test as it is drawn on a grid: the weak layer as thick as its cells [m]."""
+        if self.weak_layer.cells is None:
+            return self
+        layer = self.weak_layer.model_copy(update={"thickness": self.weak_layer.cells * dx})
+        return self.model_copy(update={"weak_layer": layer})
 
     @property
     def cut_length(self):
@@ -127,6 +149,7 @@ class SawTest(Spec):
 
 def made_by(saw_test, dim, dx):
     """Tables of a scene that its saw test makes, as they would stand in a file."""
+    saw_test = saw_test.drawn(dx)
     tall = saw_test.slab_bottom + saw_test.slab_thickness
     reach = MARGIN + abs(saw_test.lean) * tall
 

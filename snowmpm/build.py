@@ -39,7 +39,15 @@ class Model:
 
     @cached_property
     def laws(self):
-        return list(self.scene.materials.values())
+        dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        for name, law in self.scene.materials.items():
+            if test and test.weak_layer.cells and test.weak_layer.material == name:
+                law = law.drawn(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
+            try:
+                found.append(law.on_grid(dx))
+            except ValueError as error:
+                raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
+        return found
 
     @cached_property
     def depth(self):
@@ -251,7 +259,7 @@ def _stress_from_weight(model):
 def _load_in_column(scene, positions):
     """Mass per area above each particle of a saw test [kg/m2], and the normal of its slope."""
     load, bottom = np.zeros(len(positions)), 0.0
-    for _, layer in scene.saw_test.layers:
+    for _, layer in scene.saw_test.drawn(scene.solver.dx).layers:
         above = np.clip(bottom + layer.thickness - positions[:, -1], 0.0, layer.thickness)
         load += scene.materials[layer.material].density * above
         bottom += layer.thickness

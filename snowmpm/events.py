@@ -71,30 +71,81 @@ class Cut(Event):
 
 class Load(Event):
     """A force on the snow within `radius` of a point, such as a skier: the same acceleration for all of it, so that
-    the total is the force asked for when it sets in."""
+    the total is the force asked for when it is all there. It grows in proportion to time over the scene's `ramp`."""
+
+    def __init__(self, spec, body):
+        super().__init__(spec, body)
+        self._full = None  # acceleration by the whole force [m/s2]
 
     def state(self):
-        return {**super().state(), "load": self.load}
+        return {**super().state(), "load": self.load, "full": self._full}
 
     def restore(self, state):
         super().restore(state)
-        self.load = state["load"]
+        self.load, self._full = state["load"], state["full"]
 
     def apply(self, simulation):
         spec = self._spec
         stop = np.inf if spec.stop is None else spec.stop
-        if self.load is None and spec.start <= simulation.time < stop:
-            fields = simulation.particles
-            near = np.linalg.norm(fields["position"] - np.asarray(spec.centre), axis=1) < spec.radius
-            mass = float(fields["mass"][near].sum())
-            if not (near & (fields["body"] == self._body)).any():
-                nothing = f"no snow of {spec.body} within {spec.radius} m"
-                raise InputError.at("events.centre", list(spec.centre), nothing)
-            self.load = spec.centre, spec.radius, np.asarray(spec.force) / mass
-            simulation.follow_loads()
-        elif simulation.time >= stop:
+        if simulation.time >= stop:
             self.load, self.done = None, True
             simulation.follow_loads()
+        elif simulation.time >= spec.start:
+            if self._full is None:
+                self._full = np.asarray(spec.force) / self._mass(simulation)
+            share = grown(simulation.time - spec.start, spec.ramp)
+            if self.load is None or share < 1.0 or not np.array_equal(self.load[2], self._full):
+                self.load = spec.centre, spec.radius, share * self._full
+                simulation.follow_loads()
+
+    def _mass(self, simulation):
+        spec, fields = self._spec, simulation.particles
+        near = np.linalg.norm(fields["position"] - np.asarray(spec.centre), axis=1) < spec.radius
+        if not (near & (fields["body"] == self._body)).any():
+            nothing = f"no snow of {spec.body} within {spec.radius} m"
+            raise InputError.at("events.centre", list(spec.centre), nothing)
+        return float(fields["mass"][near].sum())
+
+
+class BodyLoad(Event):
+    """A force on a whole body, such as the weight of new snow: the same acceleration for all of it.
+
+    It acts on the particles, since nodes do not know whose snow they carry: before each step, the momentum of the time
+    since the last one.
+    """
+
+    def __init__(self, spec, body):
+        super().__init__(spec, body)
+        self._given = 0.0  # what the body got so far, over the whole force [s]
+        self._count, self._mass = -1, 0.0  # particles of the simulation when the body's mass [kg] was added up
+
+    def state(self):
+        return {**super().state(), "given": self._given}
+
+    def restore(self, state):
+        super().restore(state)
+        self._given = state["given"]
+
+    def apply(self, simulation):
+        spec = self._spec
+        stop = np.inf if spec.stop is None else spec.stop
+        time = min(simulation.time, stop) - spec.start
+        if time <= 0.0:
+            return
+        grows = min(time, spec.ramp)
+        given = time - grows + (0.5 * grows**2 / spec.ramp if spec.ramp > 0.0 else 0.0)
+        if self._count != simulation.n_particles:
+            self._count, fields = simulation.n_particles, simulation.particles
+            self._mass = float(fields["mass"][fields["body"] == self._body].sum())
+        if self._mass > 0.0:
+            gain = (given - self._given) / self._mass * np.asarray(spec.force)
+            simulation.solver.push(simulation.numbers_of_body(self._body), gain, self._mass)
+        self._given, self.done = given, simulation.time >= stop
+
+
+def grown(time, ramp):
+    """Share of a force that is there `time` [s] after it began to grow."""
+    return 1.0 if time >= ramp else time / ramp
 
 
 class Remove(Event):
@@ -110,4 +161,6 @@ def make_event(spec, body, dx):
     """Event of a scene's events table; body: index of the body that it names."""
     if spec.kind == "cut":
         return Cut(spec, body, spec.width or 2.0 * dx)
-    return {"load": Load, "remove": Remove}[spec.kind](spec, body)
+    if spec.kind == "load":
+        return (BodyLoad if spec.centre is None else Load)(spec, body)
+    return Remove(spec, body)

@@ -2,12 +2,18 @@
 
 import contextlib
 import ctypes
+import functools
 import os
+import textwrap
+from types import SimpleNamespace
 
 import numpy as np
 import taichi as ti
-from taichi.lang import impl
+from taichi.lang import impl, kernel_impl
 from taichi.lang.ast import ast_transformer_utils
+
+CACHE_BYTES = 1 << 30
+"""Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
 
 _started = {}
 
@@ -21,11 +27,12 @@ def start(backend="auto", threads=None):
     if _started:
         return _started["backend"]
     _name_lines_only()
+    _read_sources_once()
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     threads = threads or _cores()
-    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True, log_level=ti.WARN,
-            cfg_optimization=False)
+    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True,
+            offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, cfg_optimization=False)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
     _started.update(backend=running, threads=threads)
     return running
@@ -41,6 +48,14 @@ def _name_lines_only():
         return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}\n'
 
     ast_transformer_utils.ASTTransformerContext.get_pos_info = place
+
+
+def _read_sources_once():
+    """Let Taichi look up the source of a function when it first meets it, not at each of its calls in a kernel: half of
+    the time in which it goes through the kernels of a scene (measured)."""
+    kernel_impl.getsourcelines = functools.cache(kernel_impl.getsourcelines)
+    kernel_impl.getsourcefile = functools.cache(kernel_impl.getsourcefile)
+    kernel_impl.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
 
 
 def _has_cuda():

@@ -57,8 +57,8 @@ class Simulation:
         return ParticleFields(self.solver.particles, self.model.body_starts)
 
     def law_of_body(self, body):
-        """Law of the body with this index."""
-        return self.scene.materials[self.scene.bodies[body].material]
+        """Law of the body with this index, as this grid has it."""
+        return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def numbers_of_body(self, body):
         """First particle number of a body, and one past its last."""

@@ -10,6 +10,7 @@ from snowmpm.errors import InputError
 from snowmpm.material_table import MaterialTable
 from snowmpm.parallel import shares
 from snowmpm.particles import IDENTITY, MATERIAL, Layout, ParticleStore
+from snowmpm.pushing import push_kernel
 from snowmpm.severing import sever_kernel
 
 BLOCK_COST = 8
@@ -117,6 +118,13 @@ class SortedParticles(ParticleStore):
             return sever_kernel(self.layout, real)(
                 self.reals, self.turn, self.identity, self.start, self.coordinates, line, radius / self.dx, *numbers,
                 np.array(state, numpy_real), len(self.blocks))
+
+    def push(self, numbers, gain):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""
+        real, numpy_real = runtime.DTYPES[self.precision]
+        with runtime.precision(self.precision):
+            push_kernel(self.layout, real)(self.reals, self.turn, self.identity, np.asarray(gain, numpy_real), *numbers,
+                                           self.count)
 
     def _tally_removed(self, gone):
         removed, mass = self.removed, self.masses()[gone]

@@ -11,10 +11,28 @@ from snowmpm.scenes import library
 RELEASE = Path(__file__).with_name("release.toml")
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data" / "terrain"
 
+FIRST = {"end_time": 0.02, "output.interval": 0.01, "initial.stress": "geostatic"}
+SHORT = {"end_time": 4e-6, "output.interval": 2e-6, "initial.stress": "none"}
 COARSE = {
     "slab_release_2d": {"solver.dx": 0.2},
+    "remote_trigger_2d": {"solver.dx": 0.2},
+    "whumpf_2d": {"solver.dx": 0.2},
+    "skier_trigger": {"solver.dx": 0.2},
+    "natural_release": {"solver.dx": 0.2},
+    "slab_release_flanks": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
+    "microstructure_2d": {"solver.dx": 1e-4, **SHORT},
+    "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
+    "flow_cold_dense": {"solver.dx": 0.5},
+    "flow_warm_shear": {"solver.dx": 0.5},
+    "flow_sliding_slab": {"solver.dx": 0.5},
+    "flow_warm_plug": {"solver.dx": 0.5},
+    "impact_wall_2d": {"solver.dx": 0.25},
+    "impact_wedge_2d": {"solver.dx": 0.25},
+    "impact_mast": {"solver.dx": 0.4},
+    "pst_2d": {"solver.dx": 0.05},
+    "pst": {"solver.dx": 0.05, "saw_test.length": 1.5},
 }
 
 
@@ -24,8 +42,7 @@ def test_every_library_scene_has_a_coarse_form():
 
 @pytest.mark.parametrize("name", sorted(COARSE))
 def test_library_scene_takes_its_first_steps(name, tmp_path):
-    scene = snowmpm.load_scene(name, {**COARSE[name], "end_time": 0.02, "output.interval": 0.01,
-                                      "initial.stress": "geostatic"})
+    scene = snowmpm.load_scene(name, {**FIRST, **COARSE[name]})
     run = snowmpm.run(scene, tmp_path)
     assert len(run) == 3 and run.complete
     frame = run.frame(-1)

@@ -57,6 +57,8 @@ def _finished(scene, folder, backend, threads, overwrite):
 
 
 def _in_words(facts):
-    """The line below a picture."""
+    """The line below a picture; nothing for one that was not made by this command."""
+    if not facts:
+        return ""
     return (f"{count(int(facts['particles']))} particles, dx = {float(facts['dx']):g} m, {float(facts['time']):g} s in"
             f" {short(float(facts['steps']))} steps: {duration(float(facts['wall_time']))} on {facts['device']}.")

@@ -131,8 +131,6 @@ def grid_kernels(dim, real, flip):
     n_nodes = edge**dim
     stride = tile_strides(dim)
     stride_of_block = (2 if flip else 1) * n_nodes
-    # Nodes of a row that the tile of the block before, the block's own and the tile of the block after hold
-    held = (range(3), range(edge), range(edge - 1, edge))
 
     @ti.func
     def common_box(boxes: ti.template(), tile, step):
@@ -161,24 +159,23 @@ def grid_kernels(dim, real, flip):
                             nodes[sums + q] = vec4(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
-                for c in ti.static(range(3)):
-                    if step_along(step, dim - 1) == c - 1:
-                        for i in range(first[0], last[0]):
-                            for j in range(first[1], last[1]):
-                                here = sums + (i * edge + j) * edge
-                                there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
-                                for k in ti.static(held[c]):
-                                    if ti.static(gathering):
-                                        nodes[here + k] = nodes[here + k] + tiles[there + k]
-                                    else:
-                                        tiles[there + k] = nodes[here + k]
-                                if ti.static(flip):
-                                    for k in ti.static(held[c]):
-                                        other = here + n_nodes + k
-                                        if ti.static(gathering):
-                                            nodes[other] = nodes[other] + impulses[there + k]
-                                        else:
-                                            impulses[there + k] = nodes[other]
+                wide = last[1] - first[1]
+                for row in range((last[0] - first[0]) * wide):
+                    i, j = first[0] + row // wide, first[1] + row % wide
+                    here = sums + (i * edge + j) * edge
+                    there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
+                    for k in ti.static(range(edge)):
+                        if k >= first[2] and k < last[2]:
+                            if ti.static(gathering):
+                                nodes[here + k] = nodes[here + k] + tiles[there + k]
+                            else:
+                                tiles[there + k] = nodes[here + k]
+                            if ti.static(flip):
+                                other = here + n_nodes + k
+                                if ti.static(gathering):
+                                    nodes[other] = nodes[other] + impulses[there + k]
+                                else:
+                                    impulses[there + k] = nodes[other]
         return found, least, most
 
     @ti.func

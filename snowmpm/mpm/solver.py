@@ -224,6 +224,12 @@ class MpmSolver:
         self._n_loads = len(rows)
         self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
 
+    def push(self, numbers, gain, mass):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
+        `mass` [kg]; counts as a load."""
+        self.particles.push(numbers, gain)
+        self._loaded += mass * np.asarray(gain)
+
     # ---- reading ----------------------------------------------------------------------------------------------
 
     def second_moment(self):

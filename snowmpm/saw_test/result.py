@@ -5,16 +5,20 @@ import numpy as np
 RUNAWAY = 3.0
 """Times the speed of the saw at which a crack counts as running by itself."""
 
+FALLS = 4.0
+"""Intervals of the record by which a bin must have broken before one nearer to the saw, to be of another crack."""
+
 
 def result_of(values, *, slab_thickness, saw_speed):
     """Numbers of a saw test, by name; None where the crack did not come that far.
 
     values: `CrackRecord.values()`, or the same arrays from a run file. Lengths along the column from the saw's end [m]:
 
-    critical_length     cut when the crack began to run by itself: from there it goes on for a slab thickness D, all of
-                        that and also its first tenth of a metre faster than `RUNAWAY` times the saw
+    critical_length     cut when the crack began to run by itself: from there it goes on for 2 D, twice the thickness of
+                        the slab, all of that and its first tenth of a metre faster than `RUNAWAY` times the saw. It may
+                        still stop later: see runs_to_the_end
     crack_length        tip of the crack in the end; runs_to_the_end: it is within D of the far end
-    crack_speed         [m/s] straight line through the arrivals from halfway to D before the end of the crack
+    crack_speed         [m/s] median over windows of D from halfway to D before the end of the crack
     top_speed           [m/s] largest over a length of D
     collapse_height     median settlement of the slab in the end, where the crack ran by itself and is 2 D behind it
     fracture_energy     [J/m2] median of the work in the weak layer per area until it had lost its strength, there
@@ -31,17 +35,28 @@ def result_of(values, *, slab_thickness, saw_speed):
         return found
     found["critical_length"] = float(np.interp(arrival[onset], time, values["saw"]))
     own = (np.arange(len(x)) >= onset) & (x < tip) & np.isfinite(arrival)
-    ahead = own & (x > 0.5 * (x[onset] + tip)) & (x < tip - D)
-    if ahead.sum() > 2 and np.ptp(arrival[ahead]) > 0.0:
-        found["crack_speed"] = float(1.0 / np.polyfit(x[ahead], arrival[ahead], 1)[0])
-    _, speed = crack_speed(x[own], arrival[own], D)
-    if len(speed):
-        found["top_speed"] = float(np.nanmax(speed))
+    begun = onset + max(1, round(D / width))  # nearer, bins break almost at once
+    one = own & _of_one_crack(arrival, begun, FALLS * float(np.median(np.diff(time))))
+    middle, speed = crack_speed(x[one], arrival[one], D)
+    ahead = np.isfinite(speed)
+    if ahead.any():
+        ahead &= middle > 0.5 * (x[onset] + x[one][-1])
+    if ahead.any():
+        found["crack_speed"] = float(np.median(speed[ahead]))
+        found["top_speed"] = float(np.nanmax(speed[(middle > x[begun]) | ahead]))
     settled = own & (x < tip - 2.0 * D) & (x > x[onset] + D)
     if settled.any():
         found["collapse_height"] = float(np.nanmedian(values["settlement"][-1][settled]))
         found["fracture_energy"] = float(np.nanmedian(values["fracture_energy"][settled]))
     return found
+
+
+def _of_one_crack(arrival, begun, tolerance):
+    """Bins (n,) before the first one that another crack had reached earlier, from a weak spot or the far end."""
+    reached = np.where(np.isfinite(arrival), arrival, -np.inf)[begun:]
+    early = np.flatnonzero(reached < np.maximum.accumulate(reached) - tolerance)
+    end = begun + early[0] if len(early) else len(arrival)
+    return np.arange(len(arrival)) < end
 
 
 def crack_speed(x, arrival, length):
@@ -61,7 +76,7 @@ def crack_speed(x, arrival, length):
 
 def _onset(x, arrival, D, faster_than, width):
     """First bin from which the crack runs by itself; None where there is none."""
-    near, far = max(1, round(0.1 / width)), max(2, round(D / width))
+    near, far = max(1, round(0.1 / width)), max(2, round(2.0 * D / width))
     for i in np.flatnonzero(np.isfinite(arrival[: len(x) - far])):
         times = arrival[[i + near, i + far]] - arrival[i]
         if (np.isfinite(times) & (times * faster_than < np.array([near, far]) * width)).all():

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from snowmpm.solids.motion_table import read_motion_table
 from snowmpm.solids.rotation import no_turn, rotation_matrix, spin, turn_velocity
@@ -118,6 +117,8 @@ class Tabulated:
 
     def __init__(self, times, shifts, turns, start=0.0):
         """times (n,) [s]; shifts (n, dim) [m]; turns (n,) or (n, 3) [rad]; start: when time 0 of the table is [s]."""
+        from scipy.interpolate import PchipInterpolator  # slow to import, and few scenes have tables
+
         self.start, self.first, self.last = start, times[0], times[-1]
         self.rows = np.column_stack([times, shifts, turns])
         self._shift, self._turn = PchipInterpolator(times, shifts), PchipInterpolator(times, turns)

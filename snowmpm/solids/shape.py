@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 import taichi as ti
-import trimesh
 
 from snowmpm import runtime
 from snowmpm.errors import InputError
@@ -84,6 +83,8 @@ class SolidShape:
             ring = _square() if self.kind == BOX else _circle()
             number = np.arange(len(ring))
             return self.origin + ring * self.size, np.column_stack([number, np.roll(number, -1)])
+        import trimesh  # slow to import, and wanted for drawing alone
+
         mesh = {BOX: lambda: trimesh.creation.box(extents=[2.0] * 3),
                 BALL: lambda: trimesh.creation.icosphere(subdivisions=4, radius=1.0),
                 CYLINDER: lambda: trimesh.creation.cylinder(radius=1.0, height=2.0, sections=CHORDS)}[self.kind]()

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from snowmpm.errors import InputError
 
@@ -19,6 +18,8 @@ def mesh_facets(path, key="terrain.file"):
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError.at(key, str(path), "must be an .stl, .obj or .ply file")
+    import trimesh  # slow to import
+
     try:
         with open(path, "rb") as file:
             mesh = trimesh.load(
