@@ -32,7 +32,7 @@ COARSE = {
     "impact_wedge_2d": {"solver.dx": 0.25},
     "impact_mast": {"solver.dx": 0.4},
     "pst_2d": {"solver.dx": 0.05},
-    "pst": {"solver.dx": 0.05, "saw_test.length": 1.0},
+    "pst": {"solver.dx": 0.05, "saw_test.length": 1.5},
 }
 
 
