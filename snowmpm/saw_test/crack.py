@@ -50,7 +50,8 @@ class CrackRecord:
         weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
         middle = spec.slab_bottom + 0.5 * spec.slab_thickness
         slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)
-        self._weak, self._slab = Probe(solver, weak, total), Probe(solver, slab, total)
+        self._probe = Probe(solver, np.concatenate([weak, slab]), total)
+        self._weak, self._slab = slice(len(weak)), slice(len(weak), None)  # its parts
         along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
         self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
         self._in_bin = np.bincount(self._weak_bin, minlength=len(self.x))
@@ -85,10 +86,9 @@ class CrackRecord:
             self._measure()
 
     def _measure(self):
-        self._slab.read()
-        self._weak.read()
+        self._probe.read()
         time, row = self._solver.time, self.rows
-        moved, velocity = self._moved(), self._slab.column("velocity")
+        moved, velocity = self._moved(), self._probe.column("velocity", self._slab)
         row["time"].append(time)
         row["saw"].append(self._saw.cut_to)
         row["plastic_work"].append(self._solver.plastic_work)
@@ -105,9 +105,9 @@ class CrackRecord:
         power = self._stress_power(stress)
         self._dissipated += 0.5 * (self._power + power) * (time - self._read_at)
         self._power, self._read_at = power, time
-        volume = self._weak.column("volume")[:, 0]
+        volume = self._probe.column("volume", self._weak)[:, 0]
         work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
-        there = self._weak.there
+        there = self._probe.there[self._weak]
         failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
         sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
         cracked = (failed >= 0.99 * self._row) & ~sawn
@@ -118,26 +118,26 @@ class CrackRecord:
 
     def _moved(self):
         """Displacement of the slab's middle particles (n, dim) [m]; against the rest state once there is one."""
-        moved = self._slab.positions() - self._start
+        moved = self._probe.positions(self._slab) - self._start
         return moved - self._rest if hasattr(self, "_rest") else moved
 
     def _stress_and_state(self):
-        stress = self._weak.column("stress")
-        return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), self._weak.column("state")[:, : len(self._law.STATE)]
+        stress, state = (self._probe.column(name, self._weak) for name in ("stress", "state"))
+        return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), state[:, : len(self._law.STATE)]
 
     def _elastic(self, stress, state):
-        """psi [J/m3] of each particle of the weak layer."""
-        return self._law.elastic_energy(stress, state)
+        """psi [J/m3] of each particle of the weak layer, 0 for those that the saw took."""
+        return np.where(self._probe.there[self._weak], self._law.elastic_energy(stress, state), 0.0)
 
     def _stress_power(self, stress):
         """tau : sym grad v [W/m3] (n,)."""
         dim = self._solver.dim
-        d = self._weak.column("affine").reshape(-1, dim, dim)
+        d = self._probe.column("affine", self._weak).reshape(-1, dim, dim)
         # Tensor axes of the stress are those of the scene: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz
         pairs = [(0, 0, 0), (1, 1, 1), (0, 1, 3)] if dim == 2 else [
             (0, 0, 0), (1, 1, 1), (2, 2, 2), (0, 1, 3), (1, 2, 4), (0, 2, 5)]
         power = sum(stress[:, c] * (d[:, i, j] + d[:, j, i]) * (0.5 if i == j else 1.0) for i, j, c in pairs)
-        return np.where(self._weak.there, power, 0.0)
+        return np.where(self._probe.there[self._weak], power, 0.0)
 
     def _sum(self, values):
         return np.bincount(self._weak_bin, values, len(self.x))

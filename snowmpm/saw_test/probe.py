@@ -39,7 +39,7 @@ def probe_kernel(layout, real):
 class Probe:
     """The particles of a solver with chosen numbers, in a fixed order, as they are now.
 
-    there (n,): not removed yet. Columns of those that are gone keep their last values.
+    there (n,): not removed yet. What columns say of those that are gone means nothing.
     """
 
     def __init__(self, solver, chosen, total):
@@ -63,11 +63,11 @@ class Probe:
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
-    def column(self, name):
-        """One column group of the particle table, float64, (n, size)."""
-        return self._rows[:, self._solver.particles.layout.columns(name)].astype(np.float64)
+    def column(self, name, part=slice(None)):
+        """One column group of the particle table, float64, (n, size), of all or a part (slice) of the chosen ones."""
+        return self._rows[part, self._solver.particles.layout.columns(name)].astype(np.float64)
 
-    def positions(self):
-        """Scene coordinates [m], (n, dim); NaN for particles that are gone."""
-        cells = EDGE[self._solver.dim] * self._blocks.astype(np.int64) + self.column("position")
-        return np.where(self.there[:, None], self._solver.frame.origin + self._solver.dx * cells, np.nan)
+    def positions(self, part=slice(None)):
+        """Scene coordinates [m], (n, dim), of all or a part (slice) of the chosen ones; NaN for those that are gone."""
+        cells = EDGE[self._solver.dim] * self._blocks[part].astype(np.int64) + self.column("position", part)
+        return np.where(self.there[part, None], self._solver.frame.origin + self._solver.dx * cells, np.nan)

@@ -38,10 +38,12 @@ def result_of(values, *, slab_thickness, saw_speed):
     begun = onset + max(1, round(D / width))  # nearer, bins break almost at once
     one = own & _of_one_crack(arrival, begun, FALLS * float(np.median(np.diff(time))))
     middle, speed = crack_speed(x[one], arrival[one], D)
-    ahead = (middle > 0.5 * (x[onset] + x[one][-1])) & np.isfinite(speed)
+    ahead = np.isfinite(speed)
+    if ahead.any():
+        ahead &= middle > 0.5 * (x[onset] + x[one][-1])
     if ahead.any():
         found["crack_speed"] = float(np.median(speed[ahead]))
-        found["top_speed"] = float(np.nanmax(speed[middle > x[begun]]))
+        found["top_speed"] = float(np.nanmax(speed[(middle > x[begun]) | ahead]))
     settled = own & (x < tip - 2.0 * D) & (x > x[onset] + D)
     if settled.any():
         found["collapse_height"] = float(np.nanmedian(values["settlement"][-1][settled]))

@@ -1,0 +1,74 @@
+"""Numbers of a saw test from records made by hand."""
+
+import numpy as np
+import pytest
+
+from snowmpm.saw_test.result import crack_speed, result_of
+
+D, SAW = 0.5, 2.0
+
+
+def record(arrival_of, length=6.0, n=240, saw_to=1.0, settled=1.2e-3, until=0.6):
+    """A crack that reaches x at arrival_of(x), NaN where it never does; a saw of 2 m/s from time 0."""
+    x = (np.arange(n) + 0.5) * length / n
+    time = np.linspace(0.0, until, 1201)
+    arrival = np.array([arrival_of(at) for at in x])
+    arrival = np.where(arrival <= until, arrival, np.nan)
+    saw = np.minimum(SAW * time, saw_to)
+    broken = (arrival <= time[:, None]) | (x < saw[:, None])
+    tip = length / n * np.argmin(np.column_stack([broken, np.zeros(len(time), bool)]), axis=1)
+    settlement = np.where(broken, settled, 0.0)
+    return {"x": x, "time": time, "saw": saw, "tip": tip, "arrival": arrival, "settlement": settlement,
+            "fracture_energy": np.where(np.isfinite(arrival), 0.9, np.nan), "plastic_work": np.linspace(0.0, 5.0, 1201)}
+
+
+def found(record):
+    return result_of(record, slab_thickness=D, saw_speed=SAW)
+
+
+def runaway(at):
+    """With the saw to 0.3 m, then at 30 m/s."""
+    return at / SAW if at < 0.3 else 0.15 + (at - 0.3) / 30.0
+
+
+def test_crack_that_runs():
+    result = found(record(runaway))
+    assert result["critical_length"] == pytest.approx(0.3, abs=0.03)
+    assert result["crack_speed"] == pytest.approx(30.0, rel=0.01)
+    assert result["top_speed"] == pytest.approx(30.0, rel=0.05)
+    assert result["runs_to_the_end"] and result["crack_length"] == pytest.approx(6.0)
+    assert result["collapse_height"] == pytest.approx(1.2e-3) and result["fracture_energy"] == pytest.approx(0.9)
+    assert result["plastic_work"] == 5.0
+
+
+def test_crack_that_only_follows_the_saw():
+    result = found(record(lambda at: max(at - 0.1, 0.0) / SAW if at < 1.1 else np.nan))
+    assert result["critical_length"] is None and result["crack_speed"] is None and not result["runs_to_the_end"]
+    assert result["crack_length"] == pytest.approx(1.1, abs=0.03)
+
+
+def test_crack_that_jumps_ahead_and_stops():
+    """A leap of one slab thickness is no crack that runs by itself."""
+    assert found(record(lambda at: runaway(at) if at < 0.8 else np.nan))["critical_length"] is None
+
+
+def test_crack_that_stops_later():
+    result = found(record(lambda at: runaway(at) if at < 3.0 else np.nan))
+    assert result["critical_length"] == pytest.approx(0.3, abs=0.03) and not result["runs_to_the_end"]
+    assert result["crack_length"] == pytest.approx(3.0, abs=0.03)
+    assert result["crack_speed"] == pytest.approx(30.0, rel=0.01)
+
+
+def test_crack_that_meets_another_one():
+    """The second starts at the far end: the speed is that of the first."""
+    meeting = found(record(lambda at: min(runaway(at), 0.2 + (6.0 - at) / 60.0)))
+    assert meeting["crack_speed"] == pytest.approx(30.0, rel=0.02) and meeting["runs_to_the_end"]
+
+
+def test_crack_that_speeds_up():
+    """x = x0 + a t^2 / 2: the speed at x is sqrt(2 a (x - x0))."""
+    a = 100.0
+    values = record(lambda at: at / SAW if at < 0.3 else 0.15 + np.sqrt(2.0 * (at - 0.3) / a))
+    x, speed = crack_speed(values["x"], values["arrival"], 0.2)
+    far = x > 1.5
+    np.testing.assert_allclose(speed[far], np.sqrt(2.0 * a * (x[far] - 0.3)), rtol=0.01)
