@@ -41,11 +41,11 @@ def history_figure(run, dpi=130):
         (_draw_steps, history.keys() & {"steps", "dt"}),
     ]
     drawn = [draw for draw, there in panels if there]
+    if any(impact(obstacle) for obstacle in run.obstacles.values()):
+        drawn.append(_draw_pressures)
     for name, obstacle in run.obstacles.items():
         if len(obstacle.time):
             drawn += [_force_panel(name, obstacle), _moment_panel(name, obstacle)]
-    if any(impact(obstacle) for obstacle in run.obstacles.values()):
-        drawn.append(_draw_pressures)
     if len(history["time"]) < 2 or not drawn:
         raise InputError(f"{run.path}: no history to plot yet")
     rows = -(-len(drawn) // 2)

@@ -11,6 +11,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light
 from snowmpm.render.colour import SNOW_WHITE_LOW
+from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, save
 from snowmpm.render.overlay import ticks
 from snowmpm.render.relief import build_relief
@@ -177,14 +178,3 @@ def _draw_length(axes, size):
     box = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.5}
     label = f"{length:g} m" if length < 1000 else f"{length / 1000:g} km"
     axes.text(left + 0.5 * length, bottom + 0.015 * size[1], label, ha="center", va="bottom", bbox=box, zorder=5)
-
-
-def attribution(record):
-    """Credits found in a provenance record: every value of a key `attribution`, at any depth."""
-    found = []
-    if isinstance(record, dict):
-        for key, value in record.items():
-            found += [str(value)] if key == "attribution" else [attribution(value)]
-    elif isinstance(record, list):
-        found = [attribution(value) for value in record]
-    return "; ".join(dict.fromkeys(text for text in found if text))

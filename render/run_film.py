@@ -9,6 +9,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
+from snowmpm.render.credit import attribution
 from snowmpm.render.film import open_film, output_kind
 from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
@@ -129,7 +130,8 @@ class SpaceView(_View):
         if not self.camera.perspective:
             overlay.length_scale(self.camera.scale, other)
         elif self.ground.contour_interval:
-            overlay.note(f"contours every {self.ground.contour_interval:g} m", other)
+            words = [f"contours every {self.ground.contour_interval:g} m", attribution(self.run.provenance)]
+            overlay.note("; ".join(filter(None, words)), other)
         return overlay.picture()
 
 

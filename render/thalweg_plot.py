@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, plain, save
 
 GROUND, SNOW, LINE = "#4a4f55", "#3f8fc8", "#c1121f"
@@ -46,6 +47,9 @@ def render_thalweg(run_path, output, *, dpi=130):
         if limit < others[2].get_ylim()[1]:
             others[2].axhline(limit, color="0.6", lw=0.6, ls=":")
     others[-1].set_xlabel("way along the thalweg, in plan  [m]")
+    credits = attribution(run.provenance)
+    if credits:
+        figure.supxlabel(credits, fontsize=7, color="0.3")
     return save(figure, output, dpi)
 
 
@@ -55,10 +59,8 @@ def _draw_ground(axes, profile, numbers):
     axes.fill_between(s, z, np.nanmin(z), color=GROUND, alpha=0.15, lw=0.0)
     axes.plot(s, z, color=GROUND, lw=1.6)
     ends = ([0.0, numbers["runout"]], [numbers["top"], numbers["top"] - numbers["fall"]])
-    axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=f"travel angle {numbers['travel_angle']:.1f}°")
+    words = f"run-out {numbers['runout']:.0f} m, fall {numbers['fall']:.0f} m: {numbers['travel_angle']:.1f}°"
+    axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=words)
     axes.plot(ends[0][1], ends[1][1], "o", color=LINE, ms=5)
-    words = f"run-out {numbers['runout']:.0f} m, fall {numbers['fall']:.0f} m"
-    axes.annotate(words, (ends[0][1], ends[1][1]), xytext=(-60, -14), textcoords="offset points", ha="right",
-                  fontsize=9, color=LINE)
     axes.set_ylabel("height  [m]")
     axes.legend(fontsize=9, edgecolor="none")

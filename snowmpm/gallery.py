@@ -78,7 +78,18 @@ def write_page(folder, in_words):
         else:
             missing.append(name)
             sections.append(f"No picture yet: `snowmpm gallery {name}`.\n")
-        sections.append("\n".join(comment(name)[1:]).strip() + "\n")
+        sections.append(_as_markdown(comment(name)[1:]) + "\n")
     page = Path(folder) / PAGE
     page.write_text("\n".join(sections), encoding="utf-8")
     return page, missing
+
+
+def _as_markdown(lines):
+    """A comment as Markdown: what is set in, commands that is, becomes code."""
+    text, inside = [], False
+    for line in lines:
+        if line.startswith("  ") != inside:
+            text.append("```")
+            inside = not inside
+        text.append(line.strip())
+    return "\n".join([*text, "```"] if inside else text).strip()

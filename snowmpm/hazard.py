@@ -1,7 +1,7 @@
 """From the maps of a run to the numbers that hazard mapping works with.
 
 Thalweg: the way of the flow in plan. It goes through the points that carried the momentum, x = sum m |v| x / sum m |v|,
-frame by frame, while the total momentum is above `LEAST_MOMENTUM` of its largest; it begins at the highest ground of
+frame by frame, while the total momentum is above `LEAST_MOMENTUM` of its largest; it begins at the top of
 the release and goes on straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
 nearest point of the thalweg.
 
@@ -23,6 +23,9 @@ PRESSURES = (1e3, 3e3, 1e4, 3e4)
 
 LEAST_MOMENTUM = 0.05
 """Momentum over its largest below which its place says nothing about the way."""
+
+TOP_SHARE = 0.05
+"""Share of the height of the release that counts as its top."""
 
 SMOOTHING = 4.0
 """Standard deviation [map cells] of the smoothing of the thalweg."""
@@ -68,7 +71,7 @@ def thalweg(top, path, momentum, step, reach):
             line.append(place)
     if len(line) < 3:
         return None
-    line = smoothed(equally_spaced(np.array(line), step))
+    line = equally_spaced(smoothed(equally_spaced(np.array(line), step)), step)
     ahead = line[-1] - line[max(0, len(line) - 1 - int(3 * SMOOTHING))]
     ahead /= np.linalg.norm(ahead)
     line = np.concatenate([line, line[-1] + step * np.arange(1, int(reach / step) + 1)[:, None] * ahead])
@@ -136,11 +139,13 @@ def assess(maps, lower, cell, flow_depth, path, momentum, moving_share, ground):
         return Hazard(numbers, {}, None)
     sources = lower + cell * (np.argwhere(released) + 0.5)
     heights = ground(sources)
-    top = sources[np.nanargmax(heights)]
+    # The middle of the highest cells: one of them may be a corner
+    high, low = np.nanmax(heights), np.nanmin(heights)
+    top = sources[heights >= high - TOP_SHARE * (high - low)].mean(axis=0)
     way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))))
     if way is None:
         return Hazard(numbers, {}, None)
-    return _along(way, maps, places, cell, affected, numbers, float(np.nanmax(heights)), ground)
+    return _along(way, maps, places, cell, affected, numbers, float(high), ground)
 
 
 def _along(way, maps, places, cell, affected, numbers, top, ground):

@@ -24,6 +24,13 @@ COARSE = {
     "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "avalanche_on_raster": {"solver.dx": 3.0},
+    "flow_cold_dense": {"solver.dx": 0.5},
+    "flow_warm_shear": {"solver.dx": 0.5},
+    "flow_sliding_slab": {"solver.dx": 0.5},
+    "flow_warm_plug": {"solver.dx": 0.5},
+    "impact_wall_2d": {"solver.dx": 0.25},
+    "impact_wedge_2d": {"solver.dx": 0.25},
+    "impact_mast": {"solver.dx": 0.4},
     "pst_2d": {"solver.dx": 0.05},
     "pst": {"solver.dx": 0.05, "saw_test.length": 1.5},
 }

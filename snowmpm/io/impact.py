@@ -1,7 +1,8 @@
 """What hits an obstacle: early peak and steady part of its load.
 
-    pressure = |F . n| / A,   n: direction of the whole impulse,   A: area of the obstacle seen along n
+    pressure = F . n / A,   A: area of the obstacle seen along n
 
+n: horizontal, in the direction of the whole impulse; straight down or up where most of the impulse is (a roof).
 A load cell that the flow covers reads the pressure; of an obstacle that stands out of the flow it is a mean over all of
 its front. Arrival and end: when `ARRIVED` and 1 - `ARRIVED` of the impulse have been given. Peak: largest mean over a
 `WINDOW` of the time between them. Steady: mean force between the times at which a quarter and three quarters of the
@@ -34,7 +35,8 @@ def impact(obstacle):
     """The `Impact` on an obstacle of a run (`snowmpm.io.Obstacle`); None when nothing has pressed on it."""
     if not len(obstacle.time):
         return None
-    total = obstacle.impulse[-1]
+    total = obstacle.impulse[-1].copy()
+    total[[2] if np.hypot(*total[:2]) >= abs(total[2]) else [0, 1]] = 0.0
     size = float(np.linalg.norm(total))
     if size == 0.0:
         return None

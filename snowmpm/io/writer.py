@@ -231,8 +231,11 @@ def _drop_after(h5, until):
     """Forget the frames and history rows later than `until` [s]; with slack for times that were summed in steps."""
     limit = until + 1e-9 * max(1.0, abs(until))
     keep_steps(h5["VTKHDF"], limit)
-    keep_obstacles(h5, limit, int(h5["VTKHDF/Steps"].attrs["NSteps"]))
-    keep_saw_test(h5, limit)
+    # Finer rows come with the frames; those since the last frame are in the checkpoint, and come once more
+    times = h5["VTKHDF/Steps/Values"][:]
+    last = times[-1] + 1e-9 * max(1.0, abs(times[-1])) if len(times) else -np.inf
+    keep_obstacles(h5, last, len(times))
+    keep_saw_test(h5, last)
     rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
     for data in h5["history"].values():
         data.resize(rows, axis=0)

@@ -231,13 +231,13 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
             if is_worker(i):
                 begin, end = chunk(i, shares)
                 places = access.places(reals, turn)
-                pack = {name: [ti.Vector.zero(real, LANES) for _ in ti.static(range(n))]
-                        for name, n in ti.static(columns)}
-                found = {name: [ti.Vector.zero(real, LANES) for _ in ti.static(range(n))]
-                         for name, n in ti.static(found_columns)}
-                work, iterations = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
-                worst, address = ti.Vector.zero(ti.i32, LANES), ti.Vector.zero(ti.i32, LANES)
-                sums = [ti.Vector.zero(real, 4 * LANES) for _ in ti.static(range(n_sums))]
+                # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
+                blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
+                blanks = ti.Vector.zero(real, 4 * LANES)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
+                work, iterations, worst, address = blank, count_blank, count_blank, count_blank
+                sums = [blanks for _ in ti.static(range(n_sums))]
                 for b in range(begin, end):
                     clear_found(found, worst)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):

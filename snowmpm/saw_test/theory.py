@@ -8,7 +8,6 @@ the same stiffness in bending and in stretching.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 GRAVITY = 9.81
 SHARE_OF_SHEAR_SPEED = 0.6
@@ -90,7 +89,7 @@ def critical_length_by_energy(slab, sigma, tau, fracture_energy):
     reach = slab.thickness
     while energy_release_rate(slab, sigma, tau, reach) < fracture_energy:
         reach *= 2.0
-    return brentq(lambda a: energy_release_rate(slab, sigma, tau, a) - fracture_energy, 0.0, reach)
+    return _root(lambda a: energy_release_rate(slab, sigma, tau, a) - fracture_energy, reach)
 
 
 def critical_length_by_strength(slab, sigma, tau, shear_strength, weak_layer_thickness, weak_layer_shear_modulus):
@@ -119,7 +118,7 @@ def shear_strength(law, sigma):
     reach = max(sigma, 1.0)
     while overload(reach) < 0.0:
         reach *= 2.0
-    return brentq(overload, 0.0, reach)
+    return _root(overload, reach)
 
 
 def maxwell_load(shortening, stress):
@@ -176,3 +175,10 @@ def fracture_energy(law, thickness):
         return np.nan
     last = broken[0]
     return float(thickness * (0.5 * (P[1 : last + 1] + P[:last]) @ np.diff(e[: last + 1])))
+
+
+def _root(function, upper):
+    """Where a function of one length changes sign between 0 and `upper` [m]."""
+    from scipy.optimize import brentq  # slow to import, and every simulation gets here
+
+    return brentq(function, 0.0, upper)

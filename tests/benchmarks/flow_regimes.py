@@ -140,6 +140,8 @@ def draw(runs, output):
         axes.set_xlabel(x)
         axes.set_ylabel(y)
     sizes.set_xscale("log")
+    sizes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"], minor=False)
+    sizes.xaxis.set_minor_formatter("")
     profiles.set_xlim(left=0.0)
     fronts.legend(fontsize=8, edgecolor="none")
     profiles.legend(fontsize=8, edgecolor="none")

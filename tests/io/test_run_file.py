@@ -170,6 +170,15 @@ def test_a_step_costs_little_more_than_its_compressed_values(tmp_path):
     assert np.diff(sizes)[1:].max() < 1.02 * 12 * n
 
 
+def test_rows_after_the_last_frame_that_stays_go_too(run_path):
+    """A checkpoint between two frames has the loads since the first of them: they are written again with the next."""
+    with RunWriter.reopen(run_path, until=0.26, durable=False):
+        pass
+    run = Run(run_path)
+    assert run.times[-1] == pytest.approx(0.2)
+    assert run.obstacles["wall"].time[-1] == pytest.approx(0.2)  # not 0.25, of the frame at 0.3
+
+
 def test_reopened_run_continues_after_the_given_time(run_path):
     with RunWriter.reopen(run_path, until=0.3, durable=False) as writer:
         assert not Run(run_path).complete

@@ -8,7 +8,7 @@ from synthetic_runs import slab_2d, slab_3d
 from snowmpm.errors import InputError
 from snowmpm.io import RunWriter
 from snowmpm.render import render_map
-from snowmpm.render.peak_map import attribution
+from snowmpm.render.credit import attribution
 
 
 @pytest.fixture(scope="module")

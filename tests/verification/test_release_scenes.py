@@ -122,3 +122,26 @@ def test_new_snow_releases_the_slab_when_there_is_enough_of_it():
     moving = story.slab & (story.home[:, 0] > 6.0) & (story.home[:, 0] < 13.0)
     assert np.linalg.norm(end["velocity"][moving], axis=1).mean() > 0.3
     assert story.audit_is_clean()
+
+
+def test_a_load_on_the_flat_releases_the_slope():
+    """The crack starts on the flat, 2.4 m away from where the ground begins to rise (31.6 m), runs up the slope ahead
+    of all motion to the end of the weak layer, and the slab up there tears off and slides."""
+    story = Story("remote_trigger_2d")
+    story.at(0.2)
+    assert at_rest(story.fastest, 0.5)
+    early = story.crack(story.at(0.3))
+    assert early[0] > 27.0  # not yet on the slope proper, which ends at 25.2 m
+    now = story.at(0.8)
+    assert story.crack(now)[0] < 10.0  # up the slope, 24 m away from the load
+    assert np.linalg.norm(now["moved"][story.slab], axis=1).max() < 0.1  # before the slab has moved by a hand's breadth
+    end = story.at(2.0)
+    assert story.crack(end)[0] < 5.5  # the weak layer ends at 5 m
+    crown = story.crown(end)
+    assert 4.5 < crown < 5.6
+    speed = np.linalg.norm(end["velocity"], axis=1)
+    assert speed[story.slab & (story.home[:, 0] > 6.0) & (story.home[:, 0] < 17.0)].mean() > 0.5
+    # Crushed at the foot of the slope: what lies on the flat stays
+    assert speed[story.slab & (story.home[:, 0] > 26.0)].mean() < 0.1
+    assert speed[story.slab & (story.home[:, 0] < crown - 0.5)].mean() < 0.05
+    assert story.audit_is_clean()

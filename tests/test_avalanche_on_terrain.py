@@ -1,0 +1,67 @@
+"""Two real avalanche paths at two resolutions: how far the avalanche comes must not depend on the grid.
+
+Release 2.4 m thick, twice what the surveys of the two polygons say, so that cells of 4.8 and 2.4 m will do: the
+coarsest grid that the layer accepts, and half of it. Run-out, fall and travel angle agree; what was affected does not
+yet: flow that is thinner than the particles are apart, 2.4 and 1.2 m, is a scatter of single ones, which covers the
+more ground the larger they are.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import snowmpm
+
+REAL = Path(__file__).parents[1] / ".." / "shared" / "data" / "terrain"
+PATHS = {"Gar": ("avaGar.asc", "relGar.shp", 80.0), "Alr": ("avaAlr.tif", "relAlr.shp", 110.0)}
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not (REAL / "avaGar.asc").exists(), reason="real elevation models not at hand"),
+]
+
+
+@pytest.fixture(scope="module", params=PATHS)
+def pair(request, tmp_path_factory):
+    """The runs at dx = 4.8 and 2.4 m."""
+    pytest.importorskip("shapefile")
+    pytest.importorskip("rasterio")
+    terrain, release, end = PATHS[request.param]
+    made = []
+    for dx in (4.8, 2.4):
+        scene = snowmpm.load_scene("avalanche_on_raster", {
+            "terrain.file": str((REAL / terrain).resolve()), "solver.dx": dx, "end_time": end, "output.interval": 1.0,
+            "bodies.0.shape.region.file": str((REAL / release).resolve()), "bodies.0.shape.top": 2.4,
+            "output.map_cell": 10.0})
+        made.append(snowmpm.run(scene, tmp_path_factory.mktemp(request.param)))
+    return made
+
+
+def change(pair, name):
+    coarse, fine = (run.hazard["numbers"][name] for run in pair)
+    return fine / coarse - 1.0
+
+
+@pytest.mark.parametrize("name", ["runout", "fall", "travel_angle", "reach_of_1_kPa", "reach_of_30_kPa"])
+def test_run_out_does_not_depend_on_the_grid(pair, name):
+    assert abs(change(pair, name)) < 0.1
+
+
+@pytest.mark.xfail(reason="11 % and 28 % less on the finer grid: at the edges the flow is thinner than its particles"
+                          " are apart")
+def test_affected_area_does_not_depend_on_the_grid(pair):
+    assert abs(change(pair, "affected_area")) < 0.1
+
+
+def test_where_the_flow_is_two_metres_deep_does_not_depend_on_the_grid(pair):
+    deep = [int((np.nan_to_num(run.maps["peak_depth"].values) >= 2.0).sum()) for run in pair]
+    assert deep[1] == pytest.approx(deep[0], rel=0.1)
+
+
+def test_nothing_is_lost(pair):
+    for run in pair:
+        numbers, history = run.hazard["numbers"], run.history
+        left = 1.0 - history["removed_mass"][-1] / history["mass"][0]
+        assert numbers["deposit_volume"] == pytest.approx(left * numbers["release_volume"], rel=1e-3)
+        assert left > 0.95 and 20.0 < numbers["travel_angle"] < 35.0

@@ -1,0 +1,81 @@
+"""What maps mean for hazard mapping: run-out, travel angle, areas, on a ground where they can be counted."""
+
+import numpy as np
+import pytest
+
+from snowmpm import hazard
+
+CELL, SLOPE = 5.0, 0.5
+
+
+def ground(plan):
+    """Falls by SLOPE towards +x as far as x = 400 m, flat beyond."""
+    return 1000.0 - SLOPE * np.minimum(plan[:, 0], 400.0)
+
+
+def straight_avalanche(lone_grain=False):
+    """Release over x = 20 to 60 m, flow 40 m wide to x = 500 m, deposit of 1 m from 460 to 500 m."""
+    maps = {name: np.zeros((160, 40)) for name in
+            ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
+    maps["release_depth"][4:12, 16:24] = 1.0
+    maps["deposit_depth"][92:100, 16:24] = 1.0
+    maps["peak_depth"][4:100, 16:24] = 1.0
+    x = CELL * (np.arange(160)[:, None] + 0.5)
+    maps["peak_speed"][:] = np.where(maps["peak_depth"] > 0.0, np.minimum(20.0, (500.0 - x) / 5.0), 0.0)
+    maps["peak_pressure"][:] = 250.0 * maps["peak_speed"] ** 2
+    if lone_grain:
+        maps["peak_depth"][150, 20] = maps["deposit_depth"][150, 20] = 0.02
+    path = np.column_stack([np.linspace(45.0, 480.0, 50), np.full(50, 102.5)])
+    momentum = np.concatenate([[0.0], np.full(48, 1e6), [1e3]])
+    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, 0.0, ground)
+
+
+def test_run_out_and_travel_angle():
+    found = straight_avalanche().numbers
+    # From the highest cell of the release, at x = 22.5 m, along the path to 99 % of the way through the deposit
+    assert found["runout"] == pytest.approx(460.0 + 0.99 * 40.0 - 22.5, abs=0.6 * CELL)
+    assert found["fall"] == pytest.approx(SLOPE * (400.0 - 22.5))
+    angle = np.degrees(np.arctan2(found["fall"], found["runout"]))
+    assert found["travel_angle"] == pytest.approx(angle) and 20.0 < angle < 23.0
+    assert found["top"] == pytest.approx(1000.0 - SLOPE * 22.5) and found["runout_z"] == pytest.approx(800.0)
+
+
+def test_areas_and_volumes():
+    found = straight_avalanche().numbers
+    assert found["release_area"] == 40.0 * 40.0 and found["release_volume"] == found["deposit_volume"] == 1600.0
+    assert found["affected_area"] == 480.0 * 40.0 and found["deposit_area"] == 1600.0
+    # rho v^2 >= 10 kPa where v >= 6.32 m/s: x <= 468 m
+    assert found["area_above_10_kPa"] == pytest.approx(40.0 * (470.0 - 20.0))
+    assert found["area_above_30_kPa"] < found["area_above_10_kPa"] < found["area_above_1_kPa"]
+    assert found["reach_of_10_kPa"] == pytest.approx(467.5 - 22.5, abs=CELL)
+    assert found["largest_pressure"] == pytest.approx(250.0 * 400.0)
+    assert set(found) <= {*hazard.UNITS, *(n for n in found if n.startswith(("area_above", "reach_of")))}
+
+
+def test_a_lone_grain_changes_nothing():
+    without, with_it = straight_avalanche().numbers, straight_avalanche(lone_grain=True).numbers
+    for name in ("runout", "travel_angle", "affected_area", "reach_of_1_kPa"):
+        assert with_it[name] == pytest.approx(without[name], rel=1e-3)
+
+
+def test_profile_and_line():
+    found = straight_avalanche()
+    profile = found.profile
+    apart = np.diff(profile["s"])
+    assert (np.abs(apart - CELL) > 0.01 * CELL).sum() <= 1 and apart.max() < 1.01 * CELL  # one where the path ends
+    assert np.allclose(profile["y"], 102.5, atol=CELL)
+    flowing = (profile["x"] > 30.0) & (profile["x"] < 490.0)
+    assert np.allclose(profile["peak_depth"][flowing], 1.0)
+    (x0, y0), (x1, y1) = found.line
+    assert x0 == pytest.approx(x1, abs=CELL) and abs(y1 - y0) > 40.0  # across the whole flow
+    assert found.record()["runout_line"] is not None
+
+
+def test_nothing_moved():
+    maps = {name: np.zeros((10, 10)) for name in
+            ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
+    for name in ("release_depth", "peak_depth", "deposit_depth"):
+        maps[name][4:6, 4:6] = 1.0
+    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), 0.0, ground)
+    assert "runout" not in found.numbers and found.line is None and found.profile == {}
+    assert found.numbers["affected_area"] == 100.0
