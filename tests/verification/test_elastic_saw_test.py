@@ -100,7 +100,7 @@ def test_energy_release_rate_and_deflection(slope_angle, dx):
     cut of 0.5 m -2.1, -1.2 %, -3.0, -2.4 %, -0.2, +1.2 %; over 0.3 m -5.6, -4.7 %, -7.5, -6.8 %, +1.7, +3.6 %.
 
     The short cut up the slope stays 6 % off however fine the grid: the end of a slab, as high as the cut is long, is no
-    beam, and its rotation, which shear in the weak layer drives, is an eighth of what is measured there.
+    beam, and its rotation, which shear in the weak layer drives, is a ninth of what is measured there.
     """
     rate, (short, long) = errors(slope_angle, dx)
     assert abs(rate) < 0.08
