@@ -126,9 +126,16 @@ def test_critical_length_against_the_slope(critical_lengths):
     assert up[1] < 0.8 * flat[1] < flat[1] < 0.8 * down[1]
     for found in (flat, down):
         assert found[0] == pytest.approx(found[1], rel=0.3)
-    assert up[0] == pytest.approx(up[3], rel=0.3) and up[0] < up[1]
+    assert up[0] < up[1]
     for found in (flat, up, down):
         assert found[0] < found[2]  # energy over a rigid layer: an upper bound
+
+
+@pytest.mark.xfail(strict=True, reason="0.14 m where WEAC says 0.23: 40 % less, as shear failure (0.16 m) takes over")
+def test_critical_length_up_the_slope(critical_lengths):
+    """Up the slope the load is close to the shear strength of the weak layer, which WEAC's brittle layer has not."""
+    up = critical_lengths[35.0]
+    assert up[0] == pytest.approx(up[1], rel=0.3)
 
 
 def test_supershear():
