@@ -82,7 +82,8 @@ DAMPED = Scheme("flip", 0.95)
 @pytest.mark.parametrize(("law", "kind", "speed", "length", "scheme"), [
     (FIRM, "firm", 4.3, 1.5, APIC), (FIRM, "firm", 4.3, 1.5, FLIP),
     pytest.param(FRESH, "fresh", 1.0, 4.5, APIC, marks=pytest.mark.slow),
-    pytest.param(FRESH, "fresh", 4.3, 4.5, DAMPED, marks=pytest.mark.slow)], ids=str)
+    pytest.param(FRESH, "fresh", 4.3, 4.5, DAMPED, marks=pytest.mark.slow)],
+    ids=["firm-apic", "firm-flip", "fresh-slow-apic", "fresh-flip-damped"])
 def test_front_and_what_it_leaves(law, kind, speed, length, scheme):
     D, P, density = FRONTS[kind, speed]
     found, stress, behind, work = drive(law, scheme, speed, (D, P, density), length)
