@@ -15,7 +15,9 @@ and rho1 in per cent at 4.3 m/s, and what does not change them:
     APIC            -2.3  -4.2  +2.3      3 particles an axis -2.3 -4.2 +2.3, cubic -2.0 -4.2 +2.1, gradient "shape"
                                           -2.4 -4.3 +2.4, periodic across -2.3 -4.2 +2.3, piston started over 0.01 s
                                           -2.3 -4.2 +2.3, a quarter of the step -1.4 -4.3 +1.6
-    FLIP 0.99       -7.1  -5.0  +6.2
+    the same with   -1.9  -3.6  +1.9      added to its stress where snow is compressed
+    rho (dx div v)^2
+    FLIP 0.99       -7.1  -5.0  +6.2      0.97 -3.6 -3.1 +2.4, 0.95 -1.6 -1.7 +0.7 (both in a strip of two cells)
     FLIP 0.90       -0.1  -0.4  -0.2
     PIC             +5.3  -1.8  -9.6      so wide a front that it is not all there yet
 
