@@ -17,6 +17,7 @@ else:
 
 CURVE, MARK = "#1d4f91", "#d9642a"
 BANDS = ("#e9f0f8", "#fbe9dd", "#eef5ec", "#f3e8f1")
+WIDE = 10.0  # end over peak stress from which the axis is logarithmic: densification would flatten all before it
 NAMES = ("elastic", "softening", "collapse", "densification")
 
 
@@ -37,7 +38,11 @@ def render_compression(run_path, output, *, dpi=130):
     if found:
         _draw_stages(axes, curve, found, scale)
     axes.plot(curve.strain, curve.stress / scale, color=CURVE, lw=1.6)
-    axes.set_ylim(0.0, 1.12 * curve.stress.max() / scale)
+    if found and found.end_stress > WIDE * found.peak_stress:
+        axes.set_yscale("log")
+        axes.set_ylim(0.5 * found.softened / scale, 3.0 * curve.stress.max() / scale)
+    else:
+        axes.set_ylim(0.0, 1.12 * curve.stress.max() / scale)
     axes.set_xlabel("strain, of the height at the start  [-]")
     axes.set_ylabel(f"stress on the piston  [{unit}]")
     return save(figure, output, dpi)

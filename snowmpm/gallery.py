@@ -48,20 +48,24 @@ def run_of(scene, folder):
     return run
 
 
-def draw_exhibit(scene, run, folder):
-    """Draw the picture of a scene from its finished run; -> its path, `folder`/NAME.png."""
+def draw_exhibit(scene, run, folder, settings=()):
+    """Draw the picture of a scene from its finished run; -> its path, `folder`/NAME.png.
+
+    settings: what was changed in the library's scene, texts KEY=VALUE for the page.
+    """
     chosen = scene.picture
     plots = () if chosen.plot is None else (PLOTS[chosen.plot],)
     target = Path(folder) / f"{scene.name}.png"
     return render_strip(run, target, times=chosen.times, color=chosen.color, camera=chosen.camera, size=chosen.size,
-                        plots=plots, notes=_facts(scene, run))
+                        plots=plots, notes=_facts(scene, run, settings or ()))
 
 
-def _facts(scene, run):
+def _facts(scene, run, settings):
     summary, origin = run.summary, run.provenance
     return {"particles": summary["particles"], "steps": summary["steps"], "wall_time": summary["wall_time"],
             "device": origin.get("device", origin["backend"]), "dx": scene.solver.dx, "time": float(run.times[-1]),
-            "dimension": scene.dimension, "version": origin["version"]}
+            "dimension": scene.dimension, "version": origin["version"],
+            "settings": ", ".join(text for text in settings if not text.startswith("picture."))}
 
 
 def write_page(folder, in_words):

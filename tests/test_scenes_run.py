@@ -19,7 +19,6 @@ COARSE = {
     "whumpf_2d": {"solver.dx": 0.2},
     "skier_trigger": {"solver.dx": 0.2},
     "natural_release": {"solver.dx": 0.2},
-    "slab_release_flanks": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "microstructure_2d": {"solver.dx": 1e-4, **SHORT},
     "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},

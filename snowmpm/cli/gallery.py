@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import Backend, BackendOption, Threads
+from snowmpm.cli.options import Backend, BackendOption, Settings, Threads, setting_values
 from snowmpm.cli.run import simulate, start_taichi
 from snowmpm.cli.wording import count, duration, short
 from snowmpm.errors import InputError
@@ -20,6 +20,7 @@ def gallery(
         typer.Option("-o", "--output", metavar="DIR", help="Folder of pictures and page; scenes/gallery by default."),
     ] = None,
     runs: Annotated[Path, typer.Option(metavar="DIR", help="Folder that holds the runs, DIR/NAME.")] = Path("runs"),
+    settings: Settings = None,
     backend: BackendOption = Backend.auto,
     threads: Threads = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Run scenes anew that have a run in DIR.")] = False,
@@ -27,19 +28,20 @@ def gallery(
     """Draw a picture of library scenes, and write the page of all of them.
 
     A scene that has no finished run is run first, one that was interrupted goes on. Moments, colours and camera are
-    those of the scene's section [picture].
+    those of the scene's section [picture]. What --set changes is said below the picture.
     """
     from snowmpm.gallery import default_folder, draw_exhibit, write_page
     from snowmpm.scenes import library, load_scene
 
     folder = output or default_folder()
-    chosen = [load_scene(name) for name in scenes or library()]
+    changed = setting_values(settings)
+    chosen = [load_scene(name, changed) for name in scenes or library()]
     for scene in chosen:
         if scene.name not in library():
             raise InputError(f"{scene.source}: not a scene of the library, and the gallery shows those only")
     for scene in chosen:
         run = _finished(scene, runs / scene.name, backend, threads, overwrite)
-        print(draw_exhibit(scene, run, folder))
+        print(draw_exhibit(scene, run, folder, settings))
     page, missing = write_page(folder, _in_words)
     print(page if not missing else f"{page}; without a picture: {', '.join(missing)}")
 
@@ -60,5 +62,7 @@ def _in_words(facts):
     """The line below a picture; nothing for one that was not made by this command."""
     if not facts:
         return ""
+    changed = f" With {facts['settings']}." if facts.get("settings") else ""
+    cost = f"{duration(float(facts['wall_time']))} on {facts['device']}"
     return (f"{count(int(facts['particles']))} particles, dx = {float(facts['dx']):g} m, {float(facts['time']):g} s in"
-            f" {short(float(facts['steps']))} steps: {duration(float(facts['wall_time']))} on {facts['device']}.")
+            f" {short(float(facts['steps']))} steps: {cost}.{changed}")
