@@ -139,7 +139,7 @@ def test_rest_half_a_degree_below_the_friction_angle_at_every_angle(tilt, durati
 
 
 def flutter_of_finite_elements(mu, n=20):
-    """(2, 2): growth and angular frequency [1/s] of the two gravest unstable modes of the block in steady sliding:
+    """(2, 2): growth [1/s] and angular frequency [1/s] of the two gravest unstable modes of the block as it slides:
     bilinear elements in plane strain, lumped masses, u_n = 0 and a shear of mu times the reaction on the base."""
     size, (lam, shear) = LONG / n, (LAW.bulk_modulus - 2.0 / 3.0 * LAW.shear_modulus, LAW.shear_modulus)
     D = np.diag([lam + 2.0 * shear, lam + 2.0 * shear, shear])
