@@ -15,8 +15,12 @@ nodes. A wall made of nodes that are held acts as if shifted by a third of a cel
 gains, J = sum m (v - v*), is the impulse of the solid.
 
     slip:      J_n as it comes
-    separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (`TOUCH`)
+    separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (below)
     Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu |J_n| / |J_t|)
+
+Snow has arrived where the followers' mass over the leader's is at least what snow above a gap of `lines.GAP` has:
+without the measure it would stop a cell above the wall. It does not depend on how dense the snow lies. (A gradual onset
+would be a damper: it took a third of the energy of a bar that bounces.)
 
 (Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
 one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
@@ -33,16 +37,11 @@ from snowmpm.contact import SEPARATE, STICK, contact_velocity
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, is_worker
 
-TOUCH = 0.6
-"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, from
-which on there is contact. A gap between snow and wall lowers it: without the measure, snow would stop a cell above the
-wall. It does not depend on how dense the snow lies. (A gradual onset would be a damper: it took a third of the energy
-of a bar that bounces.)"""
-
 PRESSED = 3.0
-"""The same measure above which most of the snow lies below the surface, or closer to it than a quarter of a cell: a
-lone grain, say. A velocity linear in d that leaves the wall would carry what lies below further in, so the nodes of
-the line are held one by one instead."""
+"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, above
+which most of the snow lies below the surface, or closer to it than a quarter of a cell: a lone grain, say. A velocity
+linear in d that leaves the wall would carry what lies below further in, so the nodes of the line are held one by one
+instead."""
 
 HELD = -0.5
 """z below which followers of a line without contact are held one by one."""
@@ -154,9 +153,8 @@ def contact_kernel(dim, real, kernel, flip, moving):
             J_n = J.dot(n)
             share_n, share_t, held_below = ti.cast(1.0, real), ti.cast(1.0, real), ti.cast(HELD, real)
             if code == SEPARATE:
-                there = found / ti.max(mass, 1e-6 * found) / numbers[line, dim + reach]
-                share_n = ti.select(J_n > 0.0 and there >= TOUCH, 1.0, 0.0)
-                if there >= PRESSED and target.dot(n) > 0.0:
+                share_n = ti.select(J_n > 0.0 and found >= mass * numbers[line, dim + reach + 2], 1.0, 0.0)
+                if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
                     share_n, held_below = 0.0, 1.0
             if code != STICK:
                 limit = friction * ti.abs(J_n) * share_n

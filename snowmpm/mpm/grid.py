@@ -159,7 +159,7 @@ def grid_kernels(dim, real, flip):
                             nodes[sums + q] = vec4(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
-                wide = last[1] - first[1]
+                wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
                 for row in range((last[0] - first[0]) * wide):
                     i, j = first[0] + row // wide, first[1] + row % wide
                     here = sums + (i * edge + j) * edge

@@ -20,6 +20,11 @@ REACH = {"quadratic": 3, "cubic": 4}
 FARTHEST = 2.5
 """z up to which a node can be a leader; 1.5 on a plane, more where the surface curves."""
 
+GAP = 0.25
+"""Gap between snow and surface [cells along the line] from which on there is contact. The same on every line: where it
+goes with the place of the surface between the nodes, a body that rolls meets bumps, and hops. Half of it is within the
+noise of the sampling, and touches one line and not the next."""
+
 TILT = 0.02
 """By how much another axis must be more normal to the surface before it takes the place of the last one."""
 
@@ -29,8 +34,9 @@ class Lines:
 
     start (n + 1,), deep_start (n + 1,): first line and first deep node of each contact block. nodes (m, 1 + reach):
     places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
-    (m, dim + reach + 2): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
-    half-space, z of the leader. deep (k,), deep_normals (k, dim).
+    (m, dim + reach + 3): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
+    half-space, z of the leader, the same ratio of masses where a gap of `GAP` is left below. deep (k,), deep_normals
+    (k, dim).
     """
 
     def __init__(self, dim, real, kernel, flip, stored):
@@ -49,7 +55,7 @@ class Lines:
         self.n_lines, self.n_deep = int(start[-1]), int(deep_start[-1])
         self.start, self.deep_start = int_array(start), int_array(deep_start)
         lines, deep = max(1, self.n_lines), max(1, self.n_deep)
-        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 2)
+        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 3)
         self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
                    blocks.shares)
@@ -219,7 +225,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                             k, up, z = along(wall)
                             if leads(z):
                                 nodes[line, 0] = c * stride + q
-                                full = ti.cast(0.0, real)
+                                full, touching = ti.cast(0.0, real), ti.cast(0.0, real)
                                 for a in ti.static(range(dim)):
                                     numbers[line, a] = wall[a]
                                 for j in range(reach):
@@ -227,8 +233,10 @@ def line_kernels(dim, real, kernel, flip, stored):
                                                             coordinates, axis, sign, level)
                                     nodes[line, 1 + j], numbers[line, dim + j] = place, ratio
                                     full += mass_share(z - (j + 1))
+                                    touching += mass_share(z - (j + 1) - GAP)
                                 numbers[line, ti.static(dim + reach)] = full / mass_share(z)
                                 numbers[line, ti.static(dim + reach + 1)] = z
+                                numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
                                 line += 1
                             elif wall[3] <= 0.0 and is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis,
                                                            sign, level) == 0:

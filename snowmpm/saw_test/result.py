@@ -6,7 +6,7 @@ RUNAWAY = 3.0
 """Times the speed of the saw at which a crack counts as running by itself."""
 
 FALLS = 4.0
-"""Intervals of the record by which a bin must have broken before one nearer to the saw, to be of another crack."""
+"""Intervals of the record by which a bin must have broken before those nearer to the saw, to be of another crack."""
 
 
 def result_of(values, *, slab_thickness, saw_speed):
@@ -19,7 +19,7 @@ def result_of(values, *, slab_thickness, saw_speed):
                         still stop later: see runs_to_the_end
     crack_length        tip of the crack in the end; runs_to_the_end: it is within D of the far end
     crack_speed         [m/s] median over windows of D from halfway to D before the end of the crack
-    top_speed           [m/s] largest over a length of D
+    top_speed           [m/s] exceeded, over windows of D, on a tenth of the way
     collapse_height     median settlement of the slab in the end, where the crack ran by itself and is 2 D behind it
     fracture_energy     [J/m2] median of the work in the weak layer per area until it had lost its strength, there
     plastic_work        [J] of all snow in the end, per metre of width in 2-D
@@ -36,14 +36,15 @@ def result_of(values, *, slab_thickness, saw_speed):
     found["critical_length"] = float(np.interp(arrival[onset], time, values["saw"]))
     own = (np.arange(len(x)) >= onset) & (x < tip) & np.isfinite(arrival)
     begun = onset + max(1, round(D / width))  # nearer, bins break almost at once
-    one = own & _of_one_crack(arrival, begun, FALLS * float(np.median(np.diff(time))))
-    middle, speed = crack_speed(x[one], arrival[one], D)
+    passed, one = _front(arrival, onset, FALLS * float(np.median(np.diff(time))))
+    one &= own
+    middle, speed = crack_speed(x[one], passed[one], D)
     ahead = np.isfinite(speed)
     if ahead.any():
         ahead &= middle > 0.5 * (x[onset] + x[one][-1])
     if ahead.any():
         found["crack_speed"] = float(np.median(speed[ahead]))
-        found["top_speed"] = float(np.nanmax(speed[(middle > x[begun]) | ahead]))
+        found["top_speed"] = float(np.nanpercentile(speed[(middle > x[begun]) | ahead], 90.0))
     settled = own & (x < tip - 2.0 * D) & (x > x[onset] + D)
     if settled.any():
         found["collapse_height"] = float(np.nanmedian(values["settlement"][-1][settled]))
@@ -51,12 +52,15 @@ def result_of(values, *, slab_thickness, saw_speed):
     return found
 
 
-def _of_one_crack(arrival, begun, tolerance):
-    """Bins (n,) before the first one that another crack had reached earlier, from a weak spot or the far end."""
-    reached = np.where(np.isfinite(arrival), arrival, -np.inf)[begun:]
-    early = np.flatnonzero(reached < np.maximum.accumulate(reached) - tolerance)
-    end = begun + early[0] if len(early) else len(arrival)
-    return np.arange(len(arrival)) < end
+def _front(arrival, onset, tolerance):
+    """When all from bin `onset` to each bin was broken (n,), and which bins the crack from there has reached: a crack
+    that begins ahead of it, as in its own shear waves, is one with it where it catches up; one from the far end of the
+    column, which it meets, is another.
+    """
+    passed = np.where(np.isfinite(arrival), arrival, -np.inf)
+    passed[onset:] = np.maximum.accumulate(passed[onset:])
+    reached = np.flatnonzero(arrival >= passed - tolerance)
+    return passed, np.arange(len(arrival)) <= reached.max(initial=-1)
 
 
 def crack_speed(x, arrival, length):

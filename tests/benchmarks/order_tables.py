@@ -1,6 +1,7 @@
 """Errors and orders of every basis, gradient and transfer in the manufactured motions M6 and M7: CSV and chart.
 
-    python tests/benchmarks/order_tables.py [-o FOLDER] [--only WORD] [--resume] [--precision f64] [--threads 1]
+    python tests/benchmarks/order_tables.py [-o FOLDER] [--only WORD] [--per-cell 4 9] [--resume] [--precision f64]
+                                            [--threads 1]
 
     waves     standing waves in a periodic square (M6, A = 0.02): no rim, strains of 13 %
     vortex    the generalised vortex (M7, A = 0.1): a ring with rims that cut the cells, shears of 0.7
@@ -29,7 +30,7 @@ from tests.verification.periodic_waves import wave_errors
 from tests.verification.schemes import EVERY
 
 CASES = {"waves": wave_errors, "vortex": vortex_errors}
-CELLS, PER_AXIS = (8, 16, 32, 64), (2, 3)
+CELLS, PER_CELL = (8, 16, 32, 64), (4, 9)
 SIZES = ("displacement", "largest_displacement", "stress", "largest_stress")
 COLUMNS = ("case", "basis", "gradient", "transfer", "flip_ratio", "particles_per_cell", "cells_per_metre", *SIZES,
            *(f"order_{size}" for size in SIZES), "precision", "threads")
@@ -55,13 +56,13 @@ def draw(rows, file):
 
     colours = {"pic": "0.6", "apic": "C0", "flip": "C3", "aflip": "C2"}
     figure, axes = plt.subplots(2, 4, figsize=(15, 8), sharex=True, sharey="row", layout="constrained")
-    for column, (case, per_axis) in enumerate((case, per_axis) for case in CASES for per_axis in PER_AXIS):
+    for column, (case, per_cell) in enumerate(itertools.product(CASES, PER_CELL)):
         for line, size in enumerate(("displacement", "stress")):
             axis = axes[line, column]
             for scheme in EVERY:
                 key = (case, scheme.kernel, scheme.gradient, scheme.transfer)
                 chosen = [dict(zip(COLUMNS, row, strict=True)) for row in rows
-                          if tuple(row[:4]) == key and int(row[5]) == per_axis**2]
+                          if tuple(row[:4]) == key and int(row[5]) == per_cell]
                 axis.loglog([int(row["cells_per_metre"]) for row in chosen], [float(row[size]) for row in chosen],
                             marker="o" if scheme.kernel == "quadratic" else "^", markersize=4, linewidth=1.2,
                             linestyle="-" if scheme.gradient == "affine" else ":", color=colours[scheme.transfer],
@@ -69,7 +70,7 @@ def draw(rows, file):
             axis.set_xticks(CELLS, [str(n) for n in CELLS])
             axis.minorticks_off()
             axis.grid(True, which="major", alpha=0.3)
-        axes[0, column].set_title(f"{case}, {per_axis**2} particles per cell")
+        axes[0, column].set_title(f"{case}, {per_cell} particles per cell")
         axes[1, column].set_xlabel("cells per metre")
     for line, size in enumerate(("displacement", "stress")):
         axes[line, 0].set_ylabel(f"error of the {size}")
@@ -100,6 +101,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path(__file__).parent / "figures", help="folder")
     parser.add_argument("--only", default="", help="schemes whose name holds this")
+    parser.add_argument("--per-cell", type=int, nargs="+", choices=PER_CELL, default=PER_CELL)
     parser.add_argument("--resume", action="store_true", help="keep the rows that are there")
     parser.add_argument("--precision", choices=("f64", "f32"), default="f64")
     parser.add_argument("--threads", type=int, default=1)
@@ -108,16 +110,16 @@ def main():
     options.output.mkdir(parents=True, exist_ok=True)
     file = options.output / "order_tables.csv"
     rows = kept(file) if options.resume and file.exists() else []
-    for per_axis, scheme, case in itertools.product(PER_AXIS, EVERY, CASES):
+    for per_cell, scheme, case in itertools.product(options.per_cell, EVERY, CASES):
         ratio = f"{scheme.flip_ratio:g}" if "flip" in scheme.transfer else ""
-        key = case, scheme.kernel, scheme.gradient, scheme.transfer, ratio, str(per_axis**2)
+        key = case, scheme.kernel, scheme.gradient, scheme.transfer, ratio, str(per_cell)
         if options.only not in str(scheme) or any(row[:6] == key for row in rows):
             continue
         new = list(table(case, scheme, key, options.precision, options.threads))
         rows.extend(new)
         with open(file, "w", newline="") as lines:
             csv.writer(lines).writerows([COLUMNS, *rows])
-        print(f"{case:6s} {scheme!s:28s} {per_axis**2} per cell: displacement " + " ".join(row[7] for row in new)
+        print(f"{case:6s} {scheme!s:28s} {per_cell} per cell: displacement " + " ".join(row[7] for row in new)
               + ", stress " + " ".join(row[9] for row in new), flush=True)
     draw(rows, options.output / "order_tables.png")
 

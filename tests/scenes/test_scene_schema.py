@@ -86,6 +86,7 @@ SHAPES_3D = [
     {"kind": "sphere", "centre": [0, 1, 0], "radius": 2},
     {"kind": "cylinder", "base": [0, 0, 0], "axis": [0, 0, 1], "radius": 1, "height": 2},
     {"kind": "mesh", "file": "house.stl"},
+    {"kind": "prism", "points": [[0, 0], [1, 0], [0, 1]], "y": [0, 1]},
     {"kind": "layer", "top": 1, "region": {"x": [0, 1], "y": [0, 1]}},
     {"kind": "layer", "top": 1, "region": {"polygon": [[0, 0], [1, 0], [0, 1]]}},
     {"kind": "layer", "top": "file", "region": {"file": "release.shp"}},

@@ -27,6 +27,7 @@ SHAPES = {
     "ball": (Spec(kind="sphere", centre=(5.0, 2.0, 1.0), radius=0.9), 3, 4 / 3 * np.pi * 0.729),
     "cylinder": (Spec(kind="cylinder", base=(1, 1, 0), axis=(1, 0, 2), radius=0.7, height=1.5), 3, np.pi * 0.735),
     "polygon": (Spec(kind="polygon", points=((0, 0), (4, 0), (4, 2), (2, 0.5), (0, 2))), 2, 5.0),
+    "prism": (Spec(kind="prism", points=((0, 0), (4, 0), (4, 2), (2, 0.5), (0, 2)), y=(1.0, 1.8)), 3, 4.0),
 }  # fmt: skip
 
 
@@ -40,8 +41,10 @@ def is_inside(spec, x):
         along = (x - spec.base) @ axis
         across = np.linalg.norm(x - spec.base - along[:, None] * axis, axis=1)
         return (along > 0) & (along < spec.height) & (across < spec.radius)
+    if spec.kind == "prism" and not ((x[:, 1] > spec.y[0]) & (x[:, 1] < spec.y[1])).all():
+        return np.zeros(len(x), bool)
     height = np.interp(x[:, 0], [0, 2, 4], [2, 0.5, 2])
-    return (x[:, 1] > 0) & (x[:, 1] < height) & (x[:, 0] > 0) & (x[:, 0] < 4)
+    return (x[:, -1] > 0) & (x[:, -1] < height) & (x[:, 0] > 0) & (x[:, 0] < 4)
 
 
 @pytest.mark.parametrize("sampling", ["regular", "jittered", "poisson"])

@@ -24,7 +24,9 @@ pytestmark = pytest.mark.slow
 W2 = {"materials.weak_layer.hardening": 1.0, "materials.weak_layer.p0": 3.0e3}
 STRONG_IN_SHEAR = {"materials.weak_layer.critical_slope": 1.8}
 """W3 bears 419 Pa in shear under the slab's weight on 35 degrees, which puts 703 Pa on it; so it bears 902 Pa."""
-SUPERSHEAR = {"materials.weak_layer.p0": 4.0e3}
+BRITTLE_IN_SHEAR = {"materials.weak_layer.p0": 4.8e3, "materials.weak_layer.cohesion": 0.05,
+                    "materials.weak_layer.softening": 2.0}
+"""W3 with little cohesion: 960 Pa of shear strength under 867 Pa of normal stress, 31 degrees once sheared."""
 AS_GIVEN = {"saw_test.weak_layer": (("material", "weak_layer"), ("thickness", 0.05))}
 """The layer as thick as it is, its softening as given, whatever the grid."""
 AFTER = 0.03  # s after the crack has come through
@@ -124,15 +126,31 @@ def test_critical_length_against_the_slope(critical_lengths):
     assert up[1] < 0.8 * flat[1] < flat[1] < 0.8 * down[1]
     for found in (flat, down):
         assert found[0] == pytest.approx(found[1], rel=0.3)
-    assert up[0] == pytest.approx(up[3], rel=0.3) and up[0] < up[1]
+    assert up[0] < up[1]
     for found in (flat, up, down):
         assert found[0] < found[2]  # energy over a rigid layer: an upper bound
 
 
+@pytest.mark.xfail(strict=True, reason="0.14 m where WEAC says 0.23: 40 % less, as shear failure (0.16 m) takes over")
+def test_critical_length_up_the_slope(critical_lengths):
+    """Up the slope the load is close to the shear strength of the weak layer, which WEAC's brittle layer has not."""
+    up = critical_lengths[35.0]
+    assert up[0] == pytest.approx(up[1], rel=0.3)
+
+
 def test_supershear():
-    """On 45 degrees, beyond the friction angle of 30 of the collapsed layer, the crack runs with the plate waves of the
-    slab: the weight along the slope drives it in shear."""
-    values, found, _ = crack(SUPERSHEAR, length=30.0, slope_angle=45.0, notch=0.05, saw_start=0.002, saw_speed=4.0)
+    """On 45 degrees, far beyond the friction angle of the sheared layer, the crack first runs below the shear waves of
+    the slab and then, from about 6 m on, jumps to the speed of its plate waves: the weight along the slope drives it.
+    Seen: 55 m/s, then 107 (0.93 of 115 m/s); cracks that begin ahead of the tip, which catches up with them.
+
+    W3 with p0 = 4 kPa does not: bonds of the law break by change of volume only, and in shear under a given normal
+    stress it comes to the critical state of its intact ellipse, tan phi = M (1 + beta) / (1 - beta) sqrt(3 + 6 beta) =
+    0.85, not 0.58. That leaves 132 of 867 Pa to drive a crack (tip 1.4 m after a cut of 1 m, 9.6 m after one of 8 m).
+    """
+    values, found, _ = crack(BRITTLE_IN_SHEAR, length=30.0, slope_angle=45.0, notch=0.3, saw_start=0.0, saw_speed=10.0,
+                             saw_length=1.5)
     x, speed = crack_speed(values["x"], values["arrival"], 2.0)
-    late = speed[(x > 15.0) & (x < 28.0)]
-    assert 0.90 < np.nanmedian(late) / found["theory"]["plate_wave_speed"] < 1.02
+    plate = found["theory"]["plate_wave_speed"]
+    assert 0.90 < np.nanmedian(speed[(x > 10.0) & (x < 22.0)]) / plate < 1.02
+    assert 0.90 < found["crack_speed"] / plate < 1.02
+    assert np.nanmedian(speed[x < 4.0]) < found["theory"]["shear_wave_speed"]

@@ -97,15 +97,24 @@ def errors(slope_angle, dx):
 @pytest.mark.parametrize("slope_angle", [0.0, 35.0, -35.0])
 def test_energy_release_rate_and_deflection(slope_angle, dx):
     """Seen at 25 and 12.5 mm: energy release rate +1, +2 % (flat), +4, +5 % (up), -1, +1 % (down); deflection over the
-    cut of 0.5 m -2.1, -1.2 %, -3.0, -2.4 %, -0.2, +1.2 %; over 0.3 m -5.6, -4.7 %, -7.5, -6.8 %, +1.7, +3.6 %.
-
-    The short cut up the slope stays 6 % off however fine the grid: the end of a slab, as high as the cut is long, is no
-    beam, and its rotation, which shear in the weak layer drives, is an eighth of what is measured there.
+    cut of 0.5 m -2.1, -1.2 %, -3.0, -2.4 %, -0.2, +1.2 %.
     """
-    rate, (short, long) = errors(slope_angle, dx)
+    rate, (_, long) = errors(slope_angle, dx)
     assert abs(rate) < 0.08
     assert abs(long) < 0.05
-    assert abs(short) < (0.05 if slope_angle <= 0.0 and dx < 0.02 else 0.08)
+
+
+SHORT = pytest.mark.xfail(strict=True, reason="a cut as long as the slab is high: 6 to 8 % stiffer than WEAC's beam")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("slope_angle", "dx"), [
+    pytest.param(0.0, 0.025, marks=SHORT), (0.0, 0.0125), pytest.param(35.0, 0.025, marks=SHORT),
+    pytest.param(35.0, 0.0125, marks=SHORT), (-35.0, 0.025), (-35.0, 0.0125)])
+def test_deflection_over_a_short_cut(slope_angle, dx):
+    """Over 0.3 m, of a slab 0.5 m high, which is hardly a beam. Seen: -5.6, -4.7 % (flat), -7.5, -6.8 % (up),
+    +1.7, +3.6 % (down)."""
+    assert abs(errors(slope_angle, dx)[1][0]) < 0.05
 
 
 def test_energy_release_rate_on_the_flat_coarse():

@@ -34,23 +34,23 @@ def exact_height(law, length, Y):
     return modulus / weight * (potential(0.0) - potential(Y))
 
 
-def column(law, length, scheme, offset, angle):
+def column(law, length, scheme, offset, angle, width=WIDTH):
     """-> solver, and the base and axes (2, 2) of the column. offset: of base and walls from a node [cells], for a
     column along the grid; angle: by which the set-up is turned, of walls that are blocks [rad]; None: sides of the
-    domain."""
+    domain. width: in cells."""
     dx = length / CELLS
-    x, volumes = lattice([0.0, 0.0], [WIDTH * dx, length], dx)
+    x, volumes = lattice([0.0, 0.0], [width * dx, length], dx)
     if angle is None:
         base, axes = np.full(2, offset * dx), np.eye(2)
-        options = dict(lower=base, upper=base + np.array([WIDTH * dx, 1.1 * length]), origin=np.zeros(2),
+        options = dict(lower=base, upper=base + np.array([width * dx, 1.1 * length]), origin=np.zeros(2),
                        sides=[["slip", "slip"], ["stick", "open"]])
     else:
         base = np.array([0.37, 0.61]) * dx
         axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         right, up = axes
-        foot, half = base + 0.5 * WIDTH * dx * right, base + 0.5 * length * up
+        foot, half = base + 0.5 * width * dx * right, base + 0.5 * length * up
         walls = [block(foot, up, 3 * length, "slip"), block(half, right, 3 * length, "slip"),
-                 block(half + WIDTH * dx * right, -right, 3 * length, "slip")]
+                 block(half + width * dx * right, -right, 3 * length, "slip")]
         corners = base + x @ axes
         lower, upper = corners.min(axis=0) - 4 * dx, corners.max(axis=0) + 4 * dx
         options = dict(lower=lower, upper=upper, origin=dx * np.floor(lower / dx), obstacles=walls)
@@ -98,10 +98,24 @@ def test_wherever_the_column_lies_in_the_grid(law, offset, angle):
     assert largest < 0.025 and typical < 0.005  # largest: at the foot of a wall
 
 
-@pytest.mark.xfail(strict=True, reason="inner corners of walls oblique to the grid: 3 % of the settlement")
-def test_column_turned_by_thirty_degrees():
-    height, _, _ = errors(SNOW, 10.0, APIC, angle=np.pi / 6)
-    assert height < 0.01
+def test_settlement_turned_by_thirty_degrees():
+    """Of the top of a column 12 cells wide. At an inner corner of oblique walls the test functions, which vanish on a
+    wall in the mean over a cell only, are cut: an error of the force there, of which the top feels less the wider the
+    column (2.0 % at 4 cells)."""
+    length = 10.0
+    solver, base, axes = column(SNOW, length, APIC, 0.0, np.pi / 6, width=12)
+    states = ParticleStates(solver)
+    Y = ((states.reference - base) @ axes.T)[:, 1]
+    settle(solver, SNOW, length)
+    top = 0.95 * length < Y
+    missed = (((states.positions() - base) @ axes.T)[:, 1] - exact_height(SNOW, length, Y))[top].mean()
+    assert abs(missed) < 0.01 * (length - exact_height(SNOW, length, length))
+
+
+@pytest.mark.xfail(strict=True, reason="inner corners of walls oblique to the grid: stress off by half of the pressure")
+def test_stress_turned_by_thirty_degrees():
+    _, largest, _ = errors(SNOW, 10.0, APIC, angle=np.pi / 6)
+    assert largest < 0.02
 
 
 def test_half_its_height():
