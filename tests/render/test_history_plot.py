@@ -69,14 +69,25 @@ def stairs(axes):
 def test_every_quantity_is_in_its_panel(tmp_path):
     run = write(tmp_path)
     figure = history_figure(run)
-    assert [axes.get_title(loc="left") for axes in figure.axes] == [
-        "front", "largest speed", "energy", "time step and what limits it", "force on wall",
+    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
+        "front", "largest speed", "energy", "time step and what limits it",
+        "pressure: force over the front of the obstacle", "force on wall",
         "moment on wall, about its centre of rotation"]
     assert np.array_equal(lines(panel(figure, "front"))["run-out"], run.history["runout"])
     energies = lines(panel(figure, "energy"))
     assert panel(figure, "energy").get_ylabel() == "[kJ/m]"
     assert energies["potential, lost"] == pytest.approx(50.0 * TIMES)
     assert energies["kinetic"] == pytest.approx(100.0 * np.exp(-2 * TIMES)) and len(energies) == 6
+
+
+def test_pressure_is_the_force_over_the_front(tmp_path):
+    """The wall is 3 m high; per metre of width."""
+    figure = history_figure(write(tmp_path))
+    (label, ((values, edges, _), *_)), = stairs(panel(figure, "pressure")).items()
+    force, = (values for values, _, _ in stairs(panel(figure, "force on wall"))["x"])
+    assert panel(figure, "pressure").get_ylabel() == "[kPa]" and panel(figure, "force on wall").get_ylabel() == "[kN/m]"
+    assert label.startswith("wall: peak") and np.array_equal(edges, TIMES)
+    assert values == pytest.approx(force / 3.0)
 
 
 def test_the_step_has_the_colour_of_its_cause(tmp_path):
