@@ -62,8 +62,8 @@ class CrackRecord:
         self._power, self._read_at = np.zeros(len(weak)), solver.time
         stress, state = self._stress_and_state()
         self._dissipated += self._elastic(stress, state)
+        self._rest = 0.0
         moved = self._moved()
-        self._rest = np.zeros_like(moved)
         self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
                      "fracture_energy": np.full(len(self.x), np.nan),
                      "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0])}
@@ -119,7 +119,7 @@ class CrackRecord:
     def _moved(self):
         """Displacement of the slab's middle particles (n, dim) [m]; against the rest state once there is one."""
         moved = self._probe.positions(self._slab) - self._start
-        return moved - self._rest if hasattr(self, "_rest") else moved
+        return moved - self._rest
 
     def _stress_and_state(self):
         stress, state = (self._probe.column(name, self._weak) for name in ("stress", "state"))

@@ -57,7 +57,7 @@ class Slab:
 def collapse_speed(slab, collapse_height, gravity=GRAVITY):
     """Speed of a collapse wave on the flat [m/s]: (g E' D^2 / (24 h rho))^(1/4), h the collapse height [m].
 
-    Heierli (2005), doi:10.3189/172756405781813393 (solitary collapse wave in a plate).
+    Heierli (2005), doi:10.1029/2004JF000178 (solitary collapse wave in a plate).
     """
     return float((gravity * slab.bending_modulus * slab.thickness**2 / (24.0 * collapse_height * slab.density))**0.25)
 

@@ -66,14 +66,30 @@ def profile(solver, ends):
     return inside / np.diff(ends), flux / np.maximum(inside, 1e-30)
 
 
+def dam_break(time, dx):
+    """Solver `time` [s] after a dam of 1 m broke, slope and friction angle of the bed [rad]."""
+    slope, bed = np.radians(22.0), np.radians(21.0)
+    positions, volumes = lattice([-60.0, 0.0], [0.0, 1.0], dx)
+    solver = sheet(granular(bed, 1e6), positions, volumes, 1.0 - positions[:, 1], slope, bed, dx, 90.0)
+    run_to(solver, time)
+    return solver, slope, bed
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="at the dam after 5 s the speed is 11 % short of the theory's")
+def test_dam_break_early():
+    """At the dam after five seconds: 0.514576 m, 2.621898 m/s (as tabulated)."""
+    solver, _, _ = dam_break(5.0, 0.1)
+    h, u = profile(solver, np.array([-1.0, 1.0]))
+    assert h[0] == pytest.approx(0.514576, rel=0.1) and u[0] == pytest.approx(2.621898, rel=0.1)
+
+
 @pytest.mark.slow
 def test_dam_break():
     """Ten seconds after a dam of 1 m broke: by then the upright front that it began with, which is not shallow, is a
     seventieth of the flow."""
-    slope, bed, dx, time = np.radians(22.0), np.radians(21.0), 0.2, 10.0
-    positions, volumes = lattice([-60.0, 0.0], [0.0, 1.0], dx)
-    solver = sheet(granular(bed, 1e6), positions, volumes, 1.0 - positions[:, 1], slope, bed, dx, 90.0)
-    run_to(solver, time)
+    time = 10.0
+    solver, slope, bed = dam_break(time, 0.2)
     g_z = G * np.cos(slope)
     m0, c = G * np.sin(slope) - g_z * np.tan(bed), np.sqrt(g_z)
     ends = np.arange(-21.0, 66.0, 2.0)
@@ -91,10 +107,9 @@ def test_dam_break():
     assert front == pytest.approx(time * (2.0 * c + 0.5 * m0 * time - 3.0 * np.sqrt(0.1 * g_z)), rel=0.1)
 
 
-@pytest.mark.slow
-def test_parabolic_cap():
-    """Length, place and depth of the cap. What it gains in length, a tenth at 5 s, is a quarter short of the theory's:
-    pressure along the flow is less than K = 1 of that across it until the whole depth shears."""
+@pytest.fixture(scope="module")
+def cap():
+    """Place, speed, depth and stretch of the cap by its time [s], each (found, exact)."""
     slope, bed, dx, half, height = np.radians(35.0), np.radians(25.0), 0.5, 80.0, 4.0
     positions, volumes = lattice([-half, 0.0], [half, height], dx)
     surface = height * (1.0 - (positions[:, 0] / half) ** 2)
@@ -106,13 +121,23 @@ def test_parabolic_cap():
     spread = positions[:, 0].std()
     solution = solve_ivp(lambda t, y: [y[1], 2.0 * g_z * height / (half * y[0]) ** 2], (0.0, 10.0), [1.0, 0.0],
                          rtol=1e-8, dense_output=True)
+    found = {}
     for time in (5.0, 10.0):
         run_to(solver, time)
         x, stretch = solver.particles.positions()[:, 0], solution.sol(time)[0]
-        centre = x.mean()
-        assert centre == pytest.approx(0.5 * m0 * time**2, rel=0.1)
-        assert solver.particles.column("velocity")[:, 0].mean() == pytest.approx(m0 * time, rel=0.1)
-        assert x.std() / spread - 1.0 == pytest.approx(stretch - 1.0, rel=0.3)
-        assert x.std() / spread * half + centre == pytest.approx(stretch * half + 0.5 * m0 * time**2, rel=0.05)
-        h = profile(solver, centre + np.array([-8.0, 8.0]))[0]
-        assert h[0] == pytest.approx(height / stretch, rel=0.1)
+        centre, way = x.mean(), 0.5 * m0 * time**2
+        found[time] = {
+            "centre": (centre, way), "speed": (solver.particles.column("velocity")[:, 0].mean(), m0 * time),
+            "front": (x.std() / spread * half + centre, stretch * half + way),
+            "depth": (profile(solver, centre + np.array([-8.0, 8.0]))[0][0], height / stretch),
+            "gain": (x.std() / spread - 1.0, stretch - 1.0)}
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("quantity", ["centre", "speed", "front", "depth", pytest.param("gain", marks=pytest.mark.xfail(
+    strict=True, reason="the gain in length, a tenth at 5 s, is a quarter short of the theory's; as with K = 0.77"))])
+def test_parabolic_cap(cap, quantity):
+    for values in cap.values():
+        found, exact = values[quantity]
+        assert found == pytest.approx(exact, rel=0.1)

@@ -72,6 +72,14 @@ def test_what_shears_and_what_slides(runs):
     assert all(slip[regime] > 0.95 for regime in (II, III, IV))
 
 
+@pytest.mark.xfail(strict=True, reason="32, 6, 3 and 59 % of I, II, III and IV; 77, 26, 10 and 34 % published")
+def test_plastic_shares_as_published(runs):
+    """At 10 s; the published slope is not known, nor what counts as plastic."""
+    for regime, run in runs.items():
+        share = np.interp(10.0, run.history["time"], run.history["plastic_fraction"])
+        assert share == pytest.approx(PUBLISHED[regime], rel=0.1)
+
+
 def test_order_of_the_plastic_shares(runs):
     """Published at 10 s on another slope: 77, 34, 26 and 10 % of I, IV, II and III. The order holds on the slope; the
     shares are smaller than those, for all but the plug."""

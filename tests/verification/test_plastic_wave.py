@@ -8,7 +8,7 @@ that on the piston while the front runs from 0.15 to 0.5 m. The problem has no l
 50 cells on a grid twice as fine, so what is off there after the start is off on any grid.
 
 In fresh snow the front is three cells wide where nothing damps it, and rings. Of the fan of plastic waves that should
-run ahead of it, those slower than 78 m/s do not come off, since elastic waves overtake and unload them: the shock
+run ahead of it, those slower than 78 m/s do not come off (elastic waves that unload them, presumably): the shock
 starts from 2790 Pa and 0.113 m/s instead of 3143 Pa and 0.148 m/s, and the jump conditions from there give the speed,
 stress and density that are found. Errors of D, P1 and rho1 in per cent at 4.3 m/s, and what does not change them:
 
