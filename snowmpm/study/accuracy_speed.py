@@ -51,7 +51,7 @@ def chosen(only, quick):
 def refined(problem, variation, quick, say):
     """Rows of one variation of one problem, coarse to fine; a grid that fails is said and left out."""
     rows = []
-    for cells in problem.quick if quick else problem.cells:
+    for cells in problem.grids(variation, quick):
         own = variation == DEFAULT and cells == problem.usual
         try:
             for _ in range(REPEATS if own else 1):

@@ -1,17 +1,8 @@
 """Propagation saw test with an elastic weak layer against WEAC (validation case S1).
 
 WEAC (Rosendahl & Weissgraeber 2020, doi:10.5194/tc-14-115-2020) is a Timoshenko beam on an elastic layer, solved in
-closed form in a program of its own: nothing is shared but the numbers of the scene. Slab 250 kg/m3, 0.5 m, 3 MPa; weak
-layer 50 mm, 0.5 MPa; both nu = 0.3, plane strain. It cuts from the right and counts angles against the clock: its -35
-degrees are a saw that goes up a slope of 35 degrees.
-
-The cut is there from the start. The slab starts in the state of an infinite slope and is brought to rest, critically
-damped; WEAC's deflection contains the settlement of that state, sigma / k_n. The energy release rate is the difference
-of the potential energy of two cuts, -dPi/da, against the mean of WEAC's over them.
-
-WEAC takes the weak layer for springs, k_n = E / (1 - nu^2) t and k_t = G / t. A real layer between a slab and ground
-cannot widen: its k_n is that of oedometric compression, 23 % more at nu = 0.3 (in WEAC: 7 % less deflection). Here it
-has the E and nu whose oedometric modulus and G are WEAC's: nu' = nu / (1 + nu), E' = E (1 + nu') / (1 + nu).
+closed form in a program of its own: nothing is shared but the numbers of `elastic_saw_test`. It cuts
+from the right and counts angles against the clock: its -35 degrees are a saw that goes up a slope of 35 degrees.
 
 What is left may be the grid, since the uppermost cells of the weak layer are partly slab, or the beam; not separated.
 """
@@ -21,17 +12,11 @@ import functools
 import numpy as np
 import pytest
 
-import snowmpm
+from snowmpm.study.problems import elastic_saw_test as saw_test
+from snowmpm.study.problems.elastic_saw_test import CUTS, LENGTH, settlement
+from snowmpm.study.problems.schemes import Scheme
 
 weac = pytest.importorskip("weac", reason="WEAC is in the dev extra")
-
-CUTS = (0.3, 0.5)  # m
-LENGTH = 2.0  # m; WEAC says that 6 m change nothing
-BONDED = 0.3 / 1.3
-WEAK_LAYER = {"kind": "elastic", "density": 100.0, "youngs_modulus": 0.5e6 * (1.0 + BONDED) / 1.3,
-              "poisson_ratio": BONDED}
-NORMAL_STIFFNESS = 0.5e6 / 0.91 / 0.05  # Pa/m, of WEAC: plane strain, E / (1 - nu^2) / t
-
 
 def of_weac(cut, slope_angle, length=LENGTH):
     """Energy release rate [J/m2] and deflection of the free end [mm] by WEAC."""
@@ -60,36 +45,25 @@ def test_weac_itself(cut, slope_angle, rate, deflection):
 
 @functools.cache
 def at_rest(cut, slope_angle, dx):
-    """Potential energy Pi [J/m] and deflection of the free end [mm], from the state of an infinite slope."""
-    simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {
-        "solver.dx": dx, "solver.transfer": "apic", "materials.weak_layer": WEAK_LAYER, "initial.stress": "geostatic",
-        "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
-        "saw_test.slope_angle": slope_angle, "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}}))
-    solver = simulation.solver
-    # First frequency of the free end, which reaches about 0.3 m into the weak layer
-    omega = 3.516 * np.sqrt(3e6 / 0.91 * 0.5**2 / 12.0 / 250.0) / (cut + 0.3) ** 2
-    while solver.time < 12.0 / omega:
-        dt, _ = solver.stable_dt()
-        solver.keep = 1.0 - 2.0 * omega * dt
-        simulation.step()
-    particles = simulation.particles
-    moved = particles["position"] - simulation.model.population.positions[particles["id"]]
-    elastic = solver.materials.elastic_energy(particles["material"], particles.kirchhoff(), particles.state(),
-                                              particles["volume"] / particles["J"])
-    settled = simulation.crack.values()["settlement"][-1].astype(float)
-    end = 1.5 * settled[0] - 0.5 * settled[1]  # from the middle of the first bin to its edge
-    return elastic - float(particles["mass"] @ (moved @ solver.gravity)), 1e3 * end
+    return saw_test.at_rest(Scheme("apic", precision="f32"), cut, slope_angle, dx)
+
+
+def mean_rate(slope_angle):
+    """Energy release rate between the cuts by WEAC [J/m2]."""
+    rates = np.array([of_weac(cut, slope_angle)[0] for cut in np.linspace(*CUTS, 9)])
+    return (0.5 * (rates[1:] + rates[:-1])).mean()
 
 
 def errors(slope_angle, dx):
     """Relative errors of the energy release rate between the two cuts, and of the deflection at each."""
     (before, end0), (after, end1) = (at_rest(cut, slope_angle, dx) for cut in CUTS)
-    a = np.linspace(*CUTS, 9)
-    rates = np.array([of_weac(cut, slope_angle)[0] for cut in a])
-    mean = (0.5 * (rates[1:] + rates[:-1])).mean()
-    resting = 1e3 * 250.0 * 9.81 * 0.5 * np.cos(np.radians(slope_angle)) / NORMAL_STIFFNESS
+    resting = settlement(slope_angle)
     ends = [(end + resting) / of_weac(cut, slope_angle)[1] - 1.0 for cut, end in zip(CUTS, (end0, end1), strict=True)]
-    return (before - after) / (CUTS[1] - CUTS[0]) / mean - 1.0, np.array(ends)
+    return (before - after) / (CUTS[1] - CUTS[0]) / mean_rate(slope_angle) - 1.0, np.array(ends)
+
+
+def test_the_numbers_of_the_flat():
+    assert pytest.approx((mean_rate(0.0), of_weac(CUTS[1], 0.0)[1]), rel=1e-5) == saw_test.FLAT
 
 
 @pytest.mark.slow

@@ -29,6 +29,18 @@ class Scheme:
         """`MpmSolver` of this scheme."""
         return MpmSolver(population, laws, precision=self.precision, cfl=self.cfl, **self.options, **options)
 
+    def simulation(self, scene, dx, per_axis=2, overrides=None):
+        """`Simulation` of a library scene with this scheme."""
+        from snowmpm.scenes import load_scene
+        from snowmpm.simulation import Simulation
+
+        dim = load_scene(scene).dimension
+        chosen = {f"solver.{name}": value for name, value in self.options.items()}
+        chosen |= {"solver.dx": dx, "solver.precision": self.precision, "solver.particles_per_cell": per_axis**dim}
+        if self.cfl:
+            chosen["solver.cfl"] = self.cfl
+        return Simulation(load_scene(scene, chosen | (overrides or {})))
+
     @property
     def affine(self):
         """Whether particles hand their velocity gradient on."""
