@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from snowmpm.materials.law import Law
 
-FINEST = ("program", "float64", "cubic", "3 per axis")
+FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "half the step")
+"""Variations that are taken to the last grid, where floors and their causes are seen."""
 
 
 @dataclass(frozen=True)
@@ -30,14 +31,12 @@ class Problem:
     quick: tuple
     usual: int
     options: frozenset = frozenset()
-    dear: bool = False
-    """whether only the variations FINEST are taken to the last grid"""
 
     def grids(self, variation, quick):
         """Cells of the refinement of a variation."""
         if quick:
             return self.quick
-        return self.cells if not self.dear or variation.name in FINEST else self.cells[:-1]
+        return self.cells if variation.name in FINEST else self.cells[:-1]
 
     def takes(self, variation):
         """Whether it can be solved in this variation."""

@@ -58,7 +58,7 @@ def _collapse(scheme, cells, per_axis):
 
 CATALOGUE = {problem.name: problem for problem in (
     Problem("waves", "standing waves (M6)", "displacement, root mean square over the amplitude", "the period",
-            periodic_waves.LAW, _waves, 2.0, (8, 16, 32, 64, 128), (16, 32, 64), 32),
+            periodic_waves.LAW, _waves, 2.0, (8, 16, 32, 64), (8, 16, 32), 32),
     Problem("vortex", "generalised vortex (M7)", "displacement, root mean square over the amplitude", "a metre",
             generalised_vortex.LAW, _vortex, 2.0, (8, 16, 32, 64), (8, 16, 32), 32),
     Problem("bar", "vibrating bar (M4)", "velocity after 1.9 periods, root mean square over that of the start",
@@ -66,7 +66,7 @@ CATALOGUE = {problem.name: problem for problem in (
     Problem("column", "column under its weight (M5)", "largest error of a height over the settlement", "its height",
             column.SOFT, _column, None, (8, 16, 32, 64), (8, 16, 32), 32, frozenset({"offset", "wall"})),
     Problem("cantilever", "hanging cantilever (M11)", "deflection of its end", "its thickness",
-            cantilever.law(), _cantilever, None, (2, 3, 4, 6, 8), (2, 3), 4, dear=True),
+            cantilever.law(), _cantilever, None, (2, 3, 4, 6), (2, 3), 3),
     Problem("slab", "granular slab on a slope (M15)", "acceleration of its surface", "its depth",
             granular_slab.granular(np.arcsin(SINE)), _slab, None, (5, 10, 20, 40), (5, 10, 20), 20,
             frozenset({"offset"})),
@@ -74,8 +74,7 @@ CATALOGUE = {problem.name: problem for problem in (
             "half a metre of its way", piston.FIRM, _piston, None, (25, 50, 100, 200), (25, 50), 50,
             frozenset({"return_map"})),
     Problem("collapse", "column collapse (G1)", "run-out, against the law of the experiments", "its height",
-            column_collapse.SAND, _collapse, None, (5, 10, 20, 40), (5, 10), 20, dear=True),
+            column_collapse.SAND, _collapse, None, (5, 10, 20), (5, 10), 10),
     Problem("saw_test", "elastic saw test (S1)", "energy release rate and deflection, root mean square",
-            "the height of the slab", elastic_saw_test.SLAB, elastic_saw_test.flat_error, None, (10, 20, 40), (10,), 20,
-            dear=True),
+            "the height of the slab", elastic_saw_test.SLAB, elastic_saw_test.flat_error, None, (10, 20, 40), (10,), 20),
 )}
