@@ -43,7 +43,7 @@ class Bar(Application):
 def solve(cells, alpha):
     with tempfile.TemporaryDirectory() as folder:
         bar = Bar(0.5 * LENGTH / cells, alpha, fname="bar", output_dir=folder)
-        bar.setup(["--no-progress", "--disable-output", "-d", folder])
+        bar.setup(["--quiet", "--disable-output", "-d", folder])
         clock, step = Clock(), bar.solver.integrator.step
         bar.solver.integrator.step = lambda *arguments: clock.step(step, *arguments)
         bar.solve()
