@@ -1,4 +1,4 @@
-"""A scene moved along the Pareto front: what `--fast` and `--accurate` change in it, and what the measurements say of it.
+"""A scene moved along the Pareto front: what `--fast` and `--accurate` change in it, and what was measured of that.
 
 The moves and what they cost in error are those of `presets`, in problems with known answers; what they save is worked
 out for the scene at hand, from its dimension and time step and the measured cost of a particle-step.
@@ -6,9 +6,11 @@ out for the scene at hand, from its dimension and time step and the measured cos
 
 from dataclasses import dataclass
 
+from snowmpm.errors import InputError
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 from snowmpm.study.presets import FASTER, LESS_ERROR
+from snowmpm.study.variation import LONGEST
 from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
 
 
@@ -20,8 +22,14 @@ class Change:
     lines: tuple
 
 
+def _check_method(scene, option):
+    if scene.solver.method != "mpm":
+        raise InputError.at("solver.method", scene.solver.method, f'{option} was measured for "mpm" only', scene.source)
+
+
 def faster(scene):
     """`Change` that makes a scene run FASTER with the least loss that was measured."""
+    _check_method(scene, "--fast")
     table, limit = _table(scene), coarsest(scene)
     allowed = [gain for gain in table if gain.move.coarser <= limit]
     saving = _saving(scene, table)
@@ -35,6 +43,7 @@ def faster(scene):
 
 def more_accurate(scene):
     """`Change` that brings the typical error to LESS_ERROR of what it was, at the least cost that was measured."""
+    _check_method(scene, "--accurate")
     table = _table(scene)
     saving = _saving(scene, table)
     gain = presets.most_accurate(table, saving)
@@ -64,7 +73,7 @@ def _step(scene, move=None):
     own = {name: scheme.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
     critical = critical_cfl(**own, stiffness=stiffness)
     usual = chosen.cfl or usual_cfl(critical)
-    return min(usual * (move.variation.step if move else 1.0), max(usual, presets.LONGEST * critical))
+    return min(usual * (move.variation.step if move else 1.0), max(usual, LONGEST * critical))
 
 
 def _saving(scene, table):
@@ -119,8 +128,8 @@ def _text(value):
 
 
 def thinnest(scene):
-    """Least extent of a body that a grid must resolve [m]; inf where none is known before it is built. A weak layer that
-    is drawn some cells thick follows the grid."""
+    """Least extent of a body that a grid must resolve [m]; inf where none is known before it is built. A weak layer
+    that is drawn some cells thick follows the grid."""
     if scene.saw_test:
         test = scene.saw_test
         return min((layer.thickness for _, layer in test.layers
