@@ -13,3 +13,7 @@ class InputError(Exception):
 
 class SimulationError(Exception):
     """A simulation that cannot go on: which particle, when and why. The command line exits with 1."""
+
+
+class WriteError(SimulationError):
+    """A run that cannot write what it has to (disk full, folder gone): where, why, and what is safe."""

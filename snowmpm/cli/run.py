@@ -41,7 +41,7 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = simulate(loaded, folder, resume)
+    result = simulate(loaded, folder, resume, overwrite)
     print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
     if render:
         draw(result, folder / "film.mp4")
@@ -70,7 +70,7 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume):
+def simulate(scene, folder, resume, overwrite=True):
     """Run a scene with a progress bar; -> `snowmpm.io.Run`."""
     import snowmpm
     from snowmpm.cli.progress import display
@@ -80,7 +80,7 @@ def simulate(scene, folder, resume):
     try:
         with display(scene.name) as progress, warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            return snowmpm.run(scene, folder, progress=progress, resume=resume)
+            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite)
     except KeyboardInterrupt as interruption:
         if interruption.args:
             raise
