@@ -74,7 +74,8 @@ def run(scene, out_dir, progress=None, resume=False, overwrite=True):
     """
     phases, folder = Phases(), Path(out_dir)
     with FolderLock(folder) as lock:
-        resume = resume and not _hardly_begun(folder)
+        if resume and _hardly_begun(folder):
+            resume, overwrite = False, True
         saved = _saved(folder, scene) if resume else None
         simulation = Simulation(scene, settled=resume)
         if resume:
@@ -116,7 +117,8 @@ def _not_written(error, folder, checkpoints):
         kept = f"frames up to t = {times[-1]:.6g} s are safe" if len(times) else "no frame was written"
     except InputError:
         kept = "no frame was written"
-    message = f"{error.filename or folder}: cannot be written ({error.strerror or error});\n{kept}; {checkpoints}"
+    file = error.filename or run_file(folder)
+    message = f"{file}: cannot be written ({error.strerror or error});\n{kept}; {checkpoints}"
     return WriteError(message if checkpoints.time is None else f"{message}; make room, and --resume goes on from there")
 
 

@@ -1,4 +1,4 @@
-"""Files that are whole or not there at all: one of numbers and arrays, the form of a checkpoint, and text.
+"""Files that are whole or not there at all: one of numbers and arrays, the form of a checkpoint, and any other.
 
 The former is an uncompressed .npz archive: `record`, JSON text (UTF-8) of the tree, in which an array is
 {"array": member}; the arrays; and `digest`, the SHA-256 of all of them. NumPy opens it; nothing in it is ever
@@ -34,10 +34,15 @@ def write_archive(path, tree, keep=None):
         np.savez(file, **arrays)
 
 
-def write_text(path, text):
-    """Write a text file that is whole or the one before. Raises OSError when it cannot be written."""
+def write_bytes(path, content):
+    """Write a file that is whole or the one before. Raises OSError when it cannot be written."""
     with _replacement(Path(path)) as file:
-        file.write(text.encode())
+        file.write(content)
+
+
+def write_text(path, text):
+    """Write a text file (UTF-8) that is whole or the one before. Raises OSError when it cannot be written."""
+    write_bytes(path, text.encode())
 
 
 @contextlib.contextmanager
