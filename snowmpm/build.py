@@ -136,8 +136,9 @@ def _surface(scene):
     if scene.terrain is None:
         return None
     extent = _extent(scene)
-    if extent is None and scene.terrain.kind == "plane":
-        raise InputError(f"{scene.source}: domain: a plane needs domain.min and domain.max, to know how far it reaches")
+    if extent is None and (scene.terrain.kind == "plane" or (scene.terrain.kind, scene.dimension) == ("profile", 3)):
+        raise InputError(f"{scene.source}: domain: a {scene.terrain.kind} needs domain.min and domain.max, to know how"
+                         " far it reaches")
     try:
         return load_terrain(scene.terrain, scene.base_dir, dimension=scene.dimension, extent=extent)
     except InputError as error:

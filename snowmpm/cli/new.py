@@ -104,8 +104,7 @@ def _on_ground(name, file, ground, release, thickness):
         area, slope = found.area, found.slope
         told = [f"ground: {words}", f"release: {where}; a guess, to be put right in the file"]
         if slope < STEEP[0]:
-            told.append(f"the steepest part has {slope:.0f} degrees, and avalanches want {STEEP[0]:g} and more: is z up,"
-                        " are these metres?")
+            told.append(f"the steepest part has {slope:.0f} degrees, and avalanches want {STEEP[0]:g}: is z up, in m?")
     else:
         if not release.is_file():
             raise InputError(f"--release {release}: no such file{nearest_file(release)}")

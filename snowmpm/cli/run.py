@@ -51,8 +51,8 @@ def run(
     Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene),
     DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
 
-    On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left; elsewhere
-    only the end is told.
+    On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
+    elsewhere only the end is told.
     """
     from snowmpm.scenes import load_scene
 

@@ -1,7 +1,6 @@
 """Points that fill a box evenly: lattice, jittered lattice, Poisson discs."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
 # First diameter of random discs by dimension, in mean spacings; they fill up at 0.75, 0.83 and 0.90, but ever slower.
@@ -49,6 +48,8 @@ def _poisson(counts, rng):
 
 def _discs(size, total, rng):
     """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks as needed."""
+    from scipy.spatial import cKDTree  # slow to import, and other samplings do without
+
     diameter = DIAMETERS[len(size)]
     kept = np.empty((0, len(size)))
     while len(kept) < total:

@@ -7,7 +7,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.plane import plane_facets
-from snowmpm.terrain.profile import profile_facets
+from snowmpm.terrain.profile import drawn_out, profile_facets
 from snowmpm.terrain.raster import raster_facets, read_raster
 from snowmpm.terrain.surface import TerrainSurface
 
@@ -17,15 +17,15 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
 
     spec: object with `kind` and that kind's attributes
       plane    point (dim,) [m], angle [degrees, dips towards +x], azimuth [degrees from +x towards +y, 3-D; default 0]
-      profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]
+      profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]; in 3-D drawn out
+               along y as far as `extent`
       mesh     file (.stl, .obj, .ply), metres
       dem      file (.asc, .tif), metres, projected coordinates; region with x = [x0, x1], y = [y0, y1] [m], each or
                both optional: the part to use
     base_dir: folder that a relative `file` starts from.
     dimension: 2 or 3; needed for a plane without `point`; a terrain of another dimension is refused.
     extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane reaches as far; of a
-    mesh
-      or a raster only what touches it is kept, so that a large raster costs what the scene uses of it.
+      mesh or a raster only what touches it is kept, so that a large raster costs what the scene uses of it.
     InputError: anything wrong with the input.
     """
     box = None if extent is None else tuple(np.asarray(e, float) for e in extent)
@@ -54,7 +54,12 @@ def _plane(spec, base_dir, dimension, box):
 
 
 def _profile(spec, base_dir, dimension, box):
-    return TerrainSurface.of(*profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0))
+    points, segments = profile_facets(spec.points, getattr(spec, "fillet", None) or 0.0)
+    if dimension != 3:
+        return TerrainSurface.of(points, segments)
+    if box is None:
+        raise InputError("terrain: a profile in 3-D needs the domain, to know how far it is drawn out along y")
+    return TerrainSurface.of(*drawn_out(points, (box[0][1], box[1][1])))
 
 
 def _mesh(spec, base_dir, dimension, box):

@@ -31,6 +31,15 @@ def profile_facets(points, fillet=0.0):
     return points, np.column_stack([n, n + 1])
 
 
+def drawn_out(points, width):
+    """Vertices (2n, 3) and triangles (2n - 2, 3) of a profile (n, 2) drawn out along y over `width` (y0, y1) [m]."""
+    n = len(points)
+    near, far = (np.insert(points, 1, y, axis=1) for y in width)
+    k = np.arange(n - 1)
+    return np.concatenate([near, far]), np.concatenate([np.column_stack([k, k + 1, k + 1 + n]),
+                                                        np.column_stack([k, k + 1 + n, k + n])])
+
+
 def rounded(points, radius):
     """The polyline (n, 2) with an arc of `radius` [m], tangent to both sides, in place of each inner corner."""
     if radius < 0:

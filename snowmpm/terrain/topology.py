@@ -5,7 +5,6 @@ edge in 3-D, so that one text serves both. All arrays: vertices (n, dim) [m], fa
 """
 
 import numpy as np
-from scipy.sparse import coo_array, csgraph
 
 WELD = 1e-9  # of the surface's size: vertices closer than this are one (STL repeats each vertex per triangle)
 FLAT = 1e-12  # of the surface's size squared (3-D) or size (2-D): facets smaller than this are dropped
@@ -126,6 +125,8 @@ def _consistent(turn, first, second, agree):
 
 def _carried(n, first, second, agree):
     """Turn (+-1) of each facet relative to the first of its connected part, and the part's number."""
+    from scipy.sparse import coo_array, csgraph  # slow to import, and few surfaces are turned
+
     graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(n, n)).tocsr()
     n_parts, part = csgraph.connected_components(graph, directed=False)
     key = np.minimum(first, second) * n + np.maximum(first, second)

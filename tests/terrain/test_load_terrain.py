@@ -50,6 +50,20 @@ def test_profile_is_what_it_says_whatever_its_direction(tmp_path):
         assert (surface.facet_normals[:, 1] > 0).all()
 
 
+def test_profile_is_drawn_out_along_y(tmp_path):
+    points = [[0.0, 30.0], [40.0, 5.0], [60.0, 5.0]]
+    flat = load(tmp_path, kind="profile", points=points, fillet=15.0)
+    table = Spec(kind="profile", points=points, fillet=15.0)
+    deep = load_terrain(table, tmp_path, dimension=3, extent=([0.0, -2.0, 0.0], [60.0, 3.0, 40.0]))
+    assert deep.area() == pytest.approx(5.0 * flat.area(), rel=1e-12)
+    np.testing.assert_allclose([deep.lower, deep.upper], [[0.0, -2.0, 5.0], [60.0, 3.0, 30.0]], atol=1e-12)
+    x = np.linspace(0.5, 59.5, 50)
+    for y in (-1.9, 0.0, 2.9):
+        np.testing.assert_allclose(deep.height(np.column_stack([x, np.full(50, y)])), flat.height(x[:, None]),
+                                   rtol=1e-12)
+    assert (deep.facet_normals[:, 2] > 0).all() and (np.abs(deep.facet_normals[:, 1]) < 1e-14).all()
+
+
 def test_fillet_is_an_arc_tangent_to_both_sides(tmp_path):
     points = np.array([[0.0, 30.0], [40.0, 5.0], [60.0, 5.0]])
     surface = load(tmp_path, kind="profile", points=points, fillet=15.0)
@@ -245,7 +259,7 @@ def test_bad_tables(tmp_path, table, message):
 
 
 def test_dimension_must_fit_the_scene(tmp_path):
-    with pytest.raises(InputError, match="2-D terrain in a 3-D scene"):
+    with pytest.raises(InputError, match="needs the domain, to know how far it is drawn out"):
         load_terrain(Spec(kind="profile", points=[[0, 1], [2, 0]]), dimension=3)
     with pytest.raises(InputError, match="must have 2 numbers"):
         load_terrain(Spec(kind="plane", point=(0, 0, 0)), dimension=2, extent=([0, 0], [1, 1]))
