@@ -11,8 +11,19 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import Backend, BackendOption, PrecisionOption, SceneName, Settings, Threads, scene_overrides
+from snowmpm.cli.options import (
+    Backend,
+    BackendOption,
+    Json,
+    PrecisionOption,
+    Quiet,
+    SceneName,
+    Settings,
+    Threads,
+    scene_overrides,
+)
 from snowmpm.cli.render import draw
+from snowmpm.cli.table import print_json
 from snowmpm.cli.wording import count, duration
 from snowmpm.errors import InputError
 
@@ -35,35 +46,46 @@ def run(
     accurate: Annotated[
         bool, typer.Option("--accurate", help="Trade time for half of the error; says what it changes.")
     ] = False,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="A line every ten seconds instead of the live display: for logs.")
+    ] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
 ):
     """Run a scene to its run file.
 
     Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene),
     DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
+
+    On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
+    elsewhere only the end is told.
     """
     from snowmpm.scenes import load_scene
 
     overrides = scene_overrides(settings, precision)
     loaded = load_scene(scene, overrides)
     if fast or accurate:
-        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, accurate))
+        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, accurate, quiet))
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = simulate(loaded, folder, resume)
-    print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
-    if render:
-        draw(result, folder / "film.mp4")
+    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite)
+    told = not quiet and not as_json
+    if told:
+        print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
+    film = draw(result, folder / "film.mp4", quiet=not told) if render else None
+    if as_json:
+        print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
 
 
-def _along_the_front(scene, fast, accurate):
+def _along_the_front(scene, fast, accurate, quiet):
     """Keys that --fast or --accurate changes, after it has been said which."""
     from snowmpm.study.along_front import faster, more_accurate
 
     if fast and accurate:
         raise InputError("--fast and --accurate lead opposite ways: choose one")
     change = faster(scene) if fast else more_accurate(scene)
-    for line in change.lines:
+    for line in () if quiet else change.lines:
         print(line, file=sys.stderr)
     return change.overrides
 
@@ -91,17 +113,17 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume):
-    """Run a scene with a progress bar; -> `snowmpm.io.Run`."""
+def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True):
+    """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`."""
     import snowmpm
     from snowmpm.cli.progress import display
 
     # A request to end is treated like Ctrl-C, so that the run file is closed properly.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        with display(scene.name) as progress, warnings.catch_warnings():
+        with display(scene.name, lines, quiet) as progress, warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            return snowmpm.run(scene, folder, progress=progress, resume=resume)
+            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite)
     except KeyboardInterrupt as interruption:
         if interruption.args:
             raise
