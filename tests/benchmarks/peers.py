@@ -23,6 +23,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ from snowmpm.materials import Elastic
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.study.measurement import TimedScheme
 from snowmpm.study.problems.particle_states import ParticleStates
-from snowmpm.study.problems.schemes import free_solver
+from snowmpm.study.problems.schemes import Scheme, free_solver
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "peers"))
@@ -41,29 +42,31 @@ import free_bar  # noqa: E402
 
 PEERS = {"newton": "newton_bar.py", "pysph": "pysph_bar.py"}
 COLUMNS = ("program", "choice", "dimension", "cells", "particles", "steps", "seconds", "error")
-OWN = {"quadratic": ("quadratic", "f32", 0.4), "cubic": ("cubic", "f32", 0.4)}
-"""Choices of snowmpm: kernel, precision, C of a step."""
+OWN = {"quadratic": Scheme("apic", precision="f32", cfl=0.4),
+       "cubic": Scheme("apic", kernel="cubic", precision="f32", cfl=0.4),
+       "SPH": Scheme("apic", method="sph", precision="f32", cfl=0.3)}
+"""Choices of snowmpm."""
 
 
 def own_rows(grids):
     """Rows of snowmpm: the program's own choice and cubic splines, in plane strain and 3-D."""
     law = Elastic(density=free_bar.DENSITY, youngs_modulus=free_bar.YOUNGS_MODULUS, poisson_ratio=0.0)
-    for (choice, (kernel, precision, cfl)), dim, cells in itertools.product(
-            OWN.items(), (2, 3), free_bar.CELLS[:grids]):
+    for (choice, scheme), dim, cells in itertools.product(OWN.items(), (2, 3), free_bar.CELLS[:grids]):
         dx = free_bar.LENGTH / cells
         x = free_bar.lattice(0.5 * dx, dim)
         velocities = np.zeros_like(x)
         velocities[:, 0] = free_bar.start(x[:, 0])
-        scheme = TimedScheme("apic", kernel=kernel, precision=precision, cfl=cfl)
+        timed = TimedScheme(**{field.name: getattr(scheme, field.name) for field in fields(scheme)})
         volumes = np.full(len(x), (0.5 * dx) ** dim)
-        solver = free_solver(x, volumes, law, scheme, dx, velocities=velocities, reach=4 * dx)
+        solver = free_solver(x, volumes, law, timed, dx, velocities=velocities, reach=4 * dx)
         states = ParticleStates(solver)
-        steps = int(np.ceil(free_bar.PERIOD * free_bar.SPEED / (cfl * dx)))
+        wide = 0.5 * dx if scheme.method == "sph" else dx
+        steps = int(np.ceil(free_bar.PERIOD * free_bar.SPEED / (scheme.cfl * wide)))
         for _ in range(steps):
             solver.step(free_bar.PERIOD / steps)
         found = free_bar.error(states.reference[:, 0], states.column("velocity")[:, 0])
-        yield dict(zip(COLUMNS, ("snowmpm, MPM", choice, dim, cells, len(x), steps,
-                                 float(f"{scheme.watch.seconds:.4g}"), float(f"{found:.4g}")), strict=True))
+        yield dict(zip(COLUMNS, ("snowmpm", choice, dim, cells, len(x), steps,
+                                 float(f"{timed.watch.seconds:.4g}"), float(f"{found:.4g}")), strict=True))
 
 
 def peer_rows(name, interpreter, grids):
