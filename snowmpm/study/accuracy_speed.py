@@ -7,6 +7,8 @@ particle-steps), the same errors against the grid, and a page of conclusions tha
 
 from pathlib import Path
 
+import numpy as np
+
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.study import conclusions
@@ -58,6 +60,10 @@ def refined(problem, variation, quick, say):
                 rows.append(measure(problem, variation, cells))
         except SimulationError as error:
             say(f"{problem.name}, {variation.name}, {cells} cells: failed: {str(error).splitlines()[0]}")
+            continue
+        if not np.isfinite(rows[-1].error):
+            say(f"{problem.name}, {variation.name}, {cells} cells: no answer")
+            rows = [row for row in rows if row.cells != cells]
             continue
         say(f"{problem.name:12s} {variation.name:20s} {cells:4d} cells {rows[-1].particles:8d} particles"
             f" {rows[-1].seconds:8.2f} s  error {rows[-1].error:.2e}")

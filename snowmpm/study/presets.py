@@ -77,6 +77,9 @@ def moved(problem, quick, say):
         except SimulationError as error:
             say(f"{problem.name}, {variation.name}: failed: {str(error).splitlines()[0]}")
             continue
+        if not np.isfinite(row.error):
+            say(f"{problem.name}, {variation.name}: no answer")
+            continue
         say(f"{problem.name:12s} {variation.name:30s} {cells:4d} cells {row.seconds:8.2f} s  error {row.error:.2e}")
         yield row
 
