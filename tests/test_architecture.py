@@ -55,12 +55,27 @@ MAY_IMPORT = {
         "sph",
         "cli",
     },
-    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition"},
+    "study": {
+        "errors",
+        "common",
+        "materials",
+        "scenes",
+        "io",
+        "render",
+        "terrain",
+        "seeding",
+        "solids",
+        "saw_test",
+        "mpm",
+        "sph",
+        "composition",
+    },
+    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study"},
 }
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery", "first_scene")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
