@@ -35,8 +35,8 @@ class ComparedRun:
 @dataclass(frozen=True)
 class Comparison:
     """What is drawn. along: label of the profiles' axis; line: where the stresses are; moment [s]: of profiles and
-    stresses; width: per metre of width (2-D); known_profile: (label, s, height); curve: (x label, y label, x, y) of what
-    is known beside `measured`; numbers: [(name, unit, low, high, [measured of each run])]."""
+    stresses; width: per metre of width (2-D); known_profile: (label, s, height); curve: (x label, y label, x, y) of
+    what is known beside `measured`; numbers: [(name, unit, low, high, [measured of each run])]."""
 
     title: str
     runs: list
@@ -139,7 +139,8 @@ def _draw_line(axes, comparison):
         for name, (place, stress) in run.line.items():
             pair = (stress / scale, place) if upright else (place, stress / scale)
             axes.plot(*pair, color=_colour(i), lw=1.5, ls=DASHES[names.index(name)])
-    axes.legend(handles=[Line2D([], [], color="0.35", ls=DASHES[k], label=name) for k, name in enumerate(names)], **LEGEND)
+    styles = [Line2D([], [], color="0.35", ls=DASHES[k], label=name) for k, name in enumerate(names)]
+    axes.legend(handles=styles, **LEGEND)
     stress_label, place_label = f"compressive stress  [{unit}]", "height  [m]" if upright else "x  [m]"
     labels = (stress_label, place_label) if upright else (place_label, stress_label)
     _named(axes, f"stress on {comparison.line} at {comparison.moment:.4g} s", *labels)

@@ -116,4 +116,4 @@ def _labels(paths):
         labels = ["/".join(own[-depth:]) for own in parts]
         if len(set(labels)) == len(labels):
             return labels
-    return [f"{label} ({i + 1})" for i, label in enumerate(labels)]
+    return [f"{own[-1]} ({i + 1})" for i, own in enumerate(parts)]

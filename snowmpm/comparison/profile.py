@@ -3,7 +3,8 @@
 Particles are gathered in bins two particle spacings wide. A bin is filled where what it holds, spread over it at the
 density of the start, is at least a layer of particles deep; the body is the row of filled bins that holds most. Its
 surface is the highest particle of each bin that no gap of more than three spacings, in it and the two beside it,
-separates from what lies below, and half a spacing above it; its ends are the outermost particles of the row, and half a spacing beyond.
+separates from what lies below, and half a spacing above it; its ends are the outermost particles of the row, and half a
+spacing beyond.
 
 Beyond the body proper a collapse leaves grains a layer or two thin, which reach the further the finer they are. The
 front, as an experiment sees it at a distance, is where the depth, what lies in a bin over its plan area, falls below

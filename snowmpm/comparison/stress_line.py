@@ -12,7 +12,7 @@ COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "yz": 4, "xz": 5}
 
 @dataclass(frozen=True)
 class Line:
-    """The line on which one coordinate, "x" or "z", has a value [m]; in 3-D in the plane y of the middle of all mass."""
+    """The line on which one coordinate, "x" or "z", has a value [m]; in 3-D in the plane through the middle along y."""
 
     axis: str
     value: float
@@ -55,7 +55,7 @@ def stress_along(case, frame, line):
     if not near.any():
         return None
     number = np.floor(along[near] / (2.0 * spacing) + 1e-4).astype(np.int64)
-    places, label, counts = np.unique(number, return_inverse=True, return_counts=True)
+    _, label, counts = np.unique(number, return_inverse=True, return_counts=True)
     means = {name: np.bincount(label, values[near]) / counts for name, values in held.items()}
     return StressLine(line, np.bincount(label, along[near]) / counts, means)
 

@@ -12,8 +12,8 @@ from snowmpm.comparison.answers.slope_stability import Slope, plane_strain_stren
 from snowmpm.comparison.answers.wall_thrust import largest_friction, wedge_bounds
 from snowmpm.scenes.reference import Reference
 
-SNOW = {"kind": "cohesive_cam_clay", "youngs_modulus": 3e6, "poisson_ratio": 0.3, "critical_slope": 1.5, "cohesion": 0.3,
-        "hardening": 1.0, "p0": 30e3}
+SNOW = {"kind": "cohesive_cam_clay", "youngs_modulus": 3e6, "poisson_ratio": 0.3, "critical_slope": 1.5,
+        "cohesion": 0.3, "hardening": 1.0, "p0": 30e3}
 SOFT = {**SNOW, "youngs_modulus": 1e6, "critical_slope": 1.2, "hardening": 0.1, "p0": 20e3}
 SAND = {"kind": "hypoplastic", "density": 1850.0, "youngs_modulus": 2.1e7, "poisson_ratio": 0.2, "friction_angle": 29.5,
         "dilation_angle": 1.0}

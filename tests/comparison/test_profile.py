@@ -19,7 +19,7 @@ def write(folder, frames, dimension=2, fields=None, **record):
     with RunWriter(folder, provenance=record, dimension=dimension, units=units, origin=np.zeros(dimension)) as writer:
         for i, x in enumerate(frames):
             writer.history(float(i), {"front": 0.0, "steps": i}, {"front": "m", "steps": "1"})
-            writer.frame(float(i), x, fields and {name: values(x) for name, values in fields.items()} or {})
+            writer.frame(float(i), x, {name: values(x) for name, values in (fields or {}).items()})
     return folder
 
 
@@ -94,5 +94,5 @@ def test_labels_tell_runs_apart(tmp_path):
 
 def test_runs_of_different_dimension_are_refused(tmp_path):
     flat, deep = write(tmp_path / "a", [block(0.5, 0.5)] * 2), write(tmp_path / "b", [block(0.5, 0.5, 0.5)] * 2, 3)
-    with pytest.raises(InputError, match="a 3-D run; .* is 2-D"):
+    with pytest.raises(InputError, match=r"a 3-D run; .* is 2-D"):
         only(flat, deep)

@@ -13,7 +13,6 @@ from snowmpm.comparison.profile import profile
 from snowmpm.comparison.quantity import Quantity
 from snowmpm.errors import InputError
 
-
 NEAR = 0.1
 """Half-widths or radii from the middle over which its height is a mean."""
 
@@ -105,8 +104,8 @@ class RoundColumn(_Column):
 def _shape(case, kind):
     shape = case.body["shape"]
     if shape["kind"] != kind:
-        raise InputError(f"{case.run.path}: bodies.0.shape.kind = {shape['kind']!r}: what is known of this scene is that"
-                         f" of a {kind}")
+        raise InputError(f"{case.run.path}: bodies.0.shape.kind = {shape['kind']!r}: what is known of this scene is"
+                         f" that of a {kind}")
     return shape
 
 
