@@ -1,10 +1,10 @@
 """`snowmpm check`: is a scene valid, and what would be modelled."""
 
-from snowmpm.cli.options import PrecisionOption, SceneName, Settings, scene_overrides
-from snowmpm.cli.table import print_facts
+from snowmpm.cli.options import Json, PrecisionOption, SceneName, Settings, scene_overrides
+from snowmpm.cli.table import print_facts, print_json
 
 
-def check(scene: SceneName, settings: Settings = None, precision: PrecisionOption = None):
+def check(scene: SceneName, settings: Settings = None, precision: PrecisionOption = None, as_json: Json = False):
     """Say what a scene will model, and at what expense.
 
     Writes nothing. A wrong scene ends with exit code 2 and the key that is wrong.
@@ -17,4 +17,8 @@ def check(scene: SceneName, settings: Settings = None, precision: PrecisionOptio
     start_taichi(Backend.cpu, None)
     from snowmpm import build
 
-    print_facts(f"{loaded.name} ({loaded.source})", build.describe(loaded))
+    described = build.describe(loaded)
+    if as_json:
+        print_json({"scene": loaded.name, "source": loaded.source, **described})
+    else:
+        print_facts(f"{loaded.name} ({loaded.source})", described)
