@@ -1,4 +1,4 @@
-"""The accuracy-speed study: its committed table agrees with the declared orders, and its pages say what stands in it."""
+"""The accuracy-speed study: its committed table agrees with the declared orders; its page says what stands in it."""
 
 from pathlib import Path
 
