@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from snowmpm.render.figure import check_ending, save
 
@@ -37,7 +38,8 @@ class Panel:
     note: str = ""
 
 
-def render_work_precision(panels, output, *, x_label, title, columns=3, size=None, legend_columns=6, dpi=130):
+def render_work_precision(panels, output, *, x_label, title, y_label="relative error", columns=3, size=None,
+                          legend_columns=6, dpi=130):
     """Draw `Panel`s to a PNG, PDF or SVG. Returns the path written. Raises InputError for another ending."""
     check_ending(output)
     rows = -(-len(panels) // columns)
@@ -54,7 +56,7 @@ def render_work_precision(panels, output, *, x_label, title, columns=3, size=Non
         if k + columns >= len(panels):
             axes.set_xlabel(x_label, fontsize=10)
         if k % columns == 0:
-            axes.set_ylabel("relative error", fontsize=10)
+            axes.set_ylabel(y_label, fontsize=10)
     _legend(figure, panels, styles, legend_columns)
     return save(figure, output, dpi)
 
@@ -83,6 +85,8 @@ def _draw(axes, panel, styles):
     axes.grid(color="0.92", lw=0.7, which="major")
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=9, color="0.5")
+    _few_numbers(axes.xaxis, [x for curve in panel.curves for x in curve.x])
+    _few_numbers(axes.yaxis, [y for curve in panel.curves for y in curve.y])
     if panel.front is not None:
         axes.plot(*panel.front, color=FRONT, lw=7.0, alpha=0.75, solid_joinstyle="round", solid_capstyle="round",
                   zorder=1)
@@ -95,9 +99,17 @@ def _draw(axes, panel, styles):
         x = [curve.x[0], curve.x[-1]]
         axes.plot(x, [curve.y[middle] * (value / curve.x[middle]) ** slope for value in x], color="0.35", lw=0.9,
                   ls=(0, (6, 4)), zorder=2)
-    axes.set_title(panel.title, fontsize=10.5, loc="left", color=INK)
-    if panel.note:
-        axes.text(0.98, 0.97, panel.note, transform=axes.transAxes, ha="right", va="top", fontsize=7.5, color="0.35")
+    axes.set_title(panel.title, fontsize=10.5, loc="left", color=INK, pad=17 if panel.note else 6)
+    axes.text(0.0, 1.02, panel.note, transform=axes.transAxes, ha="left", va="bottom", fontsize=7.8, color="0.35")
+
+
+def _few_numbers(axis, values):
+    """Powers of ten; 2 and 5 of each between them where there are few of those."""
+    few = max(values) / min(values) < 30.0
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    if few:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value < 1e4 else f"{value:.0e}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _legend(figure, panels, styles, columns):

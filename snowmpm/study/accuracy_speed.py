@@ -74,9 +74,9 @@ def report(rows, folder):
     """Charts and conclusions of a table of rows; -> paths."""
     folder, best = Path(folder), merged(rows)
     charts = [
-        _chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
-        _chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
-        _chart(best, folder / "accuracy_grid.png", "cells", "cells"),
+        chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
+        chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
+        chart(best, folder / "accuracy_grid.png", "cells", "cells"),
     ]
     page = folder / "accuracy_speed.md"
     page.write_text(conclusions.page(rows), encoding="utf-8")
@@ -86,7 +86,8 @@ def report(rows, folder):
 TITLES = {"seconds": "Error against time", "particle_steps": "Error against work", "cells": "Error against the grid"}
 
 
-def _chart(rows, output, cost, label):
+def chart(rows, output, cost, label):
+    """Error against `cost`, a panel a problem; -> path."""
     panels = []
     for problem in CATALOGUE.values():
         own = [row for row in rows if row.problem == problem.name]

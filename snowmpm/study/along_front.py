@@ -6,6 +6,8 @@ out for the scene at hand, from its dimension and time step and the measured cos
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from snowmpm.errors import InputError
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
@@ -79,14 +81,14 @@ def _step(scene, move=None):
 def _saving(scene, table):
     """saving(move): time after it over the time before, of as many particles and steps as it leaves, each at the cost
     that was measured."""
-    cost = {gain.move: gain.cost for gain in table}
+    cost = presets.costs(table)
 
     def saving(move):
         particles = _particles(scene, move) / move.coarser**scene.dimension
         steps = 1.0 / move.coarser
         if not scene.solver.dt:
             steps *= _step(scene) / _step(scene, move)
-        return particles * steps * cost[move]
+        return particles * steps * cost[move.name]
 
     return saving
 
@@ -105,8 +107,9 @@ def _overrides(scene, move):
             changed["solver.dt"] = float(f"{chosen.dt * move.coarser:.4g}")
     if move.variation.per_axis != 2:
         changed["solver.particles_per_cell"] = _per_cell(move, scene)
-    if move.variation.step != 1.0 and not chosen.dt:
-        changed["solver.cfl"] = float(f"{_step(scene, move):.3g}")
+    if not chosen.dt and _step(scene, move) > 1.001 * _step(scene):
+        # Rounded down: it must stay below the critical one
+        changed["solver.cfl"] = float(np.floor(1e3 * _step(scene, move)) / 1e3)
     return changed
 
 

@@ -91,13 +91,9 @@ def _named(move):
 
 @dataclass(frozen=True)
 class Gain:
-    """A move over the program's own choice, problem by problem: ratios of error, particle-steps and time (n,).
-
-    largest: index of the problem of most particles.
-    """
+    """A move over the program's own choice, problem by problem: ratios of error, particle-steps and time (n,)."""
 
     move: Move
-    largest: int
     error: np.ndarray
     work: np.ndarray
     seconds: np.ndarray
@@ -108,22 +104,31 @@ class Gain:
 
     @property
     def cost(self):
-        """Time of a particle-step over the program's, in the problem of most particles."""
-        return float(self.seconds[self.largest] / self.work[self.largest])
+        """Time of a particle-step over the program's."""
+        return float(np.median(self.seconds / self.work))
 
 
 def gains(rows):
     """`Gain` of every move that all problems of the table were solved after."""
     rows = merged(rows)
     own = {row.problem: row for row in rows if row.variation == DEFAULT.name}
-    found, largest = [], int(np.argmax([row.particles for row in own.values()])) if own else 0
+    found = []
     for move in MOVES:
         after = {row.problem: row for row in rows if row.variation == move.name}
         if own and after.keys() == own.keys():
             ratios = [[getattr(after[name], size) / getattr(own[name], size) for name in own]
                       for size in ("error", "particle_steps", "seconds")]
-            found.append(Gain(move, largest, *np.array(ratios)))
+            found.append(Gain(move, *np.array(ratios)))
     return found
+
+
+def costs(table):
+    """Time of a particle-step of every scheme over the program's: {move name: ratio}, from the moves that change
+    nothing else; 1 for the program's own scheme."""
+    plain = {tuple(gain.move.variation.scheme.items()): gain.cost for gain in reversed(table)
+             if gain.move.coarser == 1.0 and gain.move.variation.per_axis == DEFAULT.per_axis}
+    return {gain.move.name: plain.get(tuple(gain.move.variation.scheme.items()), gain.cost)
+            if gain.move.variation.scheme else 1.0 for gain in table}
 
 
 def fastest(table, saving):
