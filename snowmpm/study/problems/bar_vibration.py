@@ -12,12 +12,13 @@ LENGTH, PERIOD = 25.0, 10.0
 PERIODS = 1.9
 """That are followed: four zeros of the mean velocity."""
 SMALL = 0.01
-"""Velocity [m/s] of `shape_error`: strains of 0.1 %, whose squares, which the exact solution leaves out, matter less."""
+"""Velocity [m/s] of `shape_error`: strains of 0.1 %, whose squares the exact solution leaves out."""
 
 
 def bar(scheme, cells, offset=0.0, per_axis=2, dim=2, amplitude=0.1, across=3):
-    """Solver of the bar in its first mode, `across` cells wide. offset: of the wall from a node [cells]; amplitude: of
-    the velocity [m/s], V / c the largest strain."""
+    """Solver of the bar in its first mode, `across` cells wide.
+
+    offset: of the wall from a node [cells]; amplitude: of the velocity [m/s], over c the largest strain."""
     dx = LENGTH / cells
     positions, volumes = lattice([0.0] * dim, [LENGTH, *[across * dx] * (dim - 1)], dx, per_axis)
     wall = offset * dx
