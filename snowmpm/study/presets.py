@@ -71,7 +71,7 @@ def study(folder, *, quick=False, only=(), say=print):
 
 def moved(problem, quick, say):
     """Rows of one problem: the program's own choice, repeated, then every move that it can be solved after."""
-    usual = problem.quick[-1] if quick else problem.usual
+    usual = problem.quick[-1] if quick and problem.quick else problem.usual
     plan = [(DEFAULT, usual)] * (1 if quick else 3)
     plan += [(_named(move), max(2, round(usual / move.coarser))) for move in MOVES]
     for variation, cells in plan:
