@@ -95,7 +95,8 @@ class SphSolver:
     def _bind(self):
         scheme, store = self.scheme, self.particles
         real = runtime.DTYPES[self.precision][0]
-        layout = RowLayout(self.dim, scheme.artificial_stress > 0.0, scheme.disorder_damping > 0.0)
+        layout = RowLayout(self.dim, scheme.artificial_stress > 0.0, scheme.disorder_damping > 0.0,
+                           scheme.momentum == "corrected")
         self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         common = (self.width, scheme.kernel, self.radius, scheme.momentum)
@@ -103,7 +104,7 @@ class SphSolver:
             layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
-        self._update, self._reduce, self._show = update_kernels(
+        self._update, self._reduce, self._show, self._correct = update_kernels(
             store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
             scheme.gradient == "corrected", scheme.artificial_stress)
         self._order = order_kernel(store.layout)
@@ -126,6 +127,11 @@ class SphSolver:
             if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
             self.lead_dummies(self._follow if self._has_dummies else None, self.rows.source)
+            if self._bare and self.rows.layout.full:
+                lists, packs = self._lists, self._packs
+                self._correct(packs.table, self.rows.source, lists.entries, lists.runs, lists.n_runs, lists.reals,
+                              lists.room, lists.most_runs, packs.n)
+            self._bare = False
             self.kick(dt)
             self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
             self.regularise(dt)
@@ -307,7 +313,7 @@ class SphSolver:
         store = self.particles
         self._show(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, self._speeds,
                    self.rows.source, self.rows.moved, self.dx, store.count)
-        self._seen = store.changes
+        self._seen, self._bare = store.changes, True
 
     def _find_neighbours(self):
         """Lists for the rows as they are."""
@@ -425,7 +431,7 @@ class SphSolver:
             self._restore_rows(lists["rows"], lists["rows"][:, : self.dim])
             self._follow_motion(np.asarray(lists["mean"], float))
             self._deviation, self._closed_in = lists["deviation"], lists["closed_in"]
-            self._seen = self.particles.changes
+            self._seen, self._bare = self.particles.changes, False
 
     def _restore_rows(self, rows, positions):
         """Set the rows of the particles, at these positions."""
