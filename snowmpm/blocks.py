@@ -107,6 +107,12 @@ class BlockMap:
         unique, counts = np.unique(keys, return_counts=True)
         return cls(unique, counts, dim, period), order, local[order]
 
+    def find(self, coordinates):
+        """Number of the block at each of the coordinates (n, dim), of velocity field 0, and whether there is one."""
+        keys = self.keys_of(coordinates, 0)
+        number = np.minimum(np.searchsorted(self.keys, keys), max(0, len(self.keys) - 1))
+        return number, (self.keys[number] == keys) if len(self.keys) else np.zeros(len(keys), bool)
+
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
         return self._around().T

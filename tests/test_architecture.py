@@ -54,7 +54,22 @@ MAY_IMPORT = {
         "sph",
         "cli",
     },
-    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition"},
+    "study": {
+        "errors",
+        "common",
+        "materials",
+        "scenes",
+        "io",
+        "render",
+        "terrain",
+        "seeding",
+        "solids",
+        "saw_test",
+        "mpm",
+        "sph",
+        "composition",
+    },
+    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition", "study"},
 }
 COMPOSITION = {
     "snowmpm",

@@ -18,9 +18,10 @@ import taichi as ti
 
 from snowmpm.mpm.gather_packs import pack_kernel
 from snowmpm.mpm.interpolation import interpolation
-from snowmpm.mpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, report_functions
-from snowmpm.mpm.response import response_functions
+from snowmpm.mpm.report import report_functions
 from snowmpm.particles import accessors
+from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
+from snowmpm.response import response_functions
 
 
 def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True):

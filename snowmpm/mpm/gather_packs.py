@@ -10,21 +10,14 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
-from snowmpm.materials.law import REDO
-from snowmpm.materials.packs import (
-    LANES,
-    read_lane,
-    read_matrix_lane,
-    update_lane,
-    update_pack,
-    write_lane,
-    write_matrix_lane,
-)
+from snowmpm.law_packs import law_functions
+from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.interpolation import interpolation
-from snowmpm.mpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, report_functions
-from snowmpm.mpm.response import response_functions
+from snowmpm.mpm.report import report_functions
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
+from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
+from snowmpm.response import response_functions
 from snowmpm.runtime import plain_compilation
 from snowmpm.stencil import STENCILS
 
@@ -35,13 +28,13 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
-    n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
-    has_lanes, some_stiffen = ([function is not None for function in lanes],
-                               any(function is not None for function in stiffnesses))
+    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    some_stiffen = any(function is not None for function in stiffnesses)
     shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, stiffnesses, n_parameters)
+    apply_laws = law_functions(layout, real, laws, n_parameters)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
@@ -131,33 +124,6 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
             write_matrix_lane(pack["L"], lane, L)
             write_matrix_lane(pack["A"], lane, A)
             pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
-
-    @ti.func
-    def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
-                   material: ti.template(), materials: ti.template(), law_of: ti.template(), dt):
-        """A pack of one material at once as far as its law can, everything else particle by particle."""
-        common, alike = ti.cast(material[first], ti.i32), 1
-        for lane in range(count):
-            iterations[lane] = REDO
-            if material[first + lane] != common:
-                alike = 0
-        if alike == 1:
-            for k in ti.static(range(n_laws)):
-                if ti.static(has_lanes[k]):  # noqa: SIM102 (one is compile time)
-                    if law_of[common] == k:
-                        update_pack(lanes[k], particle.parameters_of(materials, common), dt, pack["h"], pack["state"],
-                                    pack["A"], pack["tau"], work, iterations)
-        for lane in range(count):
-            own = ti.cast(material[first + lane], ti.i32)
-            for k in ti.static(range(n_laws)):
-                if law_of[own] == k:
-                    if iterations[lane] == REDO:
-                        update_lane(updates[k], lane, particle.parameters_of(materials, own), dt, pack["h"],
-                                    pack["state"], pack["A"], pack["tau"], work, iterations)
-                    if ti.static(some_stiffen):
-                        strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
-                                                        read_lane(pack["tau"], lane), read_lane(pack["state"], lane))
-                        pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
 
     @ti.func
     def report_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), found: ti.template(),

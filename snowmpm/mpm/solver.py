@@ -5,12 +5,12 @@ from dataclasses import asdict, replace
 import numpy as np
 import taichi as ti
 
+from snowmpm import report as report_of
 from snowmpm import runtime
 from snowmpm.arrays import real_array
-from snowmpm.errors import InputError, SimulationError
-from snowmpm.mpm import report as report_of
+from snowmpm.errors import SimulationError
 from snowmpm.mpm.body_contact import BodyContact
-from snowmpm.mpm.frame import Frame
+from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -52,7 +52,7 @@ class MpmSolver:
         stiffness = max(grain_stiffness(law, dim) for law in laws)
         self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
         self.cfl = cfl or usual_cfl(self.critical_cfl)
-        frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
+        frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)
         self.obstacles = [frame.solid(obstacle) for obstacle in obstacles]
@@ -258,10 +258,9 @@ class MpmSolver:
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        frame = self.frame
         return {
             **self.particles.state(),
-            "frame": np.array([frame.origin, frame.lower, frame.upper]), "extremes": asdict(self.extremes),
+            "frame": self.frame.bounds, "extremes": asdict(self.extremes),
             "time": self.time, "steps": self.steps,
             "loaded": self._loaded.copy(), "surfaces": np.array([surface.total for surface in self.surfaces]),
             "weight_impulse": self.weight_impulse.copy(),
@@ -274,10 +273,7 @@ class MpmSolver:
 
         Raises InputError when it does not fit.
         """
-        frame = self.frame
-        if not np.array_equal([frame.origin, frame.lower, frame.upper], state["frame"]):
-            raise InputError("the domain is not the checkpoint's: without domain.min and domain.max it follows"
-                             " end_time, which then must stay as it was")
+        self.frame.check(state["frame"])
         self.particles.restore(state)
         self._follow_blocks()
         self.extremes = Extremes(**state["extremes"])

@@ -17,17 +17,15 @@ keeps the rows that are there.
 import argparse
 import csv
 import itertools
-import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm import runtime
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-from tests.verification.generalised_vortex import vortex_errors
-from tests.verification.periodic_waves import wave_errors
-from tests.verification.schemes import EVERY
+from snowmpm.study.problems.generalised_vortex import vortex_errors
+from snowmpm.study.problems.periodic_waves import wave_errors
+from snowmpm.study.problems.schemes import EVERY
 
 CASES = {"waves": wave_errors, "vortex": vortex_errors}
 CELLS, PER_CELL = (8, 16, 32, 64), (4, 9)
@@ -40,7 +38,7 @@ def table(case, scheme, key, precision, threads):
     """Rows of one scheme, coarse to fine; key: their first columns."""
     last = None
     for cells in CELLS:
-        errors = CASES[case](scheme, cells, per_axis=round(int(key[-1]) ** 0.5), precision=precision)
+        errors = CASES[case](replace(scheme, precision=precision), cells, per_axis=round(int(key[-1]) ** 0.5))
         found = np.array([getattr(errors, size) for size in SIZES])
         orders = [""] * len(SIZES) if last is None else [f"{order:.2f}" for order in np.log2(last / found)]
         yield (*key, str(cells), *(f"{error:.3e}" for error in found), *orders, precision, str(threads))

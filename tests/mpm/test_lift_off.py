@@ -5,8 +5,8 @@ import numpy as np
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from snowmpm.study.problems.rigid_walls import Plane
 from tests.mpm.conftest import lattice
-from tests.verification.rigid_walls import Plane
 
 DX = 0.01
 

@@ -5,8 +5,8 @@ import numpy as np
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from snowmpm.study.problems.rigid_walls import Plane
 from tests.mpm.conftest import SNOW, lattice
-from tests.verification.rigid_walls import Plane
 
 DX = 0.1
 PARTICLE_LIMIT = 160  # bytes in 3-D, float32, one state variable: all tables and the room that a sort needs

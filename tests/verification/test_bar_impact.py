@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.schemes import AFLIP, APIC, FLIP, lattice
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, lattice
 
 LENGTH, DX, HIGH = 1.0, 0.01, 0.04
 LAW = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)

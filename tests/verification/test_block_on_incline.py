@@ -20,8 +20,8 @@ from scipy.optimize import minimize
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.rigid_walls import Plane
-from tests.verification.schemes import APIC, FLIP, lattice
+from snowmpm.study.problems.rigid_walls import Plane
+from snowmpm.study.problems.schemes import APIC, FLIP, lattice
 
 G, LONG, HIGH, DX = 9.81, 0.1, 0.05, 0.01
 MU = np.tan(np.radians(15.0))

@@ -16,31 +16,9 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import AFLIP, APIC, FLIP, lattice
-
-LENGTH = 1.0
-
-
-def beam(law, scheme, thickness, cells, gravity=0.0, velocity=None):
-    """velocity: of points (n, 2) from the clamp and the axis."""
-    dx = thickness / cells
-    positions, volumes = lattice([0.0, -0.5 * thickness], [LENGTH, 0.5 * thickness], dx)
-    return MpmSolver(Population(positions + np.array([0.5 * dx, 1.5]), volumes, 0, velocity and velocity(positions)),
-                     [law], dx=dx, precision="f64", origin=np.zeros(2), lower=np.array([0.5 * dx, 0.0]),
-                     upper=np.array([1.5, 2.0]), gravity=np.array([0.0, -gravity]),
-                     sides=[["stick", "open"], ["open", "open"]], **scheme.options)
-
-
-def first_mode(x):
-    """Deflection and slope of the first mode at x / L; amplitude 2 at the end."""
-    k = 1.875104069
-    share = (np.cosh(k) + np.cos(k)) / (np.sinh(k) + np.sin(k))
-    z = k * x
-    return (np.cosh(z) - np.cos(z) - share * (np.sinh(z) - np.sin(z)),
-            k * (np.sinh(z) + np.sin(z) - share * (np.cosh(z) - np.cos(z))))
+from snowmpm.study.problems.cantilever import LENGTH, SMALL_LOAD, THICKNESS, beam, first_mode, hang, small_deflection
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP
 
 
 @pytest.mark.parametrize(("scheme", "kept"), [
@@ -69,25 +47,9 @@ def test_first_frequency(scheme, kept):
     assert -speed.min() > kept * speed[0]
 
 
-def hang(load, thickness, scheme=APIC):
-    """Way of the end, in and up, over L; critically damped."""
-    law = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.0)
-    solver = beam(law, scheme, thickness, 6, gravity=load * 1e6 * thickness**2 / (12.0 * 1000.0 * LENGTH**3))
-    states = ParticleStates(solver)
-    omega = 1.875104069**2 / LENGTH**2 * np.sqrt(1e6 * thickness**2 / 12.0 / 1000.0)
-    while solver.time < 12.0 / omega:
-        dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - 2.0 * omega * dt
-        solver.step(dt)
-    last = np.abs(states.reference[:, 0] - states.reference[:, 0].max()) < 1e-9
-    return (states.positions() - states.reference)[last].mean(axis=0) / LENGTH
-
-
 def test_a_small_deflection():
     """q L^3 / 8 EI, and what shear adds to it, 0.8 % at L / t = 10."""
-    bending = 0.05 / 8.0
-    shear = bending * 4.0 * (0.1**2 / 12.0) * 2.0 / (5.0 / 6.0)  # (q L^2 / 2 k G A) over it, k = 5/6, nu = 0
-    assert -hang(0.05, 0.1)[1] == pytest.approx(bending + shear, rel=0.01)
+    assert -hang(SMALL_LOAD, THICKNESS)[1] == pytest.approx(small_deflection(), rel=0.01)
 
 
 BENT = pytest.mark.xfail(strict=True, reason="affine: 4 % too far per thickness of deflection; quadratic shape: 8 %")

@@ -18,9 +18,9 @@ import pytest
 
 from snowmpm.fields import ParticleFields
 from snowmpm.materials import Elastic
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
 from tests.mpm.test_audit import audit_of
 from tests.verification.disc_against_wall import Disc
-from tests.verification.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
 
 RADIUS, SPEED, TOUCH_TIME = 0.2, 0.1, 1.5858
 LAW = Elastic(density=1000.0, youngs_modulus=1000.0, poisson_ratio=0.3)

@@ -22,9 +22,9 @@ from scipy.integrate import solve_ivp
 from snowmpm.materials import DruckerPrager
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.particle_states import ParticleStates
-from tests.verification.rigid_walls import Plane
-from tests.verification.schemes import APIC, lattice
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.rigid_walls import Plane
+from snowmpm.study.problems.schemes import APIC, lattice
 
 G = 9.81
 

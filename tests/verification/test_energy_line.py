@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.schemes import lattice
+from snowmpm.study.problems.schemes import lattice
 
 G, MU, DIP, RADIUS, SLOPE = 9.81, 0.2, np.deg2rad(20.0), 10.0, 10.0
 LONG, THICK, DX = 1.5, 0.2, 0.1

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import DruckerPrager, Elastic, ModifiedCamClay
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import AFLIP, APIC, CUBIC, QUADRATIC, free_solver
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import AFLIP, APIC, CUBIC, QUADRATIC, free_solver
 
 DX, DT, STEPS = 0.1, 1e-3, 500
 GRAVITY = np.array([0.7, -0.4, -9.81])

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.verification.generalised_vortex import FREQUENCY, LAW, Vortex, vortex_errors
-from tests.verification.schemes import AFLIP, APIC, CLASSICAL, EVERY, FLIP
+from snowmpm.study.problems.generalised_vortex import FREQUENCY, LAW, Vortex, vortex_errors
+from snowmpm.study.problems.schemes import AFLIP, APIC, CLASSICAL, EVERY, FLIP
 
 CUBIC_APIC = replace(APIC, kernel="cubic")
 

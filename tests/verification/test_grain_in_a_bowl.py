@@ -10,7 +10,7 @@ import pytest
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.schemes import AFLIP, APIC
+from snowmpm.study.problems.schemes import AFLIP, APIC
 
 G = 9.81
 LAW = Elastic(density=100.0, youngs_modulus=1e3, poisson_ratio=0.3)

@@ -1,13 +1,7 @@
 """Slopes: a granular slab that slides off over its own grains (M15), and the weight at which a snow cover yields (M14).
 
-M15: without dilation, steady shear leaves s_xx = s_yy = 0, so that a Drucker-Prager slab on rough ground carries
-tau / sigma_n = alpha / sqrt(3), which is sin(phi), not tan(phi), on the cone that meets Mohr-Coulomb in plane strain:
-
-    a = g (sin θ - alpha / sqrt(3) cos θ),  whatever the thickness of the band that shears.
-
-H = 0.4 m, 20 cells; E = 1e6 Pa, nu = 0.3, rho = 1500 kg/m3; it starts in the pressure rho g cos θ (H - y). Periodic
-along the slope; on ground that is turned against the grid it is 8 H long, and its foot, which nothing holds, pulls on
-it: it goes as the same slab on ground along the grid.
+M15, `granular_slab`: 20 cells. Periodic along the slope; on ground that is turned against the grid it is 8 H long, and
+its foot, which nothing holds, pulls on it: it goes as the same slab on ground along the grid.
 
 M14: at the foot of an elastic slab of weight S = rho g H per area, K0 = nu / (1 - nu) and c, s = cos θ, sin θ,
 p = (c + 2 K0 c) S / 3, q = S sqrt((c - K0 c)^2 + 3 s^2): it yields where y(p, q) = 0. The lowest particles lie a
@@ -18,25 +12,22 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from snowmpm.materials import CohesiveCamClay, DruckerPrager
+from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.particle_states import ParticleStates
-from tests.verification.rigid_walls import Plane
-from tests.verification.schemes import APIC, FLIP, lattice
-
-G, STEEP = 9.81, np.radians(35.0)
-
-
-def slab(law, scheme, depth, cells, slope, gravity, offset=0.0, **state):
-    """A slab on rough ground `offset` cells above a node, eight cells of it, periodic along the slope."""
-    dx = depth / cells
-    positions, volumes = lattice([0.0, 0.0], [8 * dx, depth], dx)
-    base = np.array([0.0, offset * dx])
-    return MpmSolver(Population(positions + base, volumes, 0, **state), [law], dx=dx, precision="f64",
-                     origin=np.zeros(2), lower=base, upper=np.array([8 * dx, 2 * depth]),
-                     gravity=gravity * np.array([np.sin(slope), -np.cos(slope)]),
-                     sides=[["periodic", "periodic"], ["stick", "open"]], **scheme.options)
+from snowmpm.study.problems.granular_slab import (
+    STEEP,
+    G,
+    acceleration,
+    exact_acceleration,
+    gained,
+    granular,
+    pressed,
+    slab,
+)
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.rigid_walls import Plane
+from snowmpm.study.problems.schemes import APIC, FLIP, lattice
 
 
 def turned_slab(law, scheme, length, angle, **state):
@@ -50,42 +41,6 @@ def turned_slab(law, scheme, length, angle, **state):
                      upper=upper, origin=dx * np.floor(lower / dx), terrain=ground, terrain_contact="stick",
                      gravity=-G * (np.sin(STEEP) * ground.along + np.cos(STEEP) * ground.normal),
                      **scheme.options), ground
-
-
-def pressed(law, height, depth, slope):
-    """Stress and elastic state of particles in the pressure of what lies above them, and their volume ratio."""
-    pressure = law.density * G * np.cos(slope) * (depth - height)
-    strain = -pressure / (3.0 * law.bulk_modulus)
-    isotropic = np.array([1.0, 1.0, 1.0, 0.0])
-    return dict(elastic=np.expm1(2.0 * strain)[:, None] * isotropic,
-                stress=-pressure[:, None] * isotropic), np.exp(3.0 * strain)
-
-
-def granular(friction_angle):
-    """A granular law; friction_angle [rad]."""
-    return DruckerPrager(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, cone="plane_strain",
-                         friction_angle=float(np.degrees(friction_angle)))
-
-
-def gained(solver, volume_ratio, chosen, down):
-    """Acceleration of the chosen particles along `down` from 0.15 to 0.4 s [m/s2]."""
-    states, rows = ParticleStates(solver), []
-    states.set(volume_ratio=volume_ratio)
-    while solver.time < 0.4:
-        for _ in range(10):
-            solver.step(solver.stable_dt()[0])
-        rows.append((solver.time, (states.column("velocity")[chosen] @ down).mean()))
-    time, speed = np.array(rows).T
-    return np.polyfit(time[time > 0.15], speed[time > 0.15], 1)[0]
-
-
-def acceleration(friction_angle, scheme, cells=20, offset=0.0, slope=STEEP, depth=0.4):
-    """Of the upper tenth of a granular slab [m/s2]; friction_angle [rad]."""
-    law = granular(friction_angle)
-    height = lattice([0.0, 0.0], [8 * depth / cells, depth], depth / cells)[0][:, 1]
-    state, volume_ratio = pressed(law, height, depth, slope)
-    solver = slab(law, scheme, depth, cells, slope, G, offset, **state)
-    return gained(solver, volume_ratio, height > 0.9 * depth, np.array([1.0, 0.0]))
 
 
 def acceleration_in_the_middle(angle):
@@ -106,8 +61,8 @@ def test_slab_on_ground_turned_by_thirty_degrees():
 @pytest.mark.parametrize("sine", [0.5867 / np.sqrt(3.0), 0.5])
 @pytest.mark.parametrize(("scheme", "offset"), [(APIC, 0.0), (APIC, 1 / 3), (FLIP, 0.0)])
 def test_slab_on_rough_ground(sine, scheme, offset):
-    exact = G * (np.sin(STEEP) - sine * np.cos(STEEP))
-    assert acceleration(np.arcsin(sine), scheme, offset=offset) == pytest.approx(exact, rel=0.01)
+    found = acceleration(np.arcsin(sine), scheme, offset=offset)
+    assert found == pytest.approx(exact_acceleration(sine), rel=0.01)
 
 
 SNOWS = {

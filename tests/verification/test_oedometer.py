@@ -11,9 +11,9 @@ import pytest
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.particle_states import ParticleStates
-from tests.verification.rigid_walls import block
-from tests.verification.schemes import APIC, FLIP, lattice
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.rigid_walls import block
+from snowmpm.study.problems.schemes import APIC, FLIP, lattice
 
 HEIGHT, WIDTH, DX, SPEED = 0.5, 0.2, 1 / 40, 1e-3
 SET_A = CohesiveCamClay(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=1.5, cohesion=0.3,

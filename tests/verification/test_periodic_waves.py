@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.verification.periodic_waves import LAMBDA, LAW, StandingWaves, wave_errors
-from tests.verification.schemes import APIC, EVERY, PIC
+from snowmpm.study.problems.periodic_waves import LAMBDA, LAW, StandingWaves, wave_errors
+from snowmpm.study.problems.schemes import APIC, EVERY, PIC
 
 
 def test_the_motion_is_in_balance():

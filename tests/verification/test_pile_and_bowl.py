@@ -7,7 +7,7 @@ import pytest
 from snowmpm.materials import DruckerPrager
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.schemes import APIC, lattice
+from snowmpm.study.problems.schemes import APIC, lattice
 
 G = 9.81
 

@@ -2,9 +2,7 @@
 
 Exact: `compaction_wave`, the upper concave hull of the oedometric path; its last, straight part is the shock.
 
-dx = 0.01 m. The column is long enough that the elastic precursor does not come back from its free end. The state behind
-the front is that from 5 cells off the piston, where the start leaves its mark, to 10 cells behind the front; the stress
-that on the piston while the front runs from 0.15 to 0.5 m. The problem has no length of its own: 100 cells of way are
+dx = 0.01 m; what is measured: `piston`. The problem has no length of its own: 100 cells of way are
 50 cells on a grid twice as fine, so what is off there after the start is off on any grid.
 
 In fresh snow the front is three cells wide where nothing damps it, and rings. Of the fan of plastic waves that should
@@ -25,25 +23,11 @@ stress and density that are found. Errors of D, P1 and rho1 in per cent at 4.3 m
 What FLIP damps in a step is the viscosity that a shock wants: 0.95, the least of the snow chapter, has enough of it.
 """
 
-import numpy as np
 import pytest
 
-from snowmpm.materials import CohesiveCamClay
-from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
-from tests.verification.compaction_wave import front
-from tests.verification.particle_states import ParticleStates
-from tests.verification.rigid_walls import block
-from tests.verification.schemes import APIC, FLIP, Scheme, lattice
-
-DX, WIDTH, WAY = 0.01, 0.04, 0.5
-FIRM = CohesiveCamClay(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=1.5, cohesion=0.3,
-                       hardening=1.0, p0=30e3)
-FRESH = CohesiveCamClay(density=200.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=0.7, cohesion=0.2,
-                        hardening=0.002, p0=3e3)
-# speed of the piston: D [m/s], P1 [Pa], rho1 [kg/m3], worked out apart from this code
-FRONTS = {("firm", 4.3): (83.83, 101973.0, 262.3), ("fresh", 1.0): (7.05, 4345.0, 228.0),
-          ("fresh", 4.3): (9.47, 11005.0, 357.5)}
+from snowmpm.study.problems.compaction_wave import front
+from snowmpm.study.problems.piston import FIRM, FRESH, FRONTS, drive
+from snowmpm.study.problems.schemes import APIC, FLIP, Scheme
 
 
 @pytest.mark.parametrize(("kind", "speed"), FRONTS)
@@ -52,28 +36,6 @@ def test_the_exact_wave(kind, speed):
     assert (exact.speed, exact.stress, exact.density) == pytest.approx(FRONTS[kind, speed], rel=5e-4)
     # In fresh snow a fan of plastic waves runs ahead of the shock: it yields at 1864 Pa
     assert exact.foot == pytest.approx({"firm": 34307.7, "fresh": 3145.0}[kind], rel=1e-3)
-
-
-def drive(law, scheme, speed, expected, length):
-    """-> Lagrangian speed of the front [m/s], stress on the piston [Pa], density behind the front [kg/m3], plastic
-    work [J]."""
-    D, _, density = expected
-    piston = block([0.0, WIDTH / 2], [1.0, 0.0], 2.0, "slip", velocity=[speed, 0.0])
-    positions, volumes = lattice([0.0, 0.0], [length, WIDTH], DX)
-    solver = MpmSolver(Population(positions, volumes, 0), [law], dx=DX, precision="f64", origin=np.array([-0.1, 0.0]),
-                       lower=np.array([-0.1, 0.0]), upper=np.array([1.5 * length, WIDTH]), gravity=np.zeros(2),
-                       sides=[["open", "open"], ["slip", "slip"]], obstacles=[piston], **scheme.options)
-    states, rows, middle = ParticleStates(solver), [], 0.5 * (1.0 + law.density / density)
-    while not rows or (rows[-1][1] < WAY and solver.time < 1.5 * WAY / D):
-        for _ in range(4):
-            solver.step(solver.stable_dt()[0])
-        crushed = solver.particles.column("volume_ratio")[:, 0] < middle
-        rows.append((solver.time, crushed.mean() * length, -solver.obstacle_totals[0, 0] / WIDTH))
-    time, place, impulse = np.array([row for row in rows if row[1] > 0.3 * WAY]).T
-    behind = (states.reference[:, 0] > 5 * DX) & (states.reference[:, 0] < WAY - 10 * DX)
-    ratio = states.column("volume_ratio")[behind, 0]
-    return (np.polyfit(time, place, 1)[0], np.polyfit(time, impulse, 1)[0], (law.density / ratio).mean(),
-            solver.plastic_work)
 
 
 DAMPED = Scheme("flip", 0.95)

@@ -17,8 +17,8 @@ from snowmpm.materials import Elastic
 from snowmpm.mpm.lines import GAP
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.rigid_walls import Plane
-from tests.verification.schemes import APIC
+from snowmpm.study.problems.rigid_walls import Plane
+from snowmpm.study.problems.schemes import APIC
 
 G, RADIUS, SLOPE, TILT = 9.81, 0.5, np.pi / 6.0, 0.3
 LAW = Elastic(density=1000.0, youngs_modulus=5e6, poisson_ratio=0.3)

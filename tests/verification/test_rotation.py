@@ -22,8 +22,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
 
 RADIUS, DX, OMEGA = 0.2, 0.02, 1.0
 LAW = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3)

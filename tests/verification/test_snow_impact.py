@@ -16,8 +16,8 @@ from snowmpm.io.impact import frontal_area, impact
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.scenes.cards import material_card
-from tests.verification.rigid_walls import block
-from tests.verification.schemes import APIC, lattice
+from snowmpm.study.problems.rigid_walls import block
+from snowmpm.study.problems.schemes import APIC, lattice
 
 DX, WIDTH, SPEED = 0.02, 0.08, 4.3
 PRESSURE, ELASTIC_WAVE = 11005.0, 142.0

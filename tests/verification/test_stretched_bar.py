@@ -21,8 +21,8 @@ import pytest
 
 from snowmpm.diagnostics import occupied_and_emptied
 from snowmpm.materials import Elastic
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import AFLIP, APIC, free_solver, lattice
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import AFLIP, APIC, free_solver, lattice
 
 DX, CELLS, GRIP, RATE = 0.05, 20, 3, 0.3
 """RATE: dF/dt [1/s]; the grips' speed is a tenth of that of waves."""

@@ -14,8 +14,8 @@ import pytest
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import AFLIP, APIC, FLIP, lattice
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, lattice
 
 LAW = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
 DX, TRAVEL, STRAIN = 0.01, 2.0, 1e-4

@@ -10,9 +10,9 @@ load. Displacement and slope are far beyond small: A = 0.1 shears by 0.7, A = 1 
 import numpy as np
 
 from snowmpm.materials import Elastic
-from tests.verification.motion_errors import MotionErrors
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import free_solver, lattice
+from snowmpm.study.problems.motion_errors import MotionErrors
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import free_solver, lattice
 
 LAW = Elastic(density=1000.0, youngs_modulus=1000.0, poisson_ratio=0.3)
 OUTER = 1.25
@@ -82,18 +82,19 @@ class Vortex:
         return _turned(radial[:, None] * e + around[:, None] * np.stack([-e[:, 1], e[:, 0]], axis=1), self.angle(R, t))
 
 
-def vortex_errors(scheme, cells, amplitude=0.1, per_axis=2, precision="f64"):
+def vortex_errors(scheme, cells, amplitude=0.1, per_axis=2, courant=0.3):
     """`MotionErrors` at t = 1 s, when all is back: over A R, R = 1 m, and over the root mean square of the stress when
     the ring was turned furthest.
 
-    cells: per metre. v starts half a step early, as symplectic Euler keeps it: the scheme is then second order in time.
+    cells: per metre; courant: c dt / dx [-]. v starts half a step early, as symplectic Euler keeps it: the scheme is
+    then second order in time.
     """
     dx = 1.0 / cells
     positions, volumes = lattice([-OUTER - dx, -OUTER - dx], [OUTER + dx, OUTER + dx], dx, per_axis)
     ring = np.abs(np.hypot(*positions.T) - 1.0) < OUTER - 1.0
-    solver = free_solver(positions[ring], volumes[ring], LAW, scheme, dx, precision=precision)
+    solver = free_solver(positions[ring], volumes[ring], LAW, scheme, dx)
     states, motion = ParticleStates(solver), Vortex(amplitude)
-    X, steps = states.reference, int(np.ceil(LAW.wave_speed() / (0.3 * dx)))
+    X, steps = states.reference, int(np.ceil(LAW.wave_speed() / (courant * dx)))
     dt = 1.0 / steps
     states.follow(motion, scheme, steps, dt)
     off = states.positions() - motion.position(X, 1.0)

@@ -1,4 +1,4 @@
-"""Which transfers on which splines the verification cases go through, and the solver of one of them."""
+"""How a problem with a known answer is solved: transfer, spline, gradient, precision, time step; and its solver."""
 
 from dataclasses import dataclass, replace
 
@@ -10,18 +10,24 @@ from snowmpm.population import Population
 
 @dataclass(frozen=True)
 class Scheme:
-    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"."""
+    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"; cfl: `timestep.usual_cfl` when None."""
 
     transfer: str
     flip_ratio: float = 0.97
     kernel: str = "quadratic"
     gradient: str = "affine"
+    precision: str = "f64"
+    cfl: float | None = None
 
     @property
     def options(self):
-        """Arguments of `MpmSolver`."""
+        """Arguments of `MpmSolver`, but for precision and step."""
         return {"transfer": self.transfer, "flip_ratio": self.flip_ratio, "kernel": self.kernel,
                 "gradient": self.gradient}
+
+    def solver(self, population, laws, **options):
+        """`MpmSolver` of this scheme."""
+        return MpmSolver(population, laws, precision=self.precision, cfl=self.cfl, **self.options, **options)
 
     @property
     def affine(self):
@@ -45,7 +51,7 @@ EVERY = [replace(scheme, kernel=kernel, gradient=gradient) for kernel in ("quadr
 
 
 def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=None, gravity=None, reach=None,
-                precision="f64", **options):
+                **options):
     """Solver of a body with nothing around it within `reach` [m] (30 of its cells by default).
 
     laws: one, or a list of those that `material` counts.
@@ -54,9 +60,8 @@ def free_solver(positions, volumes, laws, scheme, dx, *, material=0, velocities=
     reach = 30.0 * dx if reach is None else reach
     lower, upper = positions.min(axis=0) - reach, positions.max(axis=0) + reach
     origin = dx * np.floor(lower / dx)
-    return MpmSolver(Population(positions, volumes, material, velocities), laws, dx=dx, precision=precision,
-                     origin=origin, lower=lower, upper=upper, gravity=np.zeros(dim) if gravity is None else gravity,
-                     **scheme.options, **options)
+    return scheme.solver(Population(positions, volumes, material, velocities), laws, dx=dx, origin=origin, lower=lower,
+                         upper=upper, gravity=np.zeros(dim) if gravity is None else gravity, **options)
 
 
 def lattice(lower, upper, dx, per_axis=2):

@@ -10,11 +10,10 @@ doi:10.1007/s00366-013-0342-x, with Hencky elasticity. Each point swings along b
 import numpy as np
 
 from snowmpm.materials import Elastic
-from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
-from tests.verification.motion_errors import MotionErrors
-from tests.verification.particle_states import ParticleStates
-from tests.verification.schemes import lattice
+from snowmpm.study.problems.motion_errors import MotionErrors
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import lattice
 
 LAW = Elastic(density=1.0, youngs_modulus=1e4, poisson_ratio=0.3)
 LAMBDA = LAW.bulk_modulus - 2.0 / 3.0 * LAW.shear_modulus
@@ -59,13 +58,14 @@ class StandingWaves:
         return np.pi**2 * self.displacement(X, t) * (stiffness - RATE**2)
 
 
-def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2, precision="f64"):
-    """`MotionErrors` at the end, when the waves stand highest: over A, and over the root mean square of the stress."""
+def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2):
+    """`MotionErrors` at the end, when the waves stand highest: over A, and over the root mean square of the stress.
+
+    courant: c dt / dx [-]."""
     dx = 1.0 / cells
     positions, volumes = lattice([0.0, 0.0], [1.0, 1.0], dx, per_axis)
-    solver = MpmSolver(Population(positions, volumes, 0), [LAW], dx=dx, precision=precision, origin=np.zeros(2),
-                       lower=np.zeros(2), upper=np.ones(2), gravity=np.zeros(2),
-                       sides=[["periodic", "periodic"]] * 2, **scheme.options)
+    solver = scheme.solver(Population(positions, volumes, 0), [LAW], dx=dx, origin=np.zeros(2), lower=np.zeros(2),
+                           upper=np.ones(2), gravity=np.zeros(2), sides=[["periodic", "periodic"]] * 2)
     states, motion = ParticleStates(solver), StandingWaves(amplitude)
     X, steps = states.reference, int(np.ceil(DURATION * LAW.wave_speed() / (courant * dx)))
     dt = DURATION / steps

@@ -1,0 +1,267 @@
+"""Who is near whom: particles in packs, and for every pack the rows that may lie within its reach.
+
+The particles of a block lie in the order of a Morton curve through its cells, and are taken `width` at a time: packs of
+near neighbours. A pack has one list for all of its particles, which holds every row that was within reach + skin of one
+of them when the list was made; it stays right until two particles may have come closer by more than the skin.
+
+Rows come in groups of one block and one surface: the particles themselves (surface -1), and the dummy particles of
+terrain, sides and obstacles. A group may also be seen in the mirror of a side. What a pack reads of a list is cut into
+runs, one for each group in which it found something, the particles first and then surface by surface:
+
+    position of row j from the block of the pack [cells]:  x_a = sign_a x_j,a + offset_a
+
+so that float32 sees no number larger than a few blocks. No atomics: every pack writes its own part of every table.
+"""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.arrays import int_array
+from snowmpm.blocks import EDGE
+from snowmpm.parallel import chunk, chunks, is_worker, shares
+from snowmpm.particles import accessors
+from snowmpm.runtime import DTYPES
+
+FIRST, COUNT, BLOCK = range(3)
+"""Columns of the table of packs."""
+
+BEGIN, END, SURFACE, MIRRORED = range(4)
+"""Integer columns of the table of candidates."""
+
+
+class Packs:
+    """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; shares: chunks for kernels."""
+
+    def __init__(self, start, width, first_row=0):
+        """start (blocks + 1,): first particle of each block; first_row: of all of them."""
+        counts = np.diff(start)
+        n_packs = -(-counts // width)
+        block = np.repeat(np.arange(len(counts)), n_packs)
+        number = np.arange(len(block)) - np.repeat(np.cumsum(n_packs) - n_packs, n_packs)
+        first = start[block] + width * number
+        self.n = len(block)
+        self.host = np.stack([first + first_row, np.minimum(width, start[block + 1] - first), block], axis=1)
+        self.table = int_array(self.host)
+        self.shares = int_array(shares(np.ones(self.n)))
+
+
+class Group:
+    """Rows of one surface (-1: particles), sorted by block: keys (n,) of blocks, start (n + 1,) rows."""
+
+    def __init__(self, surface, blocks, first_row=0):
+        self.surface, self.blocks = surface, blocks
+        self.start = blocks.start.astype(np.int64) + first_row
+
+
+def candidates(targets, groups, mirrors, reach):
+    """Which groups of rows may hold neighbours of each block.
+
+    targets: `BlockMap`; groups: [Group]; mirrors: [(surface, axis, level [cells])]; reach [cells].
+    -> start (blocks + 1,), ints (m, 4): BEGIN, END, SURFACE (of the mirror for particles seen in one), MIRRORED;
+    reals (m, 2 dim): signs and offsets.
+    """
+    dim, edge = targets.dim, EDGE[targets.dim]
+    rings = int(np.ceil(reach / edge - 1e-9))
+    ints, reals, owner = [], [], []
+    home = targets.coordinates
+    every = np.arange(len(targets))
+
+    def add(block, group, number, step, mirrored):
+        """Group `group`'s blocks `number`, `step` blocks away from target blocks `block`, seen in mirrors."""
+        sign, offset = np.ones((len(block), dim)), edge * step.astype(float)
+        surface = np.full(len(block), group.surface)
+        for mirror, axis, level in mirrored:
+            sign[:, axis] = -1.0
+            offset[:, axis] = 2.0 * level - edge * (home[block, axis] + home[block, axis] + step[:, axis])
+            if group.surface < 0:
+                surface[:] = mirror
+        ints.append(np.stack([group.start[number], group.start[number + 1], surface,
+                              np.full(len(block), len(mirrored))], axis=1))
+        reals.append(np.concatenate([sign, offset], axis=1))
+        owner.append(block)
+
+    combinations = [[]]
+    for mirror in mirrors:
+        combinations += [[*some, mirror] for some in combinations if all(one[1] != mirror[1] for one in some)]
+    for some in combinations:
+        near = every
+        for _, axis, level in some:
+            low = edge * home[near, axis] + 0.5
+            near = near[(low - level < reach) & (level - low - edge < reach)]
+        if len(near) == 0:
+            continue
+        ranges = [np.arange(-rings - 1, rings + 2) if any(one[1] == a for one in some)
+                  else np.arange(-rings, rings + 1) for a in range(dim)]
+        for step in np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, dim):
+            around = home[near] + step
+            seen = np.ones(len(near), bool)
+            for _, axis, level in some:
+                low = edge * around[:, axis] + 0.5
+                seen &= (low - level < reach) & (level - low - edge < reach)
+            for group in groups:
+                number, found = group.blocks.find(around)
+                found &= seen
+                if found.any():
+                    add(near[found], group, number[found], np.tile(step, (found.sum(), 1)), some)
+    if not ints:
+        return np.zeros(len(targets) + 1, np.int64), np.zeros((0, 4), np.int64), np.zeros((0, 2 * dim))
+    ints, reals, owner = np.concatenate(ints), np.concatenate(reals), np.concatenate(owner)
+    order = np.lexsort((ints[:, BEGIN], ints[:, MIRRORED], ints[:, SURFACE], owner))
+    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(targets)))])
+    return start, ints[order], reals[order]
+
+
+class NeighbourLists:
+    """Lists of packs: `entries` (rows), `runs` (candidate, end of its entries), `n_runs` (packs,); tables of
+    candidates `ints` and `reals`; `room`: entries that a pack may have."""
+
+    def __init__(self, dim, precision, width):
+        self.dim, self.width = dim, width
+        self._real, self._numpy_real = DTYPES[precision]
+        self._find = find_kernel(dim, self._real, width, 3 * dim + 4)
+        self.room = {2: 128, 3: 640}[dim] if width > 1 else {2: 64, 3: 256}[dim]
+        self.entries = self.runs = self.n_runs = None
+        self.counts = np.zeros(0, np.int32)
+
+    def build(self, packs, rows, targets, groups, mirrors, reach):
+        """Find the rows of `groups` within `reach` [cells] of the packs; rows: array whose first `dim` columns are
+        positions."""
+        start, ints, reals = candidates(targets, groups, mirrors, reach)
+        self.candidate_start, self.ints = int_array(start), int_array(ints)
+        self.reals = ti.ndarray(self._real, (max(1, len(reals)), 2 * self.dim))
+        if len(reals):
+            self.reals.from_numpy(reals.astype(self._numpy_real))
+        self.most_runs = int(max(1, np.diff(start).max(initial=1)))
+        counts = np.zeros(max(1, packs.n), np.int32)
+        while True:
+            self._make_room(packs.n)
+            self._find(packs.table, rows, self.candidate_start, self.ints, self.reals, self.room, self.most_runs,
+                       reach**2, self.entries, self.runs, self.n_runs, counts, packs.n, packs.shares)
+            largest = int(counts.max())
+            if largest <= self.room:
+                break
+            self.room = int(1.1 * largest) + 8
+        self.counts = counts[: packs.n]
+
+    def _make_room(self, n):
+        n = max(1, n)
+        if self.entries is None or self.entries.shape[0] < n * self.room:
+            self.entries = ti.ndarray(ti.i32, (int(1.1 * n * self.room) + 64,))
+        if self.runs is None or self.runs.shape[0] < n * self.most_runs:
+            self.runs = ti.ndarray(ti.i32, (int(1.1 * n * self.most_runs) + 64, 2))
+        if self.n_runs is None or self.n_runs.shape[0] < n:
+            self.n_runs = ti.ndarray(ti.i32, (int(1.1 * n) + 8,))
+
+    @property
+    def bytes(self):
+        return sum(int(np.prod(array.shape)) * 4 for array in (self.entries, self.runs, self.n_runs) if array)
+
+
+@functools.cache
+def find_kernel(dim, real, width, _key):
+    """Kernel that fills the lists."""
+
+    @ti.func
+    def find_pack(k, table: ti.template(), rows: ti.template(), candidate_start: ti.template(), ints: ti.template(),
+                  reals: ti.template(), room, most_runs, reach2, entries: ti.template(), runs: ti.template(),
+                  n_runs: ti.template(), counts: ti.template()):
+        first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
+        x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
+        low, high = ti.Vector.zero(real, dim), ti.Vector.zero(real, dim)
+        reach = ti.sqrt(reach2)
+        for lane in range(count):
+            for a in ti.static(range(dim)):
+                x[a][lane] = rows[first + lane][a]
+                low[a] = ti.select(lane == 0, x[a][lane], ti.min(low[a], x[a][lane]))
+                high[a] = ti.select(lane == 0, x[a][lane], ti.max(high[a], x[a][lane]))
+        # Lanes without a particle stand where the first one does
+        for lane in range(count, width):
+            for a in ti.static(range(dim)):
+                x[a][lane] = x[a][0]
+        n, found = 0, 0
+        for c in range(candidate_start[block], candidate_start[block + 1]):
+            before = n
+            for j in range(ints[c, BEGIN], ints[c, END]):
+                other, away = ti.Vector.zero(real, dim), ti.cast(0.0, real)
+                for a in ti.static(range(dim)):
+                    other[a] = reals[c, a] * rows[j][a] + reals[c, dim + a]
+                    gap = ti.max(0.0, low[a] - other[a], other[a] - high[a])
+                    away += gap * gap
+                if away < reach2:
+                    nearest = reach2
+                    for lane in range(width):
+                        square = ti.cast(0.0, real)
+                        for a in ti.static(range(dim)):
+                            square += (x[a][lane] - other[a]) ** 2
+                        nearest = ti.select(square < nearest, square, nearest)
+                    if nearest < reach2:
+                        if n < room:
+                            entries[k * room + n] = j
+                        n += 1
+            if n > before:
+                runs[k * most_runs + found, 0] = c
+                runs[k * most_runs + found, 1] = ti.min(n, room)
+                found += 1
+        n_runs[k] = found
+        counts[k] = n
+
+    @ti.kernel
+    def find(table: ti.types.ndarray(), rows: ti.types.ndarray(), candidate_start: ti.types.ndarray(),
+             ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, reach2: real,
+             entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
+             counts: ti.types.ndarray(), n_packs: int, shares: ti.types.ndarray()):
+        if ti.static(width == 1):
+            for k in range(n_packs):
+                find_pack(k, table, rows, candidate_start, ints, reals, room, most_runs, reach2, entries, runs, n_runs,
+                          counts)
+        else:
+            for i in range(chunks(shares)):
+                if is_worker(i):
+                    begin, end = chunk(i, shares)
+                    for k in range(begin, end):
+                        find_pack(k, table, rows, candidate_start, ints, reals, room, most_runs, reach2, entries, runs,
+                                  n_runs, counts)
+
+    return find
+
+
+@functools.cache
+def order_kernel(layout):
+    """Kernel that gives every particle the row that it has in the order of the Morton curve of its block."""
+    dim, edge = layout.dim, EDGE[layout.dim]
+    access, bits = accessors(layout), {2: 3, 3: 2}[layout.dim]
+    n_cells = edge**dim
+
+    @ti.func
+    def place_on_curve(x):
+        """Number along the curve of the cell that a local position lies in."""
+        code = 0
+        for a in ti.static(range(dim)):
+            cell = ti.max(0, ti.min(edge - 1, ti.floor(x[a] - 0.5, ti.i32)))
+            for b in ti.static(range(bits)):
+                code |= (cell >> b & 1) << (b * dim + dim - 1 - a)
+        return code
+
+    @ti.kernel
+    def order(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
+              shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
+            if is_worker(i):
+                begin, end = chunk(i, shares)
+                places = access.places(reals, turn)
+                row_of = ti.Vector.zero(ti.i32, n_cells + 1)
+                for b in range(begin, end):
+                    for c in range(n_cells + 1):
+                        row_of[c] = 0
+                    for p in range(start[b], start[b + 1]):
+                        row_of[place_on_curve(access.load(reals, places, p, 0, dim)) + 1] += 1
+                    for c in range(n_cells):
+                        row_of[c + 1] += row_of[c]
+                    for p in range(start[b], start[b + 1]):
+                        c = place_on_curve(access.load(reals, places, p, 0, dim))
+                        target[p] = start[b] + row_of[c]
+                        row_of[c] += 1
+
+    return order

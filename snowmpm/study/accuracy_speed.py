@@ -1,0 +1,108 @@
+"""Error against time of every choice of the solver, in problems whose answer is known.
+
+Each problem is solved as the program would by itself, and again with one choice changed (`variation.VARIATIONS`), on
+grids from coarse to fine. Table, two work-precision charts (error against processor seconds and against
+particle-steps), the same errors against the grid, and a page of conclusions that is written from the table.
+"""
+
+from pathlib import Path
+
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
+from snowmpm.study import conclusions
+from snowmpm.study.measurement import measure, read, write
+from snowmpm.study.pareto import front, merged
+from snowmpm.study.problems.catalogue import CATALOGUE
+from snowmpm.study.variation import BY_NAME, DEFAULT, QUICK, VARIATIONS
+
+TABLE = "accuracy_speed.csv"
+REPEATS = 3
+"""Of the program's own choice on the usual grid: what the times of the same computation differ by."""
+
+
+def study(folder, *, quick=False, only=(), say=print):
+    """Measure, draw and conclude; -> paths. only: names of problems or variations; rows that are in the folder's table
+    already are kept when something is named."""
+    problems, variations = chosen(only, quick)
+    path = Path(folder) / TABLE
+    kept = read(path) if only and path.exists() else []
+    taken = {(problem.name, variation.name) for problem in problems for variation in variations}
+    rows = [row for row in kept if (row.problem, row.variation) not in taken]
+    for problem in problems:
+        for variation in variations:
+            if problem.takes(variation):
+                rows += refined(problem, variation, quick, say)
+                write(rows, path)
+    return [path, *report(rows, folder)]
+
+
+def chosen(only, quick):
+    """Problems and variations of the form, or those named. Raises InputError for a name that is neither."""
+    for name in only:
+        if name not in CATALOGUE and name not in BY_NAME:
+            raise InputError.at("--only", name, f"must be a problem ({', '.join(CATALOGUE)}) or a variation"
+                                f" ({', '.join(BY_NAME)})")
+    names = [name for name in only if name in CATALOGUE] or list(CATALOGUE)
+    changes = [name for name in only if name in BY_NAME] or [
+        variation.name for variation in VARIATIONS if not quick or variation.name in QUICK or variation.options]
+    return [CATALOGUE[name] for name in names], [BY_NAME[name] for name in changes]
+
+
+def refined(problem, variation, quick, say):
+    """Rows of one variation of one problem, coarse to fine; a grid that fails is said and left out."""
+    rows = []
+    for cells in problem.quick if quick else problem.cells:
+        own = variation == DEFAULT and cells == problem.usual
+        try:
+            for _ in range(REPEATS if own else 1):
+                rows.append(measure(problem, variation, cells))
+        except SimulationError as error:
+            say(f"{problem.name}, {variation.name}, {cells} cells: failed: {str(error).splitlines()[0]}")
+            continue
+        say(f"{problem.name:12s} {variation.name:20s} {cells:4d} cells {rows[-1].particles:8d} particles"
+            f" {rows[-1].seconds:8.2f} s  error {rows[-1].error:.2e}")
+    return rows
+
+
+def report(rows, folder):
+    """Charts and conclusions of a table of rows; -> paths."""
+    folder, best = Path(folder), merged(rows)
+    charts = [
+        _chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
+        _chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
+        _chart(best, folder / "accuracy_grid.png", "cells", "cells"),
+    ]
+    page = folder / "accuracy_speed.md"
+    page.write_text(conclusions.page(rows), encoding="utf-8")
+    return [*charts, page]
+
+
+TITLES = {"seconds": "Error against time", "particle_steps": "Error against work", "cells": "Error against the grid"}
+
+
+def _chart(rows, output, cost, label):
+    panels = []
+    for problem in CATALOGUE.values():
+        own = [row for row in rows if row.problem == problem.name]
+        if not own:
+            continue
+        curves = tuple(Curve(name, variation.group, tuple(getattr(row, cost) for row in line),
+                             tuple(row.error for row in line))
+                       for name, variation in BY_NAME.items() if (line := _line(own, name)))
+        best = None
+        if cost != "cells":
+            line = front(own, cost)
+            best = tuple(getattr(row, cost) for row in line), tuple(row.error for row in line)
+        panels.append(Panel(problem.title, curves, best, _guide(problem, curves, cost), f"error: {problem.what}"))
+    return render_work_precision(panels, output, x_label=label, title=f"{TITLES[cost]}: every choice of the solver")
+
+
+def _line(rows, name):
+    return sorted((row for row in rows if row.variation == name), key=lambda row: row.cells)
+
+
+def _guide(problem, curves, cost):
+    """Slope of the problem's order: dx² in the grid, and dx² against dx^-3 of work in plane strain."""
+    if problem.order is None or cost == "seconds" or curves[0].name != DEFAULT.name:
+        return None
+    return (-problem.order if cost == "cells" else -problem.order / 3.0), f"order {problem.order:g}"

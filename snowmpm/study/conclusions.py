@@ -1,0 +1,139 @@
+"""What the table of the accuracy-speed study says, in words that code writes from its numbers."""
+
+from collections import Counter
+
+import numpy as np
+
+from snowmpm import runtime
+from snowmpm.device import device_name
+from snowmpm.study.pareto import Refinement, front, merged, noise, time_to
+from snowmpm.study.problems.catalogue import CATALOGUE
+from snowmpm.study.variation import BY_NAME, DEFAULT
+
+CAUSES = (("3 per axis", "quadrature: the particles integrate the forces over a cell, with two an axis to so much"),
+          ("float64", "round-off of float32"), ("half the step", "the time step"))
+"""Variations that would lift a floor, and what it then is."""
+LIFTED = 1.5
+"""Times by which the error at the floor falls when its cause is taken away."""
+
+
+def page(rows):
+    """Markdown page of a table of `Measurement`s."""
+    best = merged(rows)
+    times, errors = noise(rows)
+    problems = [problem for problem in CATALOGUE.values() if any(row.problem == problem.name for row in best)]
+    lines = ["# Accuracy against speed", "",
+             f"Written by `snowmpm study accuracy-speed` from accuracy_speed.csv: {len(best)} solutions of"
+             f" {len(problems)} problems with known answers. \"program\" is what a scene gets that says nothing:"
+             " quadratic splines, APIC, gradient by moving least squares, float32, two particles per cell and axis."
+             " Every other line changes one thing.", "",
+             f"Times are processor seconds of the steps on {_machine()}, without compilation and output."
+             f" Repeated, the same computation takes times that differ by {times:.0%} at most, and its errors by"
+             f" {errors:.1%}: smaller differences of time mean nothing.", "", *_overall(best, problems)]
+    for problem in problems:
+        lines += ["", *_section(problem, [row for row in best if row.problem == problem.name])]
+    return "\n".join(lines) + "\n"
+
+
+def _machine():
+    return device_name(runtime.backend(), runtime.threads())
+
+
+def _overall(rows, problems):
+    """Time to the program's own error of every variation, over all problems; who is on the fronts."""
+    ratios, on_front = {}, Counter()
+    for problem in problems:
+        own = [row for row in rows if row.problem == problem.name]
+        on_front.update({row.variation for row in front(own)})
+        for name, ratio in equal_error(problem, own).items():
+            ratios.setdefault(name, []).append(ratio)
+    lines = ["## All problems", "",
+             "Time to the error that the program makes on its usual grid, over the program's time (median and range of"
+             " the problems where both reach it), and how often a choice is on the Pareto front of a problem:", "",
+             "| choice | time to the same error | problems | on the front |", "|---|---|---|---|"]
+    for name in BY_NAME:
+        if name not in ratios:
+            continue
+        reached = np.array([ratio for ratio in ratios[name] if np.isfinite(ratio)])
+        text = "not reached" if not len(reached) else (
+            f"{np.median(reached):.2g}"
+            + (f" ({reached.min():.2g} to {reached.max():.2g})" if len(reached) > 1 else ""))
+        lines.append(f"| {name} | {text} | {len(reached)} of {len(ratios[name])} | {on_front[name]} |")
+    return [*lines, "", *_verdict(ratios, on_front, len(problems))]
+
+
+def _verdict(ratios, on_front, n_problems):
+    """Whether the program's own choice is the Pareto choice, and what is better where."""
+    better = {name: values for name, values in ratios.items() if name != DEFAULT.name and len(values) > n_problems // 2
+              and np.isfinite(values).all() and np.median(values) < 1.0}
+    said = [f"The program's own choice is on the front of {on_front[DEFAULT.name]} of {n_problems} problems."]
+    for name, values in sorted(better.items(), key=lambda item: np.median(item[1])):
+        said.append(f"{name} reaches the same error in {np.median(values):.2g} of the time (median of"
+                    f" {len(values)} problems, {min(values):.2g} to {max(values):.2g}).")
+    if not better:
+        said.append("No other choice that was measured on most problems reaches its error sooner on all of them.")
+    return [" ".join(said)]
+
+
+def equal_error(problem, rows):
+    """{variation: time to the error of the program on its usual grid, over the program's}; nan: not reached."""
+    usual = [row for row in rows if row.variation == DEFAULT.name and row.cells == problem.usual]
+    if not usual:
+        return {}
+    error = usual[0].error
+    own = time_to([row for row in rows if row.variation == DEFAULT.name], error)
+    found = {}
+    for name in BY_NAME:
+        line = [row for row in rows if row.variation == name]
+        if line and not BY_NAME[name].options.keys() & {"dim"}:
+            cheapest = min(line, key=lambda row: row.seconds)
+            # What is better on its coarsest grid already needs no more than that
+            found[name] = (cheapest.seconds if cheapest.error <= error else time_to(line, error)) / own
+    return found
+
+
+def _section(problem, rows):
+    lines = [f"## {problem.title}", "", f"Error: {problem.what}; cells: along {problem.along}.", "",
+             "| choice | cells | error | seconds | order | between | floor from |", "|---|---|---|---|---|---|---|"]
+    refinements = {}
+    for name in BY_NAME:
+        line = sorted((row for row in rows if row.variation == name), key=lambda row: row.cells)
+        if not line:
+            continue
+        at = next((row for row in line if row.cells == problem.usual), line[-1])
+        cells = [f"{name} | {at.cells} | {at.error:.2e} | {at.seconds:.2g}"]
+        if len(line) > 1:
+            found = refinements[name] = Refinement.of(line)
+            cells.append(f"{found.order:.2f} | {found.range[0]} to {found.range[1]} | {found.floor or 'none seen'}")
+        else:
+            cells.append("| | ")
+        lines.append(f"| {' | '.join(cells)} |")
+    best = ", ".join(f"{row.variation} at {row.cells}" for row in front(rows))
+    lines += ["", f"On the front, cheap to dear: {best}."]
+    if DEFAULT.name in refinements:
+        lines += ["", *_on_order(problem, refinements[DEFAULT.name]), *_on_floor(refinements[DEFAULT.name], rows)]
+    return lines
+
+
+def _on_order(problem, found):
+    said = f"The program's error falls with order {found.order:.2f} between {found.range[0]} and {found.range[1]} cells"
+    if problem.order is None:
+        return [f"{said}; no order is declared for this problem."]
+    return [f"{said}; declared: {problem.order:g}."]
+
+
+def _on_floor(found, rows):
+    """Why the program's error falls no more: which variation lifts the floor on its finest grid."""
+    if found.floor is None:
+        return ["No floor is seen on these grids."]
+    finest = max(row.cells for row in rows if row.variation == DEFAULT.name)
+    at = {row.variation: row.error for row in rows if row.cells == finest}
+    said = [f"From {found.floor} cells on it falls no more."]
+    known = [(name, cause) for name, cause in CAUSES if name in at]
+    for name, cause in known:
+        ratio = at[DEFAULT.name] / at[name]
+        if ratio > LIFTED:
+            said.append(f"With \"{name}\" the error at {finest} cells is {ratio:.2g} times less: {cause}.")
+        else:
+            said.append(f"\"{name}\" changes it by {ratio:.2g} only.")
+    return [" ".join(said)]

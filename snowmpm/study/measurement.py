@@ -1,0 +1,82 @@
+"""One problem solved once: its error and what it cost."""
+
+import csv
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+
+from snowmpm.study.problems.schemes import Scheme
+from snowmpm.study.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True)
+class TimedScheme(Scheme):
+    """A scheme whose solvers are timed."""
+
+    watch: Stopwatch = field(default_factory=Stopwatch, compare=False, repr=False)
+
+    def solver(self, population, laws, **options):
+        return self.watch.follow(super().solver(population, laws, **options))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Row of a table. cells: along the length that the problem names; error: relative, as the problem defines it;
+    seconds: processor time of the steps; cfl: C of the elastic limit."""
+
+    problem: str
+    variation: str
+    dimension: int
+    kernel: str
+    gradient: str
+    transfer: str
+    flip_ratio: float
+    precision: str
+    cfl: float
+    per_axis: int
+    cells: int
+    particles: int
+    steps: int
+    particle_steps: int
+    seconds: float
+    error: float
+
+    @property
+    def key(self):
+        return self.problem, self.variation, self.cells
+
+
+def measure(problem, variation, cells):
+    """`Measurement` of `problem` in this variation with `cells`."""
+    dim = variation.options.get("dim", 2)
+    scheme = variation.solved(problem.law, dim)
+    timed = TimedScheme(**{f.name: getattr(scheme, f.name) for f in fields(scheme)})
+    error = problem.error(timed, cells, per_axis=variation.per_axis, **variation.options)
+    watch = timed.watch
+    return Measurement(problem.name, variation.name, dim, scheme.kernel, scheme.gradient, scheme.transfer,
+                       scheme.flip_ratio if "flip" in scheme.transfer else 0.0, scheme.precision, round(scheme.cfl, 4),
+                       variation.per_axis, cells, watch.particles, watch.steps, watch.particle_steps,
+                       float(f"{watch.seconds:.4g}"), float(f"{abs(error):.4g}"))
+
+
+def write(rows, path):
+    """Table of `Measurement`s as CSV; -> its path."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    names = [f.name for f in fields(Measurement)]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        writer.writerows([getattr(row, name) for name in names] for row in rows)
+    return path
+
+
+def read(path):
+    """`Measurement`s of a CSV file."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return [Measurement(**{f.name: f.type(row[f.name]) for f in fields(Measurement)})
+                for row in csv.DictReader(file)]
+
+
+def least_of(repeats):
+    """One row of several measurements of the same: the least time, which the machine disturbed least."""
+    return replace(repeats[0], seconds=min(row.seconds for row in repeats))

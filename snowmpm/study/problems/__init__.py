@@ -1,0 +1,1 @@
+"""Problems whose answer is known, as studies and tests solve them."""

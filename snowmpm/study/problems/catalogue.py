@@ -1,0 +1,63 @@
+"""The problems of the studies, by name."""
+
+import numpy as np
+
+from snowmpm.study.problem import Problem
+from snowmpm.study.problems import bar_vibration, cantilever, generalised_vortex, granular_slab, periodic_waves, piston
+from snowmpm.study.problems import self_weight_column as column
+
+SINE = 0.5
+"""Sine of the friction angle of the granular slab."""
+
+
+def _waves(scheme, cells, per_axis):
+    return periodic_waves.wave_errors(scheme, cells, per_axis=per_axis, courant=scheme.cfl).displacement
+
+
+def _vortex(scheme, cells, per_axis):
+    return generalised_vortex.vortex_errors(scheme, cells, per_axis=per_axis, courant=scheme.cfl).displacement
+
+
+def _bar(scheme, cells, per_axis, **options):
+    return bar_vibration.shape_error(scheme, cells, per_axis=per_axis, courant=scheme.cfl, **options)
+
+
+def _column(scheme, cells, per_axis, offset=0.0, wall="side"):
+    angle = 0.5 * np.pi if wall == "obstacle" else None
+    return column.column_errors(column.SOFT, 10.0, scheme, offset, angle, cells, per_axis)[0]
+
+
+def _cantilever(scheme, cells, per_axis):
+    down = -cantilever.hang(cantilever.SMALL_LOAD, cantilever.THICKNESS, scheme, cells, per_axis)[1]
+    return down / cantilever.small_deflection() - 1.0
+
+
+def _slab(scheme, cells, per_axis, offset=0.0):
+    found = granular_slab.acceleration(np.arcsin(SINE), scheme, cells, offset, per_axis=per_axis)
+    return found / granular_slab.exact_acceleration(SINE) - 1.0
+
+
+def _piston(scheme, cells, per_axis, return_map="implicit"):
+    law, exact = piston.FIRM.model_copy(update={"return_map": return_map}), piston.FRONTS["firm", 4.3]
+    found = piston.drive(law, scheme, 4.3, exact, 1.5, piston.WAY / cells, per_axis)[:3]
+    return np.sqrt(np.mean((np.array(found) / exact - 1.0) ** 2))
+
+
+CATALOGUE = {problem.name: problem for problem in (
+    Problem("waves", "standing waves (M6)", "displacement, root mean square over the amplitude", "the period",
+            periodic_waves.LAW, _waves, 2.0, (8, 16, 32, 64, 128), (16, 32, 64), 32),
+    Problem("vortex", "generalised vortex (M7)", "displacement, root mean square over the amplitude", "a metre",
+            generalised_vortex.LAW, _vortex, 2.0, (8, 16, 32, 64), (8, 16, 32), 32),
+    Problem("bar", "vibrating bar (M4)", "velocity after 1.9 periods, root mean square over that of the start",
+            "its length", bar_vibration.LAW, _bar, 2.0, (12, 25, 50, 100), (12, 25), 25, frozenset({"offset", "dim"})),
+    Problem("column", "column under its weight (M5)", "largest error of a height over the settlement", "its height",
+            column.SOFT, _column, None, (8, 16, 32, 64), (8, 16, 32), 32, frozenset({"offset", "wall"})),
+    Problem("cantilever", "hanging cantilever (M11)", "deflection of its end", "its thickness",
+            cantilever.law(), _cantilever, None, (2, 4, 6, 8), (2, 4), 4),
+    Problem("slab", "granular slab on a slope (M15)", "acceleration of its surface", "its depth",
+            granular_slab.granular(np.arcsin(SINE)), _slab, None, (5, 10, 20, 40), (5, 10, 20), 20,
+            frozenset({"offset"})),
+    Problem("piston", "compaction wave (M10)", "speed, stress and density of the front, root mean square",
+            "half a metre of its way", piston.FIRM, _piston, None, (25, 50, 100, 200), (25, 50), 50,
+            frozenset({"return_map"})),
+)}
