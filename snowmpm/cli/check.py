@@ -1,13 +1,25 @@
-"""`snowmpm check`: is a scene valid, and what would be modelled."""
+"""`snowmpm check`: is a scene valid, what would be modelled, which of it is doubtful, and what it could do without."""
+
+import json
+from typing import Annotated
+
+import typer
 
 from snowmpm.cli.options import PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import print_facts
+from snowmpm.cli.wording import duration
 
 
-def check(scene: SceneName, settings: Settings = None, precision: PrecisionOption = None):
-    """Say what a scene will model, and at what expense.
+def check(
+    scene: SceneName,
+    settings: Settings = None,
+    precision: PrecisionOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print all of it as JSON.")] = False,
+):
+    """Say what a scene will model, at what expense, which settings lie beyond what schemes bear, and what would do.
 
-    Writes nothing. A wrong scene ends with exit code 2 and the key that is wrong.
+    Writes nothing. Warnings name the entry of the atlas of failures (`snowmpm study stability`) and the setting that
+    cures it. A wrong scene ends with exit code 2 and the key that is wrong.
     """
     from snowmpm.cli.options import Backend
     from snowmpm.cli.run import start_taichi
@@ -15,6 +27,54 @@ def check(scene: SceneName, settings: Settings = None, precision: PrecisionOptio
 
     loaded = load_scene(scene, scene_overrides(settings, precision))
     start_taichi(Backend.cpu, None)
-    from snowmpm import build
+    from snowmpm.advice.report import advise
 
-    print_facts(f"{loaded.name} ({loaded.source})", build.describe(loaded))
+    advice = advise(loaded)
+    if as_json:
+        typer.echo(json.dumps(advice.record(), indent=1))
+        return
+    print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
+    _print_payments(advice)
+    _print_cautions(advice.cautions)
+    _print_savings(advice.savings)
+
+
+def _console():
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=True)
+
+
+def _print_payments(advice):
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=False)
+    for payment in advice.payments:
+        share = "" if payment.share is None else f"{payment.share:.0%}"
+        table.add_row(f"  {payment.what}", share, payment.detail)
+    table.columns[1].justify = "right"
+    console = _console()
+    console.print(f"pays for, of about {duration(advice.facts['run_time'])} on one thread")
+    console.print(table)
+
+
+def _print_cautions(cautions):
+    console = _console()
+    if not cautions:
+        console.print("warnings: none; no corner of the atlas of failures")
+        return
+    console.print(f"[bold yellow]warnings: {len(cautions)}[/]")
+    for caution in cautions:
+        console.print(f"  [bold]{caution.key}[/]: {caution.says}", markup=True)
+        console.print(f"      cured by: {caution.cure} (atlas: {caution.entry})", markup=False)
+
+
+def _print_savings(savings):
+    console = _console()
+    if not savings:
+        console.print("could do without: nothing of it")
+        return
+    console.print("could do without")
+    for saving in savings:
+        gained = f"saves {duration(saving.seconds)} ({saving.share:.0%})" if saving.seconds > 0.0 else "saves no time"
+        console.print(f"  [bold]{saving.key}[/]: {saving.says}; {gained}")

@@ -13,6 +13,7 @@ from snowmpm.errors import InputError
 
 STUDIES = {
     "accuracy-speed": "snowmpm.study.accuracy_speed",
+    "stability": "snowmpm.study.stability",
 }
 """Module of each study."""
 

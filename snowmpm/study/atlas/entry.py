@@ -4,37 +4,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from snowmpm.borders import Border
+
 RESOLUTION = 0.02
 """To which a border is bisected, over itself."""
 
 WORST = 1e6
 """What counts for a symptom beyond it, or of a run that failed."""
-
-
-@dataclass(frozen=True)
-class Border:
-    """Where an entry begins to fail with a setting.
-
-    value: of the entry's parameter, None where nothing fails (held) or all does; lowest, highest: what was tried.
-    """
-
-    entry: str
-    setting: str
-    value: float | None
-    fails: str
-    lowest: float
-    highest: float
-    held: bool = False
-
-    def failing(self, value):
-        """Whether a scene with this value of the parameter lies on the failing side."""
-        if self.value is None:
-            return not self.held
-        return value > self.value if self.fails == "above" else value < self.value
-
-    def aside(self, factor):
-        """The border, moved by this factor away from where it fails (towards it below 1)."""
-        return self.value / factor if self.fails == "above" else self.value * factor
 
 
 @dataclass(frozen=True)
@@ -79,8 +55,9 @@ class Entry:
         """`Border` of a setting whose `row` is known: the first failing value, bisected."""
         above = self.fails == "above"
         order = list(zip(self.values, symptoms, strict=True))[:: 1 if above else -1]
-        found = {"entry": self.name, "setting": setting, "fails": self.fails, "lowest": self.values[0],
-                 "highest": self.values[-1]}
+        found = {"entry": self.name, "setting": setting, "fails": self.fails, "lowest": float(self.values[0]),
+                 "highest": float(self.values[-1]), "title": self.title, "parameter": self.parameter,
+                 "unit": self.unit, "cure": self.cure}
         first = next((k for k, (_, symptom) in enumerate(order) if symptom > self.limit), None)
         if first is None or first == 0:
             return Border(value=None, held=first is None, **found)
@@ -92,4 +69,4 @@ class Entry:
                 bad = middle
             else:
                 good = middle
-        return Border(value=good, **found)
+        return Border(value=float(good), held=False, **found)
