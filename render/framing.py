@@ -139,6 +139,6 @@ def _angles(name):
     except ValueError:
         bearing, elevation = np.nan, np.nan
     if not (np.isfinite(bearing) and -89.0 <= elevation <= 90.0):
-        allowed = f"must be one of {', '.join(NAMES)}, or BEARING,ELEVATION in degrees such as 200,30"
-        raise InputError.at("camera", name, allowed)
+        more = ", or BEARING,ELEVATION in degrees such as 200,30"
+        raise InputError.not_in("camera", name, NAMES, more=more)
     return np.radians(bearing), np.radians(elevation)

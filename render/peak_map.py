@@ -34,7 +34,7 @@ def render_map(run_path, name, output, *, dpi=150):
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     if name not in run.maps:
-        raise InputError.at("map", name, f"must be one of {', '.join(run.maps) or '(the run has none)'}", file=run.path)
+        raise InputError.not_in("map", name, run.maps or ["(the run has none)"], file=run.path)
     check_ending(output)
     raster = run.maps[name]
     filled = np.argwhere(np.isfinite(raster.values) & (raster.values > 0.0))

@@ -8,13 +8,12 @@ One file a card under library/materials, named after it. The law that a card mak
 resolved scene holds every number and where they came from.
 """
 
-import difflib
 import functools
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, nearest
 from snowmpm.materials import Material
 from snowmpm.scenes.messages import describe, shown
 from snowmpm.scenes.spec import Spec, refuse
@@ -61,7 +60,7 @@ def material_card(name):
 
 def cards_near(name):
     """The card whose name is nearest to this one, None where none is near."""
-    return next(iter(difflib.get_close_matches(name, material_cards(), n=1)), None)
+    return nearest(name, material_cards())
 
 
 def with_cards(data):

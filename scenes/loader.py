@@ -1,13 +1,12 @@
 """From a name or a TOML file to a validated scene."""
 
 import contextlib
-import difflib
 from pathlib import Path
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, nearest, nearest_file
 from snowmpm.scenes.cards import with_cards
 from snowmpm.scenes.library import FOLDER, library
 from snowmpm.scenes.messages import describe, shown
@@ -50,11 +49,13 @@ def find_scene(name_or_path):
         names = library()
         if name_or_path in names:
             return FOLDER / f"{name_or_path}.toml"
-        near = difflib.get_close_matches(name_or_path, names, n=1)
-        hint = f"did you mean {near[0]}?" if near else "`snowmpm list` names them; a file ends in .toml"
+        near = nearest(name_or_path, names)
+        hint = f"did you mean {near}?" if near else "`snowmpm list` names them; a file ends in .toml"
         raise InputError(f"no scene {shown(name_or_path)} in the library: {hint}")
     if not path.is_file():
-        raise InputError(f"{path}: no such file" if not path.is_dir() else f"{path}: a folder, not a scene file")
+        if path.is_dir():
+            raise InputError(f"{path}: a folder, not a scene file")
+        raise InputError(f"{path}: no such file{nearest_file(path)}")
     return path
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from pydantic import RootModel, ValidationError
 from pydantic_core import PydanticCustomError
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, did_you_mean
 from snowmpm.materials import LAWS, Material
 from snowmpm.scenes.cards import cards_near, expanded_material, material_cards
 from snowmpm.scenes.library import library
@@ -28,7 +28,8 @@ def load_material(source, overrides=None):
     if source.startswith("kind="):
         name = source.removeprefix("kind=")
         if name not in LAWS:
-            raise InputError(f"--material {source}: must be one of {', '.join(shown(kind) for kind in sorted(LAWS))}")
+            kinds = ", ".join(shown(kind) for kind in sorted(LAWS))
+            raise InputError(f"--material {source}: must be one of {kinds}{did_you_mean(name, LAWS)}")
         file, data = f"--material {source}", {"kind": name}
     elif source in material_cards():
         file, name, data = f"--material {source}", source, {"card": source}
@@ -68,7 +69,8 @@ def _from_file(source):
         if len(materials) > 1:
             raise InputError(f"{path}: which material? add :NAME, one of {', '.join(materials)}")
     if name not in materials:
-        raise InputError(f"{path}: no material {shown(name)}: one of {', '.join(materials)}")
+        known = ", ".join(materials)
+        raise InputError(f"{path}: no material {shown(name)}: one of {known}{did_you_mean(name, materials)}")
     if not isinstance(materials[name], dict):
         raise InputError(f"{path}: material {name} = {shown(materials[name])}: must be a table")
     return path, name, materials[name]

@@ -1,7 +1,8 @@
 """What is wrong with a scene, in one or two lines: file, key, value and what is allowed."""
 
-import difflib
+import re
 
+from snowmpm.errors import did_you_mean
 from snowmpm.scenes.keytree import kinds_at, real_keys, table_at
 
 MAX_LINES = 2
@@ -72,7 +73,8 @@ def _line(problem, data, schema):
             return f"{key} {context['allowed']}"
     if kind == "union_tag_invalid":
         key, value = dotted((*path, "kind")), context["tag"]
-        return f"{key} = {shown(value)}: must be one of {context['expected_tags'].replace(chr(39), chr(34))}"
+        tags = context["expected_tags"]
+        return f"{key} = {shown(value)}: must be one of {tags.replace(chr(39), chr(34))}{_nearest_of(value, tags)}"
     if kind == "union_tag_not_found":
         if isinstance(value, dict):
             return f"{dotted((*path, 'kind'))} is missing: one of {', '.join(map(shown, kinds_at(schema, path, data)))}"
@@ -81,6 +83,8 @@ def _line(problem, data, schema):
     if template is None:
         return f"{key} = {shown(value)}: {problem['msg']}"
     text = template.format(**{name: _plain(entry) for name, entry in context.items()})
+    if "expected" in context:
+        text += _nearest_of(value, context["expected"])
     return f"{key} = {shown(value)}: {text}" if key else text
 
 
@@ -88,11 +92,13 @@ def _plain(entry):
     return entry.replace("'", '"') if isinstance(entry, str) and entry.startswith("'") else entry
 
 
+def _nearest_of(value, listed):
+    """The suggestion for a value among the names that pydantic lists in quotes: 'apic', 'pic' or 'flip'."""
+    return did_you_mean(value, re.findall(r"'([^']+)'", listed))
+
+
 def _suggestion(word, known):
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    if near:
-        return f"; did you mean {near[0]}?"
-    return f"; known here: {', '.join(known)}" if known else ""
+    return did_you_mean(word, known) or (f"; known here: {', '.join(known)}" if known else "")
 
 
 def dotted(path):

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, model_validator
 
+from snowmpm.errors import did_you_mean
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
@@ -138,7 +139,8 @@ def _check_references(scene):
             key = f"bodies.{i}.material" if not scene.saw_test else "saw_test"
             known = ", ".join(scene.materials) or "none"
             near = cards_near(body.material)
-            hint = f"; or a material card: did you mean {near}?" if near else ""
+            card = f"; or a material card: did you mean {near}?" if near else ""
+            hint = did_you_mean(body.material, scene.materials) or card
             raise refuse(f"must be one of the materials: {known}{hint}", key, body.material)
         if body.shape.kind == "layer" and scene.terrain is None:
             raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
@@ -148,4 +150,5 @@ def _check_references(scene):
     bodies = [body.name for body in scene.bodies]
     for i, event in enumerate(scene.events):
         if event.body not in bodies:
-            raise refuse(f"must be one of the bodies: {', '.join(bodies)}", f"events.{i}.body", event.body)
+            near = did_you_mean(event.body, bodies)
+            raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"events.{i}.body", event.body)

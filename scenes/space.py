@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
+from snowmpm.errors import nearest_file
 from snowmpm.scenes.spec import Number, refuse
 
 AXES = {2: ("x", "z"), 3: ("x", "y", "z")}
@@ -73,7 +74,7 @@ def _check_file(value):
         raise refuse("must be the name of a file")
     base_dir = _surroundings.get().base_dir
     if base_dir is not None and not (path := base_dir / Path(value).expanduser()).is_file():
-        raise refuse(f"no such file (looked for {path})")
+        raise refuse(f"no such file (looked for {path}){nearest_file(path)}")
     return value
 
 

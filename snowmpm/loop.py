@@ -31,6 +31,8 @@ class Progress:
     frames: int = 0
     wall: float = 0.0
     particle_steps: int = 0
+    audit: dict = field(default_factory=dict)
+    """the last row of the history (`snowmpm.diagnostics`)"""
 
 
 @dataclass
@@ -146,4 +148,5 @@ def _tell(progress, report, simulation, recorder, wall):
     report.n_particles, report.max_speed = simulation.n_particles, simulation.max_speed
     report.steps, report.frames, report.wall = simulation.solver.steps, recorder.frames, wall
     report.front, report.particle_steps = recorder.last.get("front", 0.0), recorder.particle_steps
+    report.audit = recorder.last
     progress(report)

@@ -69,12 +69,13 @@ MAY_IMPORT = {
         "sph",
         "composition",
     },
-    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition", "study"},
+    "advice": {"errors", "common", "scenes", "composition"},
+    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition", "study", "advice"},
 }
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery", "first_scene")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

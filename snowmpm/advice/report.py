@@ -5,12 +5,12 @@ from dataclasses import asdict, dataclass
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import Budget
-from snowmpm.build import build, check_step, described
+from snowmpm.build import build, check_step, describe
 
 
 @dataclass(frozen=True)
 class Advice:
-    """facts: of `build.described`; payments, cautions, savings: lists of `Payment`, `Caution`, `Saving`."""
+    """facts: of `build.describe`, and the run time [s]; payments, cautions, savings: lists of `Payment`, `Caution`, `Saving`."""
 
     facts: dict
     payments: list
@@ -19,7 +19,7 @@ class Advice:
 
     def record(self):
         """As JSON can hold it."""
-        return {"facts": self.facts, **{name: [asdict(item) for item in getattr(self, name)]
+        return {**self.facts, **{name: [asdict(item) for item in getattr(self, name)]
                                         for name in ("payments", "cautions", "savings")}}
 
 
@@ -30,5 +30,5 @@ def advise(scene):
     check_step(scene, solver)
     facts = SceneFacts(scene, model, solver)
     budget = Budget(facts)
-    described_facts = {**described(model, solver), "run_time": budget.total}
-    return Advice(described_facts, budget.payments(), cautions(facts), budget.savings())
+    said = {**describe(model, solver), "run_time": budget.total}
+    return Advice(said, budget.payments(), cautions(facts), budget.savings())

@@ -1,25 +1,16 @@
 """`snowmpm check`: is a scene valid, what would be modelled, which of it is doubtful, and what it could do without."""
 
-import json
-from typing import Annotated
-
-import typer
-
-from snowmpm.cli.options import PrecisionOption, SceneName, Settings, scene_overrides
-from snowmpm.cli.table import print_facts
+from snowmpm.cli.options import Json, PrecisionOption, SceneName, Settings, scene_overrides
+from snowmpm.cli.table import print_facts, print_json
 from snowmpm.cli.wording import duration
 
 
-def check(
-    scene: SceneName,
-    settings: Settings = None,
-    precision: PrecisionOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print all of it as JSON.")] = False,
-):
-    """Say what a scene will model, at what expense, which settings lie beyond what schemes bear, and what would do.
+def check(scene: SceneName, settings: Settings = None, precision: PrecisionOption = None, as_json: Json = False):
+    """Say what a scene will model, and at what expense.
 
-    Writes nothing. Warnings name the entry of the atlas of failures (`snowmpm study stability`) and the setting that
-    cures it. A wrong scene ends with exit code 2 and the key that is wrong.
+    Warns of settings that lie beyond what a scheme bears, by the atlas of failures (`snowmpm study stability`), and
+    names those that cure it; says what the scene pays for and what it could do without. Writes nothing. A wrong scene
+    ends with exit code 2 and the key that is wrong.
     """
     from snowmpm.cli.options import Backend
     from snowmpm.cli.run import start_taichi
@@ -31,7 +22,7 @@ def check(
 
     advice = advise(loaded)
     if as_json:
-        typer.echo(json.dumps(advice.record(), indent=1))
+        print_json({"scene": loaded.name, "source": loaded.source, **advice.record()})
         return
     print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
     _print_payments(advice)
@@ -54,27 +45,27 @@ def _print_payments(advice):
         table.add_row(f"  {payment.what}", share, payment.detail)
     table.columns[1].justify = "right"
     console = _console()
-    console.print(f"pays for, of about {duration(advice.facts['run_time'])} on one thread")
+    console.print(f"\n[bold]pays for[/], of about {duration(advice.facts['run_time'])} on one thread")
     console.print(table)
 
 
 def _print_cautions(cautions):
     console = _console()
     if not cautions:
-        console.print("warnings: none; no corner of the atlas of failures")
+        console.print("\n[bold]warnings[/]: none")
         return
-    console.print(f"[bold yellow]warnings: {len(cautions)}[/]")
+    console.print(f"\n[bold yellow]warnings[/]: {len(cautions)}")
     for caution in cautions:
-        console.print(f"  [bold]{caution.key}[/]: {caution.says}", markup=True)
-        console.print(f"      cured by: {caution.cure} (atlas: {caution.entry})", markup=False)
+        console.print(f"  [bold]{caution.key}[/]: {caution.says}")
+        console.print(f"      {caution.cure} (atlas: {caution.entry})", markup=False)
 
 
 def _print_savings(savings):
     console = _console()
     if not savings:
-        console.print("could do without: nothing of it")
+        console.print("\n[bold]could do without[/]: nothing of it")
         return
-    console.print("could do without")
+    console.print("\n[bold]could do without[/]")
     for saving in savings:
         gained = f"saves {duration(saving.seconds)} ({saving.share:.0%})" if saving.seconds > 0.0 else "saves no time"
         console.print(f"  [bold]{saving.key}[/]: {saving.says}; {gained}")

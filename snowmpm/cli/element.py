@@ -7,19 +7,27 @@ from typing import Annotated
 
 import typer
 
+from snowmpm.cli import completion
 from snowmpm.cli.options import Backend, Precision, setting_values
 from snowmpm.cli.run import start_taichi
 from snowmpm.cli.table import print_facts
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, did_you_mean
 
 MATERIAL = (
     "A material card (`snowmpm list`), kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME"
     " such as slab_release:slab."
 )
 TestName = Annotated[
-    str, typer.Argument(metavar="TEST", help="A test (`snowmpm list` names them), or a path to follow: a .csv file.")
+    str,
+    typer.Argument(
+        metavar="TEST",
+        help="A test (`snowmpm list` names them), or a path to follow: a .csv file.",
+        autocompletion=completion.tests,
+    ),
 ]
-MaterialSource = Annotated[str, typer.Option("--material", "-m", metavar="MATERIAL", help=MATERIAL)]
+MaterialSource = Annotated[
+    str, typer.Option("--material", "-m", metavar="MATERIAL", help=MATERIAL, autocompletion=completion.cards)
+]
 MaterialSettings = Annotated[
     list[str] | None,
     typer.Option(
@@ -73,7 +81,8 @@ def _measure(test, law, strain, pressure, steps, rate, precision):
     path = test if Path(test).suffix == ".csv" else None
     known = test.replace("-", "_")
     if path is None and known not in EXPERIMENTS:
-        raise InputError(f"no test {test}: one of {', '.join(EXPERIMENTS)}, or a path in a .csv file")
+        raise InputError(f"no test {test}: one of {', '.join(EXPERIMENTS)}, or a path in a .csv file"
+                         f"{did_you_mean(known, EXPERIMENTS)}")
     if path is not None and (strain is not None or rate is not None):
         raise InputError(f"{path}: strains and times of a path are in its file: no --strain, no --rate")
     try:

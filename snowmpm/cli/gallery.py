@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm.cli import completion
 from snowmpm.cli.options import Backend, BackendOption, Settings, Threads, setting_values
 from snowmpm.cli.run import simulate, start_taichi
 from snowmpm.cli.wording import count, duration, short
@@ -13,7 +14,12 @@ from snowmpm.errors import InputError
 
 def gallery(
     scenes: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENE ...]", help="Library scenes; all of them by default.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE ...]",
+            help="Library scenes; all of them by default.",
+            autocompletion=completion.library_scenes,
+        ),
     ] = None,
     output: Annotated[
         Path | None,

@@ -1,13 +1,18 @@
 """`snowmpm info`: what is in a run file, and where it comes from."""
 
-from snowmpm.cli.options import RunPath
-from snowmpm.cli.table import print_facts
+from snowmpm.cli.options import Json, RunPath
+from snowmpm.cli.table import print_facts, print_json
+from snowmpm.cli.wording import count, duration, memory, short
 
 LONG = ("scene", "crs")
 """What of the provenance is text of many lines."""
 
+COST = ("wall_time", "steps", "particle_steps", "ns_per_particle_step", "smallest_dt")
+TOLD = ("scene_name", "bodies", "materials", "particles", "wall_time", "complete")
+"""What of the provenance the other tables tell."""
 
-def info(run: RunPath):
+
+def info(run: RunPath, as_json: Json = False):
     """Say what a run file holds, and where it comes from.
 
     Frames, fields, history, provenance; also of a run that goes on or was killed.
@@ -15,12 +20,17 @@ def info(run: RunPath):
     from snowmpm.io import Run
 
     opened = Run(run)
-    print_facts(str(opened.path), _contents(opened))
+    if as_json:
+        print_json(_everything(opened))
+        return
+    print_facts(_headline(opened), _contents(opened))
     if opened.summary:
-        print_facts("summary", {name: value for name, value in opened.summary.items() if name != "hazard"})
+        print_facts("\ncost", _cost(opened.summary))
+        print_facts("\nat the end", _audit(opened))
     print_avalanche(opened)
     _print_impacts(opened)
-    print_facts("provenance", {name: value for name, value in opened.provenance.items() if name not in LONG})
+    origin = {name: value for name, value in opened.provenance.items() if name not in (*LONG, *TOLD)}
+    print_facts("\nmade by", origin)
 
 
 def print_avalanche(run):
@@ -29,7 +39,7 @@ def print_avalanche(run):
 
     if run.hazard:
         numbers = run.hazard["numbers"]
-        print_facts("avalanche", {f"{name} [{unit_of(name)}]": value for name, value in numbers.items()})
+        print_facts("\navalanche", {f"{name} [{unit_of(name)}]": value for name, value in numbers.items()})
 
 
 def _print_impacts(run):
@@ -39,23 +49,35 @@ def _print_impacts(run):
     width = "/m" if run.dimension == 2 else ""
     for name, one in found.items():
         if one:
-            print_facts(f"impact on {name}", {
+            print_facts(f"\nimpact on {name}", {
                 "arrival [s]": one.arrival, "early peak [Pa]": one.peak, "of the peak [s]": one.peak_time,
                 "steady part [Pa]": one.steady, f"impulse [N s{width}]": one.impulse,
                 "front [m]" if width else "front [m2]": one.area})
 
 
+def _headline(run):
+    name = run.provenance.get("scene_name") or run.path.parent.name
+    kind = "3-D" if run.dimension == 3 else "2-D, plane strain"
+    state = "complete" if run.complete else "not complete: it goes on, or was stopped"
+    return f"{name}: {kind}, {state}"
+
+
 def _contents(run):
     times = run.times
-    facts = {"dimension": run.dimension, "complete": run.complete, "frames": len(run)}
+    facts = {"file": f"{run.path}, {memory(run.path.stat().st_size)}"}
     if len(run):
-        facts["time [s]"] = f"{times[0]:g} to {times[-1]:g}"
-        facts["particles"] = f"{run.n_points(0)} at first, {run.n_points(len(run) - 1)} at last"
+        facts["frames"] = f"{count(len(run))}, from {times[0]:g} to {times[-1]:g} s"
+        first, last = run.n_points(0), run.n_points(len(run) - 1)
+        facts["particles"] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
+    else:
+        facts["frames"] = "none yet"
+    facts["bodies"] = list(run.provenance.get("bodies", []))
+    facts["materials"] = list(run.provenance.get("materials", []))
     facts["origin [m]"] = [float(x) for x in run.origin]
     facts["fields"] = [_with_unit(run, name) for name in run.field_names]
     facts["history"] = [_with_unit(run, name) for name in run.history]
     if run.terrain is not None:
-        facts["terrain"] = f"{len(run.terrain.vertices)} vertices, {len(run.terrain.facets)} facets"
+        facts["terrain"] = f"{count(len(run.terrain.vertices))} vertices, {count(len(run.terrain.facets))} facets"
     if run.maps:
         facts["maps"] = [f"{name} [{raster.units}]" for name, raster in run.maps.items()]
     if run.saw_test:
@@ -64,6 +86,38 @@ def _contents(run):
     if run.obstacles:
         facts["obstacles"] = [f"{name} ({len(one.time)} rows of loads)" for name, one in run.obstacles.items()]
     return facts
+
+
+def _cost(summary):
+    facts = {}
+    if "wall_time" in summary:
+        parts = summary.get("wall_time_of", {})
+        inner = ", ".join(f"{name} {duration(seconds)}" for name, seconds in parts.items())
+        facts["wall time"] = duration(summary["wall_time"]) + (f" ({inner})" if inner else "")
+    if "steps" in summary:
+        causes = ", ".join(f"{name} {count(n)}" for name, n in summary.get("dt_causes", {}).items())
+        facts["steps"] = count(summary["steps"]) + (f" (limited by: {causes})" if causes else "")
+    if "smallest_dt" in summary:
+        facts["smallest step"] = f"{summary['smallest_dt']:.3g} s"
+    if "particle_steps" in summary:
+        ns = summary.get("ns_per_particle_step")
+        facts["particle-steps"] = short(summary["particle_steps"]) + (f", {ns:.0f} ns each" if ns else "")
+    known = {"scene", "complete", "time", "particles", "frames", "last", "hazard", "wall_time_of", "dt_causes", *COST}
+    made = ("backend", "threads", "precision")
+    return {**facts, **{name: value for name, value in summary.items() if name not in known and name not in made}}
+
+
+def _audit(run):
+    """The last row of the history, with units; counts as whole numbers."""
+    last = run.summary.get("last", {})
+    return {_with_unit(run, name).removesuffix(" [1]"): value for name, value in last.items()}
+
+
+def _everything(run):
+    return {"path": str(run.path), "dimension": run.dimension, "complete": run.complete, "times": run.times,
+            "particles": [run.n_points(i) for i in range(len(run))], "origin": run.origin, "fields": run.field_names,
+            "history": list(run.history), "units": run.units, "maps": list(run.maps), "obstacles": list(run.obstacles),
+            "summary": run.summary, "provenance": run.provenance}
 
 
 def _with_unit(run, name):

@@ -1,21 +1,34 @@
 """`snowmpm list`: what comes with the program."""
 
+import shutil
+import sys
+import textwrap
 
-def list_library():
+from snowmpm.cli.options import Json
+from snowmpm.cli.table import LONGEST, print_json
+
+
+def list_library(as_json: Json = False):
     """List library scenes, material cards, kinds of material and tests of a material."""
     from snowmpm.materials import EXPERIMENTS, LAWS
     from snowmpm.scenes import library, material_cards
 
-    laws = {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())}
-    _print_table("Scenes (snowmpm run NAME)", library())
+    tables = {
+        "scenes": library(),
+        "cards": {name: card.description for name, card in material_cards().items()},
+        "kinds": {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())},
+        "tests": {name: experiment.summary for name, experiment in EXPERIMENTS.items()},
+    }
+    if as_json:
+        print_json(tables)
+        return
+    _print_table("Scenes (snowmpm run NAME)", tables["scenes"])
     print()
-    cards = {name: card.description for name, card in material_cards().items()}
-    _print_table("Material cards (material = NAME in a scene)", cards)
+    _print_table("Material cards (material = NAME in a scene)", tables["cards"])
     print()
-    _print_table("Materials (kind = NAME in a scene)", laws)
+    _print_table("Materials (kind = NAME in a scene)", tables["kinds"])
     print()
-    tests = {name: experiment.summary for name, experiment in EXPERIMENTS.items()}
-    _print_table("Tests of a material at one point (snowmpm element NAME)", tests)
+    _print_table("Tests of a material at one point (snowmpm element NAME)", tables["tests"])
 
 
 def _first_sentence(law):
@@ -23,7 +36,13 @@ def _first_sentence(law):
 
 
 def _print_table(title, entries):
-    width = max((len(name) for name in entries), default=0)
-    print(title)
+    names = max((len(name) for name in entries), default=0)
+    room = max(min(shutil.get_terminal_size((160, 24)).columns, LONGEST + 20) - names - 4, 30)
+    bold, plain = ("\033[1m", "\033[0m") if sys.stdout.isatty() else ("", "")
+    print(f"{bold}{title}{plain}")
     for name, text in entries.items():
-        print(f"  {name:<{width}}  {text}".rstrip())
+        # In a pipe a line an entry, which grep finds
+        rows = textwrap.wrap(text, room) if sys.stdout.isatty() else [text]
+        print(f"  {name:<{names}}  {rows[0] if rows else ''}".rstrip())
+        for row in rows[1:]:
+            print(f"  {'':<{names}}  {row}")

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm.cli import completion
 from snowmpm.errors import InputError
 
 
@@ -21,19 +22,27 @@ class Precision(str, Enum):
 
 
 SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help="Library scene (`snowmpm list`) or path of a TOML file.")
+    str,
+    typer.Argument(
+        metavar="SCENE", help="Library scene (`snowmpm list`) or path of a TOML file.", autocompletion=completion.scenes
+    ),
 ]
-RunPath = Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run, or its run.vtkhdf.")]
+RunPath = Annotated[
+    str, typer.Argument(metavar="RUN", help="Folder of a run, or its run.vtkhdf.", autocompletion=completion.runs)
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
         help="Change one key of the scene, e.g. --set solver.dx=0.05 or --set bodies.0.velocity=[1,0]; repeatable.",
+        autocompletion=completion.keys,
     ),
 ]
 BackendOption = Annotated[Backend, typer.Option(help="What computes; auto takes a CUDA GPU when there is one.")]
 PrecisionOption = Annotated[Precision | None, typer.Option(help="Overrides solver.precision.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but warnings and errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of words.")]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="CPU threads; all cores by default.")]
 
 

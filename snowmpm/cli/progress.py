@@ -1,7 +1,7 @@
-"""How a run shows where it is: a live display on a terminal, a line now and then elsewhere.
+"""How a run shows where it is: a live display on a terminal, nothing elsewhere, or plain lines where asked for.
 
-Both take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
-wall [s], frames, particle_steps.
+All take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
+wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
 """
 
 import sys
@@ -10,9 +10,18 @@ from contextlib import contextmanager
 
 from snowmpm.cli.wording import count, duration, short
 
-LINE_INTERVAL = 10.0  # s of wall time between lines when not on a terminal
+LINE_INTERVAL = 10.0  # s of wall time between plain lines
 WINDOW = 20.0  # s of wall time over which the present speed is measured
 SAMPLE_INTERVAL = 0.5
+BAR = 36  # characters
+
+ENERGIES = {"kinetic_energy": "kinetic", "elastic_energy": "elastic", "plastic_work": "plastic work",
+            "contact_work": "contact"}
+"""Energies of the history that the display shows, beside the potential energy lost since the start."""
+
+CAUSES = {"elastic": "elastic waves", "advective": "fastest particle", "deformation": "fast deformation",
+          "fixed": "fixed by the scene", "output": "cut to end on a frame"}
+"""What limits the step, in words."""
 
 
 class Pace:
@@ -22,6 +31,7 @@ class Pace:
         self._samples = deque()  # (wall, simulated time, particle-steps)
 
     def add(self, progress):
+        """Take a sample, at most every `SAMPLE_INTERVAL`."""
         samples = self._samples
         if samples and progress.wall - samples[-1][0] < SAMPLE_INTERVAL:
             return
@@ -46,19 +56,17 @@ class Pace:
         return (last[column] - first[column]) / (last[0] - first[0])
 
 
-def facts(progress, pace):
-    """What both displays tell, in their order."""
-    yield f"dt {progress.dt:.2e} s ({progress.dt_cause})"
-    yield f"{count(progress.n_particles)} particles"
-    yield f"max {progress.max_speed:.3g} m/s"
-    yield f"front {_metres(progress.front)}"
-    yield f"{short(pace.speed)} particle-steps/s"
-    yield f"{duration(pace.time_left(progress))} left"
-
-
 def _metres(front):
     # A front is nan as long as nothing moves.
     return "-" if front is None or front != front else f"{front:.1f} m"
+
+
+def energies(progress, start):
+    """(name, joules) of what the display shows of the energies; `start`: potential energy of the first row, or None."""
+    found = {word: progress.audit[name] for name, word in ENERGIES.items() if name in progress.audit}
+    if start is not None and "potential_energy" in progress.audit:
+        found = {"potential lost": start - progress.audit["potential_energy"], **found}
+    return found
 
 
 class Lines:
@@ -76,49 +84,97 @@ class Lines:
         self._due = progress.wall + LINE_INTERVAL
         share = progress.time / progress.end_time
         where = f"{self._name}: {progress.time:.3f} of {progress.end_time:g} s ({share:.0%})"
-        print(", ".join([where, *facts(progress, self._pace)]), file=self._stream, flush=True)
+        print(", ".join([where, *self._facts(progress)]), file=self._stream, flush=True)
+
+    def _facts(self, progress):
+        yield f"dt {progress.dt:.2e} s ({progress.dt_cause})"
+        yield f"{count(progress.n_particles)} particles"
+        yield f"max {progress.max_speed:.3g} m/s"
+        yield f"front {_metres(progress.front)}"
+        yield f"{short(self._pace.speed)} particle-steps/s"
+        yield f"{duration(self._pace.time_left(progress))} left"
 
 
 class Screen:
-    """A bar and a line of facts below it, redrawn four times a second."""
+    """A bar and a table of facts below it, redrawn four times a second."""
 
     def __init__(self, name):
         self._name = name
         self._pace = Pace()
-        self._progress = None
+        self._progress, self._start = None, None
 
     def __call__(self, progress):
         self._pace.add(progress)
         self._progress = progress
+        if self._start is None:
+            self._start = progress.audit.get("potential_energy")
 
     def __rich__(self):
         from rich.console import Group
-        from rich.progress_bar import ProgressBar
-        from rich.table import Table
         from rich.text import Text
 
         progress = self._progress
         if progress is None:
             return Text(f"{self._name}: preparing (the first run of a scene also compiles its kernels)")
+        return Group(self._bar(progress), self._table(progress), self._energies(progress))
+
+    def _bar(self, progress):
+        from rich.progress_bar import ProgressBar
+        from rich.table import Table
+        from rich.text import Text
+
         bar = Table.grid(padding=(0, 1))
+        left = duration(self._pace.time_left(progress))
         bar.add_row(
             Text(self._name, style="bold"),
-            ProgressBar(total=progress.end_time, completed=progress.time, width=40),
-            f"{progress.time:.3f} / {progress.end_time:g} s",
-            f"{progress.frames} frames, {duration(progress.wall)}",
+            ProgressBar(total=progress.end_time, completed=progress.time, width=BAR),
+            Text(f"{progress.time / progress.end_time:4.0%}", style="bold"),
+            Text.assemble((left, "bold cyan"), " left"),
         )
-        return Group(bar, Text("  ".join(facts(progress, self._pace)), style="dim"))
+        return bar
+
+    def _table(self, progress):
+        from rich.table import Table
+
+        table = Table.grid(padding=(0, 2))
+        for _ in range(3):
+            table.add_column(style="dim", min_width=9)
+            table.add_column(min_width=16, no_wrap=True)
+        speed = short(self._pace.speed)
+        table.add_row("time", f"{progress.time:.3f} / {progress.end_time:g} s",
+                      "particles", count(progress.n_particles), "frames", count(progress.frames))
+        table.add_row("max speed", f"{progress.max_speed:.3g} m/s", "front", _metres(progress.front),
+                      "running", duration(progress.wall))
+        table.add_row("step", f"{short(1e6 * progress.dt)} µs", "limited by",
+                      CAUSES.get(progress.dt_cause, progress.dt_cause), "pace", f"{speed} particle-steps/s")
+        return table
+
+    def _energies(self, progress):
+        from rich.text import Text
+
+        line = Text("energy  ", style="dim")
+        for word, joules in energies(progress, self._start).items():
+            line.append(f"  {word} ", style="dim")
+            line.append(f"{short(joules)}{'' if short(joules)[-1] in 'kMG' else ' '}J", style="default")
+        return line
 
 
 @contextmanager
-def display(name):
-    """The callback for a run named `name`, in the form that fits where stderr goes."""
-    if not sys.stderr.isatty():
-        yield Lines(name, sys.stderr)
-        return
-    from rich.console import Console
-    from rich.live import Live
+def display(name, lines=False, quiet=False):
+    """The callback for a run named `name`, in the form that fits where stderr goes; None where nothing is to be said.
 
-    screen = Screen(name)
-    with Live(screen, console=Console(stderr=True), refresh_per_second=4, get_renderable=lambda: screen):
-        yield screen
+    lines: plain lines, for the log of a batch job; quiet: nothing, also on a terminal
+    """
+    if quiet:
+        yield None
+    elif lines:
+        yield Lines(name, sys.stderr)
+    elif not sys.stderr.isatty():
+        yield None
+    else:
+        from rich.console import Console
+        from rich.live import Live
+
+        screen = Screen(name)
+        with Live(screen, console=Console(stderr=True), refresh_per_second=4, get_renderable=lambda: screen):
+            yield screen

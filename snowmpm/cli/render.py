@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm.cli import completion
 from snowmpm.cli.options import RunPath
 from snowmpm.errors import InputError
 
@@ -21,7 +22,12 @@ Output = Annotated[
     ),
 ]
 Color = Annotated[
-    str | None, typer.Option(metavar="FIELD", help='Field that colours the snow, or "snow"; its speed by default.')
+    str | None,
+    typer.Option(
+        metavar="FIELD",
+        help='Field that colours the snow, or "snow"; its speed by default.',
+        autocompletion=completion.fields,
+    ),
 ]
 Camera = Annotated[
     str | None,
@@ -55,19 +61,21 @@ def render(
     draw(opened, target, color=color, camera=camera, time=time, size=shape, fps=fps)
 
 
-def draw(run, target, **choices):
-    """Draw a run to `target`, say how far it is, and print where the picture went."""
+def draw(run, target, quiet=False, **choices):
+    """Draw a run to `target`, say how far it is, and print where the picture went; -> its path."""
     from snowmpm.render import render_run
 
-    with _counter() as progress:
+    with _counter(quiet) as progress:
         written = render_run(run, target, progress=progress, **choices)
-    print(written)
+    if not quiet:
+        print(written)
+    return written
 
 
 @contextmanager
-def _counter():
+def _counter(quiet=False):
     """Callback (done, total) that counts pictures on a terminal, and says nothing elsewhere."""
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console

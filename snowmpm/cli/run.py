@@ -11,8 +11,19 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import Backend, BackendOption, PrecisionOption, SceneName, Settings, Threads, scene_overrides
+from snowmpm.cli.options import (
+    Backend,
+    BackendOption,
+    Json,
+    PrecisionOption,
+    Quiet,
+    SceneName,
+    Settings,
+    Threads,
+    scene_overrides,
+)
 from snowmpm.cli.render import draw
+from snowmpm.cli.table import print_json
 from snowmpm.cli.wording import count, duration
 from snowmpm.errors import InputError
 
@@ -29,11 +40,19 @@ def run(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a run that is already in DIR.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR.")] = False,
     render: Annotated[bool, typer.Option("--render", help="Draw a film of the run to DIR/film.mp4.")] = False,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="A line every ten seconds instead of the live display: for logs.")
+    ] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
 ):
     """Run a scene to its run file.
 
     Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene),
     DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
+
+    On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
+    elsewhere only the end is told.
     """
     from snowmpm.scenes import load_scene
 
@@ -41,10 +60,13 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = simulate(loaded, folder, resume)
-    print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
-    if render:
-        draw(result, folder / "film.mp4")
+    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet)
+    told = not quiet and not as_json
+    if told:
+        print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
+    film = draw(result, folder / "film.mp4", quiet=not told) if render else None
+    if as_json:
+        print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
 
 
 def start_taichi(backend, threads):
@@ -70,15 +92,15 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume):
-    """Run a scene with a progress bar; -> `snowmpm.io.Run`."""
+def simulate(scene, folder, resume, lines=False, quiet=False):
+    """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`."""
     import snowmpm
     from snowmpm.cli.progress import display
 
     # A request to end is treated like Ctrl-C, so that the run file is closed properly.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        with display(scene.name) as progress, warnings.catch_warnings():
+        with display(scene.name, lines, quiet) as progress, warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
             return snowmpm.run(scene, folder, progress=progress, resume=resume)
     except KeyboardInterrupt as interruption:

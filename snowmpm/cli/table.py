@@ -1,29 +1,70 @@
-"""Facts by name, printed as a table that also reads well in a pipe."""
+"""Facts by name, printed as a table that also reads well in a pipe, or as JSON."""
+
+import json
+import math
+import shutil
+import sys
+import textwrap
 
 from snowmpm.cli.wording import count, duration, memory
 
-FORMATS = {"memory": memory, "run_time": duration, "wall_time": duration}
+FORMATS = {"memory": memory, "run_time": duration, "wall_time": duration, "size": memory}
 UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
+LONGEST = 100  # characters of a line; text in a wider terminal is not read more easily
 
 
 def print_facts(title, values):
-    """A title and one line a fact; facts within a fact are indented."""
-    print(title)
-    for line in _lines(values, "  "):
+    """A title and one line a fact; facts within a fact are indented. On a terminal titles are bold, names faint."""
+    styled = sys.stdout.isatty()
+    print(_styled(title, "1", styled))
+    width = min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
+    for line in _lines(values, "  ", width, styled):
         print(line)
 
 
-def _lines(values, indent, inner=False):
-    width = max((len(str(name)) for name in values), default=0)
+def print_json(values):
+    """One JSON object; numbers that JSON does not know, nan and infinity, become null."""
+    print(json.dumps(_plain(values), indent=1, ensure_ascii=False))
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):  # NumPy
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | None) else str(value)
+
+
+def _styled(text, code, styled):
+    return f"\033[{code}m{text}\033[0m" if styled and text else text
+
+
+def _lines(values, indent, width, styled, inner=False):
+    names = max((len(str(name)) for name in values), default=0)
     for name, value in values.items():
         # Names of facts are words; names inside a fact are a scene's own.
-        label = f"{indent}{name if inner else name.replace('_', ' '):<{width}}"
+        label = f"{indent}{name if inner else name.replace('_', ' '):<{names}}"
         if isinstance(value, dict):
-            yield label.rstrip()
-            yield from _lines(value, indent + "  ", inner=True)
+            yield _styled(label.rstrip(), "2", styled)
+            yield from _lines(value, indent + "  ", width, styled, inner=True)
         else:
             unit = f" {UNITS[name]}" if name in UNITS else ""
-            yield f"{label}  {_text(name, value)}{unit}"
+            text = f"{_text(name, value)}{unit}"
+            room = max(width - len(label) - 2, 30)
+            rows = _wrapped(text, room) if isinstance(value, list | tuple) else [text]
+            yield f"{_styled(label, '2', styled)}  {rows[0]}"
+            yield from (f"{' ' * len(label)}  {row}" for row in rows[1:])
+
+
+def _wrapped(text, room):
+    """Rows of a list, broken between its entries only."""
+    glued = text.replace(" ", "\0").replace(",\0", ", ")
+    rows = textwrap.wrap(glued, room, break_long_words=False, break_on_hyphens=False)
+    return [row.replace("\0", " ") for row in rows] or [""]
 
 
 def _text(name, value):

@@ -5,11 +5,12 @@ import time as clock
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import h5py
 import numpy as np
 
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, did_you_mean
 from snowmpm.io import layout
 from snowmpm.io.obstacles import read_obstacles
 from snowmpm.io.saw_test import read_saw_test
@@ -68,7 +69,7 @@ class Run:
     def __init__(self, path):
         self.path = run_file(path)
         if not self.path.is_file():
-            raise InputError(f"{path}: no run file here ({layout.RUN_FILE} is missing)")
+            raise InputError(f"{path}: no run file here ({layout.RUN_FILE} is missing){_runs_near(path)}")
         self.refresh()
 
     def refresh(self):
@@ -135,7 +136,7 @@ class Run:
         names = self.field_names if fields is None else list(fields)
         for name in names:
             if name not in self.field_names:
-                raise InputError.at("field", name, f"must be one of {', '.join(self.field_names)}", file=self.path)
+                raise InputError.not_in("field", name, self.field_names, file=self.path)
 
         def action(h5):
             root = h5["VTKHDF"]
@@ -173,6 +174,13 @@ class Run:
     def summary(self):
         path = self.path.with_name(layout.SUMMARY_FILE)
         return json.loads(path.read_text()) if path.exists() else {}
+
+
+def _runs_near(path):
+    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and is called about the same, or ""."""
+    folder = Path(path).parent
+    runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
+    return did_you_mean(str(Path(path)), runs)
 
 
 def _read_terrain(h5):

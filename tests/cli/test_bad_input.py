@@ -66,6 +66,43 @@ def test_wrong_value(refused, block, command, setting, expected):
     assert str(block) in message
 
 
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (("check", "block.toml", "--set", "solver.dxx=1"), "dx"),
+        (("check", "block.toml", "--set", "solver.transfer=apicc"), "apic"),
+        (("check", "block.toml", "--set", "terrain.kind=plan"), "plane"),
+        (("check", "block.toml", "--set", "materials.snow.kind=elastc"), "elastic"),
+        (("check", "block.toml", "--set", "materials.snow.card=li_cold_dens"), "li_cold_dense"),
+        (("check", "block.toml", "--set", "bodies.0.material=snwo"), "snow"),
+        (("check", "block.toml", "--set", "bodies.0.shape.kind=bx"), "box"),
+        (("check", "block.toml", "--set", 'output.fields=["velocty"]'), "velocity"),
+        (("check", "block.toml", "--set", 'events=[{kind="remove",body="blck",start=1}]'), "block"),
+        (("check", "blok.toml"), "block.toml"),
+        (("check", "slab_releas"), "slab_release"),
+        (("info", "runs/one_"), "runs/one"),
+        (("element", "triaxal", "-m", "li_cold_dense"), "triaxial"),
+        (("element", "triaxial", "-m", "li_cold_dens"), "li_cold_dense"),
+        (("element", "triaxial", "-m", "kind=elastc"), "elastic"),
+        (("element", "triaxial", "-m", "slab_release:slabb"), "slab"),
+        (("new", "copy", "--like", "slab_relese"), "slab_release"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else " ".join(value[:2]),
+)
+def test_nearest_name_is_suggested(refused, block, tmp_path, arguments, meant):
+    (tmp_path / "runs" / "one").mkdir(parents=True)
+    (tmp_path / "runs" / "one" / "run.vtkhdf").touch()
+    message = refused(*arguments).strip()
+    assert message.endswith(f"did you mean {meant}?"), message
+
+
+@pytest.mark.parametrize(("arguments", "meant"), [(("rnu", "x"), "run"), (("run", "x", "--rendr"), "--render")])
+def test_nearest_command_and_option_are_suggested(call, arguments, meant):
+    refused = call(*arguments)
+    assert refused.code == 2
+    assert meant in refused.err
+
+
 def test_step_too_long(refused, block):
     assert "solver.dt = 1.0: unstable" in refused("run", block, "--set", "solver.dt=1.0")
     # nu = 0.2 in 2-D: sqrt(1 - nu) of a cell

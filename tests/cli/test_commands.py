@@ -62,17 +62,34 @@ def test_resume_goes_on(call, block):
 
 
 def test_progress_in_plain_lines(call, block):
-    result = call("run", block)
+    result = call("run", block, "--lines")
     last = result.err.strip().split("\n")[-1]
     for word in ("block: 0.020 of 0.02 s (100%)", "dt ", "particles", "m/s", "front", "particle-steps/s", "left"):
         assert word in last
+
+
+def test_quiet_where_nobody_watches(call, block):
+    result = call("run", block)
+    assert (result.code, result.err) == (0, "")
+    assert result.out.count("\n") == 1
+    assert call("run", block, "--overwrite", "--quiet") == type(result)(0, "", "")
+
+
+def test_json_of_every_command_that_tells_facts(call, block):
+    told = json.loads(call("run", block, "--json").out)
+    assert (told["complete"], told["frames"], told["run"].replace(os.sep, "/")) == (True, 3, "runs/block/run.vtkhdf")
+    told = json.loads(call("info", "runs/block", "--json").out)
+    assert told["times"] == [0.0, 0.01, 0.02]
+    assert {"velocity", "density"} <= set(told["fields"])
+    assert json.loads(call("check", block, "--json").out)["dimension"] == 2
+    assert "slab_release" in json.loads(call("list", "--json").out)["scenes"]
 
 
 def test_info_of_a_run(call, block):
     assert call("run", block).code == 0
     result = call("info", "runs/block")
     assert result.code == 0
-    for word in ("frames", "velocity [m/s]", "density [kg/m3]", "kinetic_energy [J]", "taichi", "precision"):
+    for word in ("frames", "velocity [m/s]", "density [kg/m3]", "kinetic energy [J]", "taichi", "precision"):
         assert word in result.out
 
 

@@ -24,8 +24,11 @@ def message(path, changes):
         ({"solver.dxx": 1}, "solver.dxx = 1: unknown key; did you mean dx?"),
         ({"solver": 3}, "solver = 3: must be a table"),
         ({"solver.particles_per_cell": 3.5}, "solver.particles_per_cell = 3.5: must be a whole number"),
-        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic" or "cubic"'),
-        ({"terrain.kind": "plan"}, 'terrain.kind = "plan": must be one of "plane", "profile", "mesh", "dem"'),
+        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic" or "cubic"; did you mean cubic?'),
+        (
+            {"terrain.kind": "plan"},
+            'terrain.kind = "plan": must be one of "plane", "profile", "mesh", "dem"; did you mean plane?',
+        ),
         ({"terrain": {"points": 1}}, 'terrain.kind is missing: one of "dem", "mesh", "plane", "profile"'),
         ({"terrain.pionts": 3}, "terrain.pionts = 3: unknown key; did you mean points?"),
         ({"materials.slab.density": -250.0}, "materials.slab.density = -250.0: must be > 0"),
@@ -44,11 +47,15 @@ def message(path, changes):
         ),
         ({"bodies.0.velocity": [0, 0, 0]}, "bodies.0.velocity = [0, 0, 0]: must be 2 numbers, [x, z], in a 2-D scene"),
         ({"bodies.0.velocity": ["a", 0]}, 'bodies.0.velocity.0 = "a": must be a number'),
-        ({"bodies.0.material": "sl"}, 'bodies.0.material = "sl": must be one of the materials: slab, weak_layer'),
+        (
+            {"bodies.0.material": "sl"},
+            'bodies.0.material = "sl": must be one of the materials: slab, weak_layer; did you mean slab?',
+        ),
         ({"gravity": "x"}, 'gravity = "x": must be a number'),
         (
             {"domain.boundary": "opn"},
-            'domain.boundary = "opn": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"',
+            'domain.boundary = "opn": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"; did you mean'
+            " open?",
         ),
         (
             {"domain.boundary": {"x_min": "s"}},

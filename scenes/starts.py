@@ -1,0 +1,63 @@
+"""Scenes to start from: commented TOML files that run as they are."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+from string import Template
+
+from snowmpm.errors import InputError
+from snowmpm.scenes.library import FOLDER as LIBRARY
+from snowmpm.scenes.loader import find_scene
+
+STARTS = Path(__file__).parent / "starts"
+NAME = re.compile(r'^name\s*=\s*"[^"]*"', re.MULTILINE)
+FILES = re.compile(r'(?<![\w.])file\s*=\s*"([^"]+)"')
+
+
+def start_from(template, **words):
+    """Text of the template of this name, "profile" or "ground", with its words put in; TOML values as they are."""
+    text = (STARTS / f"{template}.toml").read_text(encoding="utf-8")
+    return _aligned(Template(text).substitute(words))
+
+
+def copy_of(scene, name, folder):
+    """Text of a scene with its comments under another `name`; -> (text, files that it names, copied to `folder`).
+
+    Raises InputError where a file of that name lies there already with other contents.
+    """
+    source = find_scene(scene)
+    text, count = NAME.subn(f"name = {quoted(name)}", source.read_text(encoding="utf-8"), count=1)
+    if not count:
+        raise InputError(f"{source}: has no name to change")
+    copied = []
+    for file in dict.fromkeys(FILES.findall(text)):
+        there, here = source.parent / file, Path(folder) / file
+        if Path(file).is_absolute() or not there.is_file():
+            continue
+        if here.exists() and here.read_bytes() != there.read_bytes():
+            raise InputError(f"{here}: there already, and not the file of {source.name}: choose another folder with -o")
+        here.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(there, here)
+        copied.append(here)
+    return text, copied
+
+
+def is_library(scene):
+    """Whether a scene is one of the library."""
+    return find_scene(scene).parent == LIBRARY
+
+
+def quoted(text):
+    """Text as a TOML string."""
+    return json.dumps(str(text), ensure_ascii=False)
+
+
+def _aligned(text):
+    """Comments behind short values in one column, as in the templates before words of other lengths were put in."""
+    lines = []
+    for line in text.split("\n"):
+        value, mark, comment = line.partition("  # ")
+        short = mark and not line.startswith("#") and len(value.rstrip()) < 33
+        lines.append(f"{value.rstrip():<33} # {comment.lstrip()}" if short and value.strip() else line)
+    return "\n".join(lines)

@@ -1,0 +1,78 @@
+"""`snowmpm new`: a commented scene to start from."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli import completion
+from snowmpm.errors import InputError
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scene; its file is NAME.toml.")],
+    ground: Annotated[
+        Path | None,
+        typer.Option(
+            "--terrain",
+            metavar="FILE",
+            help="Your slope: a mesh (.stl, .obj, .ply) or an elevation raster (.asc, .tif), in metres.",
+            autocompletion=completion.grounds,
+        ),
+    ] = None,
+    release: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Where it releases: .geojson or .shp; the steepest high part when missing."),
+    ] = None,
+    thickness: Annotated[
+        float | None, typer.Option(min=0.01, metavar="M", help="Thickness of the snow, normal to the slope [m].")
+    ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SCENE", help="Copy this library scene, with the files it names.", autocompletion=completion.scenes
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of the file; this one by default.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+):
+    """Write a commented scene that runs as it is.
+
+    A slab on a slope in profile; with --terrain an avalanche on your own slope; with --like a copy of a library scene.
+    """
+    name = name.removesuffix(".toml")
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,99}", name):
+        raise InputError(f"NAME {name}: must be made of letters, digits, _, - and ., and start with a letter or digit;"
+                         " -o says in which folder")
+    if like and (ground or release or thickness):
+        raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
+    if (release or thickness) and not ground:
+        raise InputError("--release and --thickness go with --terrain FILE, your slope")
+    folder = output or Path()
+    file = folder / f"{name}.toml"
+    if file.exists() and not overwrite:
+        raise InputError(f"{file} is there already: --overwrite it, or choose another name")
+    from snowmpm.first_scene import scene_on_ground
+    from snowmpm.scenes import load_scene, starts
+
+    told = []
+    if like:
+        folder.mkdir(parents=True, exist_ok=True)
+        text, copied = starts.copy_of(like, name, folder)
+        told = [str(path) for path in copied]
+    elif ground:
+        text, told = scene_on_ground(name, file, ground, release, thickness)
+    else:
+        text = starts.start_from("profile", name=name, file=file)
+    folder.mkdir(parents=True, exist_ok=True)
+    draft = file.with_name(f".{file.name}.part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        load_scene(draft)
+        draft.replace(file)
+    finally:
+        draft.unlink(missing_ok=True)
+    print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

@@ -1,0 +1,58 @@
+"""The live display: what it says of a run that goes on."""
+
+import io
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from snowmpm.cli.progress import Lines, Pace, Screen, display
+
+
+def state(time, wall, potential):
+    audit = {"kinetic_energy": 2500.0, "elastic_energy": 40.0, "plastic_work": 1.2e6, "contact_work": 0.0,
+             "potential_energy": potential}
+    return SimpleNamespace(time=time, end_time=10.0, dt=1.25e-4, dt_cause="advective", n_particles=123456,
+                           max_speed=8.5, front=31.5, steps=1000, frames=21, wall=wall, particle_steps=wall * 5e6,
+                           audit=audit)
+
+
+@pytest.fixture
+def screen():
+    screen = Screen("slope")
+    screen(state(1.0, 10.0, -1e6))
+    screen(state(2.0, 20.0, -3e6))
+    return screen
+
+
+def drawn(screen):
+    console = Console(width=120, record=True, file=io.StringIO())
+    console.print(screen)
+    return console.export_text()
+
+
+def test_screen_tells_all_that_a_person_waits_for(screen):
+    text = drawn(screen)
+    # 1 s of simulation in 10 s: 8 s more take 80 s
+    for words in ("slope", "20%", "1 min 20 s left", "2.000 / 10 s", "123 456", "8.5 m/s", "31.5 m", "125 µs",
+                  "fastest particle", "5 M particle-steps/s", "potential lost 2 MJ", "kinetic 2.5 kJ",
+                  "plastic work 1.2 MJ", "elastic 40 J"):
+        assert words in text, (words, text)
+
+
+def test_screen_before_the_first_step():
+    assert "preparing" in drawn(Screen("slope"))
+
+
+def test_pace_forgets_what_was_long_ago():
+    pace = Pace()
+    for wall, time in [(0.0, 0.0), (100.0, 1.0), (101.0, 2.0), (121.5, 22.5)]:
+        pace.add(state(time, wall, 0.0))
+    assert pace.time_left(state(5.0, 121.5, 0.0)) == pytest.approx(5.0)  # 1 s in 1 s, in the last 20 s
+
+
+@pytest.mark.parametrize(("choice", "kind"), [({}, type(None)), ({"lines": True}, Lines),
+                                              ({"lines": True, "quiet": True}, type(None))])
+def test_no_display_where_there_is_no_terminal(capsys, choice, kind):
+    with display("slope", **choice) as shown:
+        assert type(shown) is kind
