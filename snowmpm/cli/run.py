@@ -60,7 +60,7 @@ def run(
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
-    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet)
+    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite)
     told = not quiet and not as_json
     if told:
         print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
@@ -92,7 +92,7 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume, lines=False, quiet=False):
+def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True):
     """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`."""
     import snowmpm
     from snowmpm.cli.progress import display
@@ -102,7 +102,7 @@ def simulate(scene, folder, resume, lines=False, quiet=False):
     try:
         with display(scene.name, lines, quiet) as progress, warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            return snowmpm.run(scene, folder, progress=progress, resume=resume)
+            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite)
     except KeyboardInterrupt as interruption:
         if interruption.args:
             raise
