@@ -18,7 +18,7 @@ DECADES = 2.0
 
 @dataclass(frozen=True)
 class MapPanel:
-    """One entry: symptoms (rows, columns) over their limit; borders: of each row, None for none; x: its unit with it."""
+    """One entry: symptoms (rows, columns) and their limit; borders: of each row, None for none."""
 
     title: str
     x_label: str

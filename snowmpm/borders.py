@@ -29,6 +29,11 @@ class Border:
     unit: str
     cure: str
 
+    @property
+    def in_a_sentence(self):
+        """The title, as it goes on a sentence."""
+        return self.title if self.title.startswith("SPH") else self.title[0].lower() + self.title[1:]
+
     def failing(self, value):
         """Whether a scene with this value of the parameter lies on the failing side."""
         if self.value is None:

@@ -45,7 +45,7 @@ def _of(border, key, value, what=None):
     unit = f" {border.unit}" if border.unit else ""
     limit = f"{border.value:.3g}{unit}" if border.value is not None else "any"
     side = "over" if border.fails == "above" else "under"
-    says = f"{what or border.parameter} {value:.3g}{unit} is {side} {limit}: {border.title[0].lower()}{border.title[1:]}"
+    says = f"{what or border.parameter} {value:.3g}{unit} is {side} {limit}: {border.in_a_sentence}"
     return Caution(border.entry, key, says, border.cure)
 
 
@@ -104,7 +104,8 @@ def volumetric_locking(facts):
         ratio = law.bulk_modulus / law.shear_modulus
         if border := _beyond("volumetric_locking", f"{facts.spline} {9 if many else 4}", ratio):
             nu = (3.0 * border.value - 2.0) / (6.0 * border.value + 2.0)
-            yield _of(border, f"materials.{name}.poisson_ratio", ratio, f"{law.poisson_ratio:g} (border {nu:.3f}): K / G")
+            what = f"{law.poisson_ratio:g} (border {nu:.3f}): K / G"
+            yield _of(border, f"materials.{name}.poisson_ratio", ratio, what)
 
 
 @rule

@@ -10,7 +10,7 @@ from snowmpm.build import build, check_step, describe
 
 @dataclass(frozen=True)
 class Advice:
-    """facts: of `build.describe`, and the run time [s]; payments, cautions, savings: lists of `Payment`, `Caution`, `Saving`."""
+    """facts: of `build.describe`, and the run time [s]; lists of `Payment`, `Caution` and `Saving`."""
 
     facts: dict
     payments: list

@@ -87,9 +87,9 @@ class Budget:
         rows.append(("calls of kernels", f"{steps:.0f} steps", steps * costs.CALL))
         rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a particle", self.output))
         found = [Payment(*row, row[2] / self.total) for row in rows]
-        found.append(Payment("precision", f"{scheme.precision}, {facts.solver.particles.bytes_per_particle} B a particle"
-                             f" ({', '.join(name.replace('_', ' ') for name, size in sizes.items() if size)})", None,
-                             None))
+        carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)
+        size = facts.solver.particles.bytes_per_particle
+        found.append(Payment("precision", f"{scheme.precision}, {size} B a particle ({carried})", None, None))
         fields = int(facts.model.population.field.max()) + 1
         if fields > 1:
             found.append(Payment("velocity fields", f"{fields}: nodes of touching bodies are kept once for each", None,
@@ -140,8 +140,8 @@ class Budget:
     def _spline(self):
         if self.scheme.kernel == "cubic":
             saved = self.facts.steps * (self.step() - self.step(replace(self.scheme, kernel="quadratic")))
-            yield from self._saving("solver.kernel", '"quadratic": needed only where bodies are stretched to twice their'
-                                    " length, or bend far", saved)
+            yield from self._saving("solver.kernel", '"quadratic": cubic is needed only where bodies are stretched to'
+                                    " twice their length, or bend far", saved)
 
     def _crowded(self):
         usual = 4 if self.facts.dim == 2 else 8
@@ -172,7 +172,7 @@ class Budget:
                                                               strict=True)}
         fastest = max(speeds, key=speeds.get)
         rest = max((speed for name, speed in speeds.items() if name != fastest), default=speeds[fastest])
-        if speeds[fastest] > 1.5 * rest:
+        if speeds[fastest] > 2.0 * rest:
             soft = (speeds[fastest] / rest) ** 2
             yield from self._saving(f"materials.{fastest}.youngs_modulus", f"its waves alone set the step; {soft:.0f}"
                                     " times softer it would be as fast as the rest, if its deformation does not matter",
@@ -189,8 +189,8 @@ class Budget:
             reach = np.ptp(x[:, a]) + 2.0 * way
             length = self.facts.model.upper[a] - self.facts.model.lower[a]
             if length > SPARE_DOMAIN * reach:
-                yield Saving("domain", f"{length:.3g} m along {axis}, of which {reach:.3g} m can be reached: costs nothing,"
-                             " blocks of the grid follow the snow", 0.0, 0.0)
+                yield Saving("domain", f"{length:.3g} m along {axis}, of which {reach:.3g} m can be reached: the rest"
+                             " costs nothing, blocks of the grid follow the snow", 0.0, 0.0)
 
     def _return_maps(self):
         """A return map that is more accurate than the step it is used with."""
@@ -233,7 +233,8 @@ def is_plane_strain(facts):
         return True
     lower, upper = facts.model.lower, facts.model.upper
     x = np.linspace(lower[0], upper[0], 41)[1:-1]
-    heights = [surface.height(np.column_stack([x, np.full_like(x, y)])) for y in np.linspace(lower[1], upper[1], 7)[1:-1]]
+    across = np.linspace(lower[1], upper[1], 7)[1:-1]
+    heights = [surface.height(np.column_stack([x, np.full_like(x, y)])) for y in across]
     spread = np.nanmax(np.ptp(np.array(heights), axis=0), initial=0.0)
     return bool(spread < 0.01 * facts.dx)
 

@@ -20,8 +20,8 @@ FELT, HELD, THROUGH = 0.01, 0.01, 0.01
 
 
 def two_blocks(gap, speed, separate, scheme):
-    """Solver and states of two blocks of 4 x 4 cells, `gap` [cells] apart, each going at `speed` [m/s] to the other, and
-    which particles are of the second; separate: each in a velocity field of its own."""
+    """Solver and states of two blocks of 4 x 4 cells, `gap` [cells] apart, each going at `speed` [m/s] to the other,
+    and which particles are of the second; separate: each in a velocity field of its own."""
     left, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
     left = left + 0.3 * DX
     x = np.concatenate([left, left + np.array([(4.0 + gap) * DX, 0.0])])
@@ -120,10 +120,11 @@ ENTRIES = (
     Entry(
         name="thin_obstacle", title="Walls that snow is felt through",
         scene="An elastic block thrown at a wall, another one at rest on its other side",
-        seen="Nothing goes through, however thin the wall; but both blocks give to the same nodes, and the one behind is"
-             " pushed",
-        cure="an obstacle that is at least so many cells thick, or a smaller solver.dx", parameter="thickness of the wall",
-        unit="cells", values=(0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0), fails="below",
+        seen="Nothing goes through, however thin the wall; but both blocks give to the same nodes, and the one behind"
+             " is pushed",
+        cure="an obstacle that is at least so many cells thick, or a smaller solver.dx",
+        parameter="thickness of the wall", unit="cells",
+        values=(0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0), fails="below",
         settings={"between nodes": {}, "on a node": {"offset": 0.0}, "cubic": {"kernel": "cubic"}},
         symptom="share of the momentum felt behind the wall", limit=THROUGH, measure=through_wall,
         shown="between nodes"),
@@ -131,8 +132,8 @@ ENTRIES = (
         name="fast_impact", title="Impacts as fast as waves",
         scene="An elastic block of 4 x 4 cells thrown at a wall (80 m/s of snow with waves of 130 m/s: 0.6)",
         seen="Steps that heed elastic waves only: particles turn inside out, or fly off with more energy than they had",
-        cure="leave solver.dt out: the adaptive step follows speed and deformation", parameter="speed over that of waves",
-        unit="", values=(0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0),
+        cure="leave solver.dt out: the adaptive step follows speed and deformation",
+        parameter="speed over that of waves", unit="", values=(0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0),
         settings={"adaptive 0.4": {"cfl": 0.4}, "adaptive 0.8": {"cfl": 0.8},
                   "elastic step 0.4": {"cfl": 0.4, "adaptive": False},
                   "elastic step 0.8": {"cfl": 0.8, "adaptive": False}},

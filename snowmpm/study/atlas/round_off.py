@@ -9,9 +9,9 @@ from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, free_solver, lattice
 
 DX = 0.1
-LAW = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
-SNOW = {"density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3, "critical_slope": 1.5, "cohesion": 0.3,
-        "hardening": 1.0, "p0": 3e4}
+ICE = {"density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3}
+LAW = Elastic(**ICE)
+SNOW = {**ICE, "critical_slope": 1.5, "cohesion": 0.3, "hardening": 1.0, "p0": 3e4}
 MOVED, WRONG = 0.01, 0.01
 """Limits of the entries below."""
 STEP = 1e-3
@@ -47,15 +47,16 @@ def way_lost(place, kept):
 def strain_noise(strain, precision):
     """Noise of the stress inside a square of 8 cells that is stretched uniformly by `strain` in 100 steps, over it.
 
-    Its velocity is set in each step, so that nothing but round-off makes a difference between particles.
+    Velocity and gradient are set in each step, so that only round-off makes a difference between particles.
     """
     x, volumes = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX)
     dt = 0.1 * DX / LAW.wave_speed()
-    solver = free_solver(x + 0.37 * DX, volumes, LAW, Scheme("pic", precision=precision), DX, reach=8 * DX)
+    solver = free_solver(x + 0.37 * DX, volumes, LAW, Scheme("apic", precision=precision), DX, reach=8 * DX)
     states = ParticleStates(solver)
-    velocity = strain / (100 * dt) * (x - x.mean(axis=0)) * np.array([1.0, 0.0])
+    rate = strain / (100 * dt)
+    velocity = rate * (x - x.mean(axis=0)) * np.array([1.0, 0.0])
     for _ in range(100):
-        states.set(velocity=velocity)
+        states.set(velocity=velocity, affine=np.tile([rate, 0.0, 0.0, 0.0], (len(x), 1)))
         solver.step(dt)
     inside = (np.abs(x - x.mean(axis=0)) < 2.5 * DX).all(axis=1)
     found = states.column("stress")[inside, 0]
@@ -69,7 +70,7 @@ def apex_error(increment, law, return_map=None):
         material = CohesiveCamClay(**SNOW, return_map=return_map or "implicit")
         end, size = 0.02, material.cohesion * material.p0
     else:
-        material = DruckerPrager(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, friction_angle=30.0, cohesion=2e3)
+        material = DruckerPrager(**ICE, friction_angle=30.0, cohesion=2e3)
         end, size = 0.02, 2e3
     coarse = _pulled(material, end, max(1, round(end / increment)))
     fine = _pulled(material, end, 1000)

@@ -71,7 +71,7 @@ ENTRIES = (
     Entry(
         name="numerical_fracture", title="Bodies torn by their own particles",
         scene="An elastic bar of 12 x 2 cells whose grips fly apart",
-        seen="Particles lie more than a cell apart, cells between them empty, and the bar tears though its material holds",
+        seen="Particles lie more than a cell apart, cells between them empty, and the bar tears though its stuff holds",
         cure='more particles_per_cell, kernel = "cubic", gradient = "affine"', parameter="stretch F", unit="",
         values=(1.2, 1.4, 1.6, 1.8, 1.9, 2.0, 2.1, 2.2, 2.4, 2.6),
         settings={"quadratic 1": {"per_axis": 1}, "quadratic 2": {}, "quadratic 3": {"per_axis": 3},

@@ -98,7 +98,7 @@ ENTRIES = (
     Entry(
         name="long_step_flip_ratio", title="Longest step against the share of FLIP",
         scene="The same body, with dt and flip_ratio varied",
-        seen="What hands on v alone blows up first, at any share of FLIP; below that, FLIP keeps what it was stirred by",
+        seen="What hands on v alone blows up first, at any share of FLIP; below that, FLIP keeps what stirred it",
         cure='transfer = "apic" or "aflip"',
         parameter="C sqrt(s) = c dt / dx sqrt(s)", unit="", values=tuple(np.round(np.arange(0.6, 1.65, 0.1), 3)),
         settings={f"{transfer} {ratio:g}": {"transfer": transfer, "flip_ratio": ratio}
@@ -120,7 +120,8 @@ ENTRIES = (
         scene="A soft block that flies through the empty grid, so many cells in each step",
         seen="Particles leave the reach of the block of the grid that they belong to; the run ends with that message",
         cure="leave solver.dt out: the adaptive step lets particles cross solver.cfl of a cell",
-        parameter="cells crossed in a step", unit="cells", values=(0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0),
+        parameter="cells crossed in a step", unit="cells",
+        values=(0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0),
         settings={kernel: {"kernel": kernel} for kernel in ("quadratic", "cubic")},
         symptom="growth of the stirring in 40 steps", limit=GROWTH, measure=crossed, shown="quadratic"),
 )
