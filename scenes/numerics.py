@@ -7,7 +7,7 @@ from pydantic import Field, field_validator, model_validator
 from snowmpm.materials import LAWS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, Vector, by_type, dimension
-from snowmpm.scenes.spec import Fraction, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
 OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J")
@@ -36,6 +36,26 @@ class Output(Spec):
         return fields
 
 
+class Sph(Spec):
+    """How SPH sums over neighbours."""
+
+    kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
+    smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
+    """smoothing length h over dx [-]; kernels reach 2 h"""
+    gradient: Literal["corrected", "plain"] = "corrected"
+    """corrected: velocity gradients exact for linear fields, at free surfaces too; plain: as the kernel gives them"""
+    momentum: Literal["density", "volume", "difference"] = "density"
+    """form of the sum of forces: density, stresses over squared densities; volume, the same for neighbours of unlike
+    density; difference, which does not conserve momentum and blows up on irregular particles: for comparison"""
+    viscosity: NonNegative = 0.1
+    """alpha of the artificial viscosity [-]; more makes run-outs shorter"""
+    quadratic_viscosity: NonNegative = 0.0
+    """beta of it, against particles that fly into each other [-]"""
+    walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
+    """stress of the dummy particles in terrain, sides and obstacles: extrapolated from the particles near them; copied
+    from the particle that looks; most_compressive: extrapolated, but the pressure on the wall the largest nearby"""
+
+
 class Solver(Spec):
     """The method and its discretisation."""
 
@@ -55,7 +75,7 @@ class Solver(Spec):
     particles_per_cell: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         default_factory=lambda: 4 if dimension() == 2 else 8
     )
-    """particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing"""
+    """mpm: particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]; when missing 0.4, or 0.8 of the largest stable
@@ -63,6 +83,17 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
+    sph: Sph = Sph()
+    """of method = "sph" """
+
+    @property
+    def filling(self):
+        """Particles in a full cell at the start."""
+        return 1 if self.method == "sph" else self.particles_per_cell
+
+    def spacing(self, dimension):
+        """Mean distance of particles at the start [m]."""
+        return self.dx / self.filling ** (1.0 / dimension)
 
 
 class Sides(Spec):

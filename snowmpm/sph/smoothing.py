@@ -3,8 +3,8 @@
     W = N / H^d w(s),   (1/r) dW/dr = N / H^(d + 2) slope(s),   s = r / H,  t = 1 - s
 
 with N such that W integrates to 1 over the plane (d = 2) or space (d = 3). Wendland's (1995) C2, C4 and C6 have a
-positive Fourier transform, and so never pair under compression (Dehnen & Aly 2012, doi:10.1111/j.1365-2966.2012.21439.x);
-the cubic spline (Monaghan & Lattanzio 1985) needs fewer neighbours.
+positive Fourier transform, and so never pair under compression (Dehnen & Aly 2012,
+doi:10.1111/j.1365-2966.2012.21439.x); the cubic spline (Monaghan & Lattanzio 1985) needs fewer neighbours.
 """
 
 import math
