@@ -24,11 +24,12 @@ class Scheme:
     kernel: str = "quadratic"
     gradient: str = "affine"
     transfer: str = "apic"
+    method: str = "mpm"
 
     @classmethod
     def of(cls, scene):
         solver = scene.solver
-        return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer)
+        return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method)
 
 
 @functools.cache
@@ -40,8 +41,10 @@ def table():
 
 
 def transfers(scheme):
-    """ns a particle of scatter and gather, but for the law and the grid."""
+    """ns a particle of scatter and gather, or of the sums of SPH, with the usual law but without the grid."""
     found = table()
+    if scheme.method == "sph":
+        return found["step", scheme.dimension, scheme.precision, "sph"]
     base = found["step", scheme.dimension, scheme.precision, "quadratic affine apic"]
     for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer):
         # Measured in float32; what they add in float64 is more by as much as the whole step is
@@ -60,7 +63,7 @@ def law(scheme, kind):
 
 def block(scheme):
     """ns a block of cells."""
-    return table()["block", scheme.dimension, scheme.precision, ""]
+    return 0.0 if scheme.method == "sph" else table()["block", scheme.dimension, scheme.precision, ""]
 
 
 def step(scheme, particles, blocks, laws):

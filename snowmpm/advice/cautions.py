@@ -7,7 +7,12 @@ import numpy as np
 
 from snowmpm.borders import shipped
 
-RULES = []
+RULES = {"mpm": [], "sph": []}
+"""By method, in the order in which they are asked."""
+
+
+DRAWN_CELLS = 2.0
+"""Cells through a weak layer of which one row collapses first; more of them break for less energy."""
 
 
 @dataclass(frozen=True)
@@ -25,13 +30,16 @@ class Caution:
 
 def cautions(facts):
     """`Caution`s of a scene (`SceneFacts`), in the order of the rules."""
-    return [caution for rule in RULES for caution in rule(facts)]
+    return [caution for rule in RULES[facts.scene.solver.method] for caution in rule(facts)]
 
 
-def rule(function):
-    """Mark a generator of cautions."""
-    RULES.append(function)
-    return function
+def rule(*methods):
+    """Mark a generator of cautions about scenes of these methods."""
+    def marked(function):
+        for method in methods:
+            RULES[method].append(function)
+        return function
+    return marked
 
 
 def _beyond(entry, setting, value):
@@ -49,7 +57,7 @@ def _of(border, key, value, what=None):
     return Caution(border.entry, key, says, border.cure)
 
 
-@rule
+@rule("mpm")
 def null_space_noise(facts):
     solver = facts.scene.solver
     if "flip" in solver.transfer:
@@ -58,7 +66,7 @@ def null_space_noise(facts):
             yield _of(border, "solver.flip_ratio", solver.flip_ratio)
 
 
-@rule
+@rule("mpm")
 def damped_waves(facts):
     """PIC, or little FLIP: the longest wave that a body can have, twice as long as itself."""
     solver = facts.scene.solver
@@ -69,7 +77,7 @@ def damped_waves(facts):
         yield _of(border, "solver.transfer", longest, f"{solver.transfer}: the longest wave of a body,")
 
 
-@rule
+@rule("mpm")
 def lost_spin(facts):
     solver = facts.scene.solver
     if solver.transfer in ("pic", "flip"):
@@ -78,7 +86,7 @@ def lost_spin(facts):
             yield _of(border, "solver.transfer", ratio, f'"{solver.transfer}" with flip_ratio')
 
 
-@rule
+@rule("mpm")
 def cell_crossing(facts):
     solver = facts.scene.solver
     basis = "cubic shape" if solver.kernel == "cubic" else f"quadratic {solver.gradient}"
@@ -86,7 +94,7 @@ def cell_crossing(facts):
         yield _of(border, "solver.particles_per_cell", 1.0 / facts.per_axis)
 
 
-@rule
+@rule("mpm")
 def numerical_fracture(facts):
     """Bodies tear when they are drawn out: what a scene will stretch is not known, but one particle a cell is torn by
     any stretch at all."""
@@ -96,7 +104,7 @@ def numerical_fracture(facts):
             yield _of(border, "solver.particles_per_cell", border.lowest)
 
 
-@rule
+@rule("mpm")
 def volumetric_locking(facts):
     solver = facts.scene.solver
     many = solver.kernel == "quadratic" and solver.gradient == "affine" and facts.per_axis > 2.5
@@ -108,7 +116,7 @@ def volumetric_locking(facts):
             yield _of(border, f"materials.{name}.poisson_ratio", ratio, what)
 
 
-@rule
+@rule("mpm")
 def stiffness_contrast(facts):
     for pair in facts.pairs:
         if pair.distance == 0 and not pair.separate:
@@ -121,7 +129,7 @@ def stiffness_contrast(facts):
                 yield _of(border, f"bodies ({names})", contrast)
 
 
-@rule
+@rule("mpm")
 def thin_layer(facts):
     """A soft layer between stiffer bodies, by the contrast to the softest of them."""
     for body, spec in enumerate(facts.scene.bodies):
@@ -139,7 +147,7 @@ def thin_layer(facts):
                 break
 
 
-@rule
+@rule("mpm")
 def shallow_flow(facts):
     """Snow that lies on ground that it may slide on, and is set in motion: by its depth at the start."""
     if facts.scene.terrain is None or facts.scene.saw_test:
@@ -150,7 +158,7 @@ def shallow_flow(facts):
         yield _of(border, "solver.dx", depth)
 
 
-@rule
+@rule("mpm")
 def early_contact(facts):
     """Bodies that stand apart and come together: they will meet that much too early."""
     for pair in facts.pairs:
@@ -163,7 +171,7 @@ def early_contact(facts):
             yield _of(border, f"bodies ({first.name} and {second.name})", float(pair.distance))
 
 
-@rule
+@rule("mpm")
 def thin_obstacle(facts):
     fast = facts.fall_speed > 0.2 * facts.wave_speed
     for i, obstacle in enumerate(facts.model.obstacles):
@@ -172,7 +180,7 @@ def thin_obstacle(facts):
             yield _of(border, f"obstacles.{i} ({obstacle.name})", thickness)
 
 
-@rule
+@rule("mpm")
 def fixed_steps(facts):
     """What an adaptive step would see to."""
     dt = facts.scene.solver.dt
@@ -187,7 +195,7 @@ def fixed_steps(facts):
         yield _of(border, "solver.dt", speed / facts.wave_speed)
 
 
-@rule
+@rule("mpm", "sph")
 def far_from_origin(facts):
     """Meshes whose vertices are stored in float32."""
     named = [("terrain.file", facts.scene.terrain)]
@@ -208,7 +216,7 @@ def _is_binary_stl(path):
         return not file.read(6).lower().startswith(b"solid ")
 
 
-@rule
+@rule("mpm")
 def small_strains(facts):
     if facts.least_strain > 0.0:
         precision = facts.scene.solver.precision
@@ -216,10 +224,63 @@ def small_strains(facts):
             yield _of(border, "solver.precision", facts.least_strain)
 
 
-@rule
+@rule("mpm", "sph")
 def apex(facts):
     """Return maps whose error grows with the step: strain of a step at the fastest motion of the start."""
     strain = facts.start_speed / facts.wave_speed * facts.solver.cfl
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
         if getattr(law, "return_map", None) == "frozen" and (border := _beyond("apex", "cap, frozen", strain)):
             yield _of(border, f"materials.{name}.return_map", strain)
+
+
+@rule("mpm")
+def softening_on_grid(facts):
+    """A weak layer whose energy follows the grid: one that softens, with no thickness of reference. Where the grid is
+    that of the tuning nothing is wrong; so it is said only of a layer of more cells than collapse as one."""
+    for body, spec in enumerate(facts.scene.bodies):
+        law = facts.scene.materials[spec.material]
+        if getattr(law, "softening", None) and getattr(law, "reference_thickness", None) is None:
+            border = shipped()["softening_on_grid", "as given"]
+            ratio = DRAWN_CELLS / facts.thickness(body)
+            if border.failing(ratio):
+                yield _of(border, f"materials.{spec.material}.reference_thickness", ratio,
+                          f"{facts.thickness(body):.3g} cells through the layer: their")
+
+
+@rule("sph")
+def sph_pairing(facts):
+    chosen = facts.scene.solver.sph
+    if border := _beyond("sph_pairing", chosen.kernel.replace("_", " "), chosen.smoothing):
+        yield _of(border, "solver.sph.kernel", chosen.smoothing)
+
+
+@rule("sph")
+def sph_free_surface(facts):
+    chosen = facts.scene.solver.sph
+    if chosen.gradient == "plain":
+        setting = min((1.2, 1.5, 2.0), key=lambda h: abs(h - chosen.smoothing))
+        if border := _beyond("sph_free_surface", f"plain {setting:g}", 0.5):
+            yield _of(border, "solver.sph.gradient", 0.5)
+
+
+@rule("sph")
+def sph_tensile(facts):
+    """Materials that bear tension: the strength of cohesive ones, the load of those without an end."""
+    for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
+        modulus = law.density * law.wave_speed() ** 2
+        strength = getattr(law, "cohesion", None)
+        if law.kind == "elastic":
+            pulled = facts.least_strain
+        elif strength and hasattr(law, "p0"):
+            pulled = strength * law.p0 / modulus
+        else:
+            continue
+        if border := _beyond("sph_tensile", "wendland c6 1.5", pulled):
+            yield _of(border, f"materials.{name}", pulled)
+
+
+@rule("sph")
+def sph_wall(facts):
+    speed = max(facts.start_speed, facts.fall_speed) / facts.wave_speed
+    if border := _beyond("sph_wall", "mirrored", speed):
+        yield _of(border, "solver.sph.walls", speed)

@@ -33,7 +33,7 @@ class SceneFacts:
     @property
     def per_axis(self):
         """Particles along each axis of a full cell at the start."""
-        return self.scene.solver.particles_per_cell ** (1.0 / self.dim)
+        return self.scene.solver.filling ** (1.0 / self.dim)
 
     @property
     def spline(self):

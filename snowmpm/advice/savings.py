@@ -12,8 +12,6 @@ WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
 ALIKE = 0.02
 """Share of the cells of a cross-section that may differ in plane strain."""
-FEW_IN_BLOCK = {2: 64, 3: 100}
-"""Particles in a block of cells below which its nodes cost as much as they do."""
 SPARE_DOMAIN = 1.5
 """How much longer than what can be reached a side of the domain may be before it is mentioned."""
 
@@ -74,7 +72,8 @@ class Budget:
         """`Payment`s of the scene, as a table."""
         facts, scheme, steps = self.facts, self.scheme, self.facts.steps
         sizes = facts.solver.particles.layout.sizes
-        rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {facts.scene.solver.particles_per_cell} a cell",
+        a_cell = facts.scene.solver.filling
+        rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {a_cell} a cell, {scheme.method}",
                  steps * 1e-9 * self.n * costs.transfers(scheme))]
         rows += [(f"law {kind}", f"{n} particles",
                   steps * 1e-9 * n * (costs.law(scheme, kind) + costs.table()["law", facts.dim, scheme.precision,
@@ -82,8 +81,9 @@ class Budget:
                  for kind, n in self.particles.items()]
         usual = 1e-9 * self.n * costs.table()["law", facts.dim, scheme.precision, costs.USUAL_LAW]
         rows[0] = (*rows[0][:2], rows[0][2] - steps * usual)
-        rows.append(("blocks of the grid", f"{self.blocks}, {self.n / max(1, self.blocks):.0f} particles in each",
-                     steps * 1e-9 * self.blocks * costs.block(scheme)))
+        if scheme.method == "mpm":
+            rows.append(("blocks of the grid", f"{self.blocks}, {self.n / max(1, self.blocks):.0f} particles in each",
+                         steps * 1e-9 * self.blocks * costs.block(scheme)))
         rows.append(("calls of kernels", f"{steps:.0f} steps", steps * costs.CALL))
         rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a particle", self.output))
         found = [Payment(*row, row[2] / self.total) for row in rows]
@@ -138,7 +138,7 @@ class Budget:
                                     f" the run, {self.frames} of them", saved)
 
     def _spline(self):
-        if self.scheme.kernel == "cubic":
+        if self.scheme.method == "mpm" and self.scheme.kernel == "cubic":
             saved = self.facts.steps * (self.step() - self.step(replace(self.scheme, kernel="quadratic")))
             yield from self._saving("solver.kernel", '"quadratic": cubic is needed only where bodies are stretched to'
                                     " twice their length, or bend far", saved)
@@ -146,7 +146,7 @@ class Budget:
     def _crowded(self):
         usual = 4 if self.facts.dim == 2 else 8
         crowd = self.facts.scene.solver.particles_per_cell
-        if crowd > usual:
+        if self.scheme.method == "mpm" and crowd > usual:
             share = usual / crowd
             saved = self.facts.steps * (self.step() - self.step(particles=share)) + (1.0 - share) * self.output
             yield from self._saving("solver.particles_per_cell", f"{usual}: more are needed only where bodies are"

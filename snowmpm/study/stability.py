@@ -8,6 +8,7 @@ group of entries, and a page that is written from them. The program goes by the 
 
 import csv
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +27,7 @@ def study(folder, *, quick=False, only=(), say=print):
     """Measure, draw and write; -> paths. quick: of each entry the setting that fails and the one that is cured only;
     only: names of entries or groups, whose rows replace those in the folder's tables."""
     folder, entries = Path(folder), chosen(only)
-    symptoms = _kept(folder / TABLE) if only else {}
-    borders = borders_of.read(folder / BORDERS) if only and (folder / BORDERS).exists() else {}
+    symptoms, borders = _kept(folder) if only else ({}, {})
     for entry in entries:
         started = time.process_time()
         for setting in entry.settings:
@@ -83,14 +83,18 @@ def _said(entry, borders):
     return f"{entry.shown}: {page.verdict(found)}"
 
 
-def _kept(path):
-    """Symptoms of a table, {(entry, setting): {value: symptom}}."""
-    found = {}
-    if path.exists():
-        with open(path, newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                found.setdefault((row["entry"], row["setting"]), {})[float(row["value"])] = float(row["symptom"])
-    return found
+def _kept(folder):
+    """Symptoms {(entry, setting): {value: symptom}} and borders of the tables of a folder, with the words of today."""
+    if not (folder / TABLE).exists():
+        return {}, {}
+    symptoms, kept = {}, borders_of.read(folder / BORDERS)
+    with open(folder / TABLE, newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            symptoms.setdefault((row["entry"], row["setting"]), {})[float(row["value"])] = float(row["symptom"])
+    known = [(name, setting) for name, entry in ENTRIES.items() for setting in entry.settings
+             if (name, setting) in kept and (name, setting) in symptoms]
+    return ({key: symptoms[key] for key in known},
+            {key: replace(kept[key], **ENTRIES[key[0]].words) for key in known})
 
 
 def _write(symptoms, path):

@@ -1,9 +1,10 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks, frames measured here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; frames and SPH here.
 
     python tests/benchmarks/check_costs.py [-o FILE]
 
 Needs figures/mpm_step.csv and figures/stress_update.csv. Frames: one of 100 000 particles is written with one field and
-with six numbers more, the audit included, median of three each; the difference is what a number costs.
+with six numbers more, the audit included, median of three each; the difference is what a number costs. Steps of SPH:
+median of ten. Both by the processor time of one thread.
 """
 
 import argparse
@@ -83,6 +84,27 @@ def frames():
         yield "frame", dim, "f32", "audit", found[1] - 4.0 * number
 
 
+def sph():
+    """ns a particle of a step of SPH with the usual law, of a block in motion."""
+    snow = {"kind": costs.USUAL_LAW, "density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3,
+            "critical_slope": 0.5, "cohesion": 0.0, "hardening": 1.0, "p0": 1e5}
+    for dim, side in ((2, 120), (3, 24)):
+        for precision in ("f32", "f64"):
+            size = [float(side)] * dim
+            scene = Scene.model_validate({
+                "name": "sph", "dimension": dim, "end_time": 1.0, "gravity": 0.0,
+                "solver": {"method": "sph", "dx": 1.0, "precision": precision},
+                "domain": {"min": [-8.0] * dim, "max": [s + 8.0 for s in size]}, "materials": {"snow": snow},
+                "bodies": [{"name": "block", "material": "snow", "velocity": [1.0] + [0.0] * (dim - 1),
+                            "shape": {"kind": "box", "min": [0.0] * dim, "max": size}}]})
+            solver, times = Simulation(scene).solver, []
+            for _ in range(12):
+                start = time.process_time()
+                solver.step(solver.stable_dt()[0])
+                times.append(time.process_time() - start)
+            yield "step", dim, precision, "sph", 1e9 * np.median(times[2:]) / solver.particles.count
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=costs.TABLE)
@@ -92,7 +114,7 @@ def main():
     with open(output, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("what", "dimension", "precision", "name", "ns"))
-        for *row, ns in (*steps(), *laws(), *frames()):
+        for *row, ns in (*steps(), *laws(), *frames(), *sph()):
             writer.writerow((*row, f"{ns:.4g}"))
             print(*row, f"{ns:.4g}")
 

@@ -39,6 +39,11 @@ class Entry:
     cured: str | None = None
     fails: str = "above"
 
+    @property
+    def words(self):
+        """What its `Border`s say of it."""
+        return {"title": self.title, "parameter": self.parameter, "unit": self.unit, "cure": self.cure}
+
     def symptom_at(self, value, setting):
         """The symptom, at most `WORST`; also for a symptom that is not a number."""
         found = abs(self.measure(value, **self.settings[setting]))
@@ -56,8 +61,7 @@ class Entry:
         above = self.fails == "above"
         order = list(zip(self.values, symptoms, strict=True))[:: 1 if above else -1]
         found = {"entry": self.name, "setting": setting, "fails": self.fails, "lowest": float(self.values[0]),
-                 "highest": float(self.values[-1]), "title": self.title, "parameter": self.parameter,
-                 "unit": self.unit, "cure": self.cure}
+                 "highest": float(self.values[-1]), **self.words}
         first = next((k for k, (_, symptom) in enumerate(order) if symptom > self.limit), None)
         if first is None or first == 0:
             return Border(value=None, held=first is None, **found)
