@@ -10,7 +10,7 @@ from snowmpm.scenes.space import AXES, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
-OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J")
+OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J", "id")
 OF_LAWS = tuple(sorted({name for law in LAWS.values() for name in law.OUTPUTS}))
 FieldName = Literal[(*OF_EVERY_SCENE, *OF_LAWS)]
 

@@ -122,7 +122,9 @@ def build(scene):
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
-    if scene.initial.stress != "none":
+    if scene.initial.stress == "isotropic":
+        _uniform_pressure(model)
+    elif scene.initial.stress != "none":
         _stress_from_weight(model)
     return model
 
@@ -256,7 +258,19 @@ def _stress_from_weight(model):
     given = scene.initial.lateral_pressure
     k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
-    if scene.dimension == 2:
+    _give_stress(model, tau)
+
+
+def _uniform_pressure(model):
+    """The same isotropic pressure everywhere."""
+    n = len(model.population.volumes)
+    _give_stress(model, np.tile(-model.scene.initial.pressure * np.eye(3), (n, 1, 1)))
+
+
+def _give_stress(model, tau):
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it."""
+    population = model.population
+    if model.scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
         components = [(0, 0), (1, 1), (2, 2), (0, 1)]
     else:

@@ -31,6 +31,7 @@ MAY_IMPORT = {
     "scenes": {"materials", "errors"},
     "io": {"errors"},
     "compression": set(),
+    "comparison": {"materials", "io", "errors"},
     "render": {"compression", "io", "errors"},
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
@@ -70,7 +71,7 @@ MAY_IMPORT = {
         "composition",
     },
     "advice": {"errors", "common", "scenes", "composition"},
-    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition", "study", "advice"},
+    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study", "advice"},
 }
 COMPOSITION = {
     "snowmpm",
@@ -83,6 +84,7 @@ FORBIDDEN = {
     "materials": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "scenes": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "io": PICTURES | COMPUTE | {"trimesh", "typer", "rich"},
+    "comparison": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
