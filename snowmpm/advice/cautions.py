@@ -149,8 +149,8 @@ def thin_layer(facts):
 
 @rule("mpm")
 def shallow_flow(facts):
-    """Snow that lies on ground that it may slide on, and is set in motion: by its depth at the start."""
-    if facts.scene.terrain is None or facts.scene.saw_test:
+    """Layers of snow on ground that they may slide on: by their depth at the start."""
+    if not any(body.shape.kind == "layer" for body in facts.scene.bodies):
         return
     depth = facts.model.depth / facts.dx
     setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(facts.scene.solver.transfer, facts.scene.solver.transfer)
@@ -173,10 +173,10 @@ def early_contact(facts):
 
 @rule("mpm")
 def thin_obstacle(facts):
-    fast = facts.fall_speed > 0.2 * facts.wave_speed
+    setting = "cubic" if facts.scene.solver.kernel == "cubic" else "between nodes"
     for i, obstacle in enumerate(facts.model.obstacles):
         thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
-        if border := _beyond("thin_obstacle", "fast" if fast else "slow", thickness):
+        if border := _beyond("thin_obstacle", setting, thickness):
             yield _of(border, f"obstacles.{i} ({obstacle.name})", thickness)
 
 
@@ -244,7 +244,8 @@ def softening_on_grid(facts):
             ratio = DRAWN_CELLS / facts.thickness(body)
             if border.failing(ratio):
                 yield _of(border, f"materials.{spec.material}.reference_thickness", ratio,
-                          f"{facts.thickness(body):.3g} cells through the layer: their")
+                          f"{facts.thickness(body):.3g} cells through the layer where 2 collapse as one:"
+                          " spacing over that of 2")
 
 
 @rule("sph")

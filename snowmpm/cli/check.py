@@ -30,23 +30,13 @@ def check(scene: SceneName, settings: Settings = None, precision: PrecisionOptio
     _print_savings(advice.savings)
 
 
-def _console():
-    from rich.console import Console
-
-    return Console(highlight=False, soft_wrap=True)
-
-
 def _print_payments(advice):
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=False)
-    for payment in advice.payments:
-        share = "" if payment.share is None else f"{payment.share:.0%}"
-        table.add_row(f"  {payment.what}", share, payment.detail)
-    table.columns[1].justify = "right"
     console = _console()
     console.print(f"\n[bold]pays for[/], of about {duration(advice.facts['run_time'])} on one thread")
-    console.print(table)
+    width = max(len(payment.what) for payment in advice.payments)
+    for payment in advice.payments:
+        share = "" if payment.share is None else f"{payment.share:.0%}"
+        console.print(f"  {payment.what:<{width}}  {share:>4}  {payment.detail}", markup=False)
 
 
 def _print_cautions(cautions):
@@ -56,7 +46,7 @@ def _print_cautions(cautions):
         return
     console.print(f"\n[bold yellow]warnings[/]: {len(cautions)}")
     for caution in cautions:
-        console.print(f"  [bold]{caution.key}[/]: {caution.says}")
+        console.print(f"  [bold]{_plain(caution.key)}[/]: {_plain(caution.says)}")
         console.print(f"      {caution.cure} (atlas: {caution.entry})", markup=False)
 
 
@@ -68,4 +58,17 @@ def _print_savings(savings):
     console.print("\n[bold]could do without[/]")
     for saving in savings:
         gained = f"saves {duration(saving.seconds)} ({saving.share:.0%})" if saving.seconds > 0.0 else "saves no time"
-        console.print(f"  [bold]{saving.key}[/]: {saving.says}; {gained}")
+        console.print(f"  [bold]{_plain(saving.key)}[/]: {_plain(saving.says)}; {gained}")
+
+
+def _console():
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=True)
+
+
+def _plain(text):
+    """Text whose brackets are no markup."""
+    from rich.markup import escape
+
+    return escape(text)

@@ -4,9 +4,10 @@ import pytest
 
 from snowmpm.borders import SHIPPED, read
 from snowmpm.study.atlas.catalogue import ENTRIES
+from snowmpm.timestep import CRITICAL
 
 BORDERS = read(SHIPPED)
-SLOW = {"shallow_flow", "null_space_noise"}
+SLOW = {"shallow_flow"}
 """Entries whose runs take some ten seconds."""
 ASIDE = 1.04
 """By which a border, bisected to 2 %, is passed."""
@@ -34,6 +35,13 @@ def test_there_are_entries_enough_and_each_is_measured():
         assert (border.title, border.parameter, border.unit, border.cure, border.fails) == (
             entry.title, entry.parameter, entry.unit, entry.cure, entry.fails)
         assert (border.lowest, border.highest) == (entry.values[0], entry.values[-1])
+
+
+@pytest.mark.parametrize("scheme", CRITICAL, ids="-".join)
+def test_the_limit_of_the_time_step_is_the_measured_one(scheme):
+    for transfer in ("apic", "pic", "flip", "aflip"):
+        measured = BORDERS["long_step_lone_grain", " ".join((*scheme, transfer))].value
+        assert measured == pytest.approx(CRITICAL[scheme][transfer in ("pic", "flip")], rel=0.03)
 
 
 @pytest.mark.parametrize("entry", every())

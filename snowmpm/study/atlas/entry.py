@@ -20,7 +20,8 @@ class Entry:
     scene, seen, cure: words for the page; parameter, unit: of the abscissa; values: of the map, ascending; settings:
     {label: arguments of `measure`}; symptom: what `measure(value, **setting)` gives, and `limit`: from where on it
     counts as a failure; fails: "above" or "below" the border; shown, cured: labels of a setting that fails and of one
-    that does not where the first does (None where no setting cures it, only a value on the other side).
+    that does not where the first does (None where no setting cures it, only a value on the other side); resolution: to
+    which a border is bisected, over itself.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Entry:
     shown: str
     cured: str | None = None
     fails: str = "above"
+    resolution: float = RESOLUTION
 
     @property
     def words(self):
@@ -67,7 +69,7 @@ class Entry:
             return Border(value=None, held=first is None, **found)
         good, bad = order[first - 1][0], order[first][0]
         geometric = good > 0.0 and bad > 0.0
-        while abs(bad - good) > RESOLUTION * max(abs(good), abs(bad)):
+        while abs(bad - good) > self.resolution * max(abs(good), abs(bad)):
             middle = math.sqrt(good * bad) if geometric else 0.5 * (good + bad)
             if self.fails_at(middle, setting):
                 bad = middle
