@@ -5,7 +5,8 @@ import numpy as np
 from snowmpm.materials import Elastic
 from snowmpm.population import Population
 from snowmpm.study.atlas.entry import Entry
-from snowmpm.study.problems.granular_slab import acceleration, exact_acceleration
+from snowmpm.study.problems.granular_slab import STEEP, exact_acceleration, gained, granular, pressed, slab
+from snowmpm.study.problems.granular_slab import G as STANDARD
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, lattice
 
@@ -106,8 +107,13 @@ def sinking(thickness, contrast, **scheme):
 
 
 def slab_speed(cells, **scheme):
-    """Error of the acceleration of a granular slab on rough ground, `cells` over its depth."""
-    return acceleration(np.arcsin(SINE), Scheme(**scheme), max(1, round(cells))) / exact_acceleration(SINE) - 1.0
+    """Error of the acceleration of the upmost particles of a granular slab on rough ground, `cells` over its depth."""
+    law, depth, cells = granular(np.arcsin(SINE)), 0.4, max(1, round(cells))
+    height = lattice([0.0, 0.0], [8 * depth / cells, depth], depth / cells)[0][:, 1]
+    state, volume_ratio = pressed(law, height, depth, STEEP)
+    solver = slab(law, Scheme(**scheme), depth, cells, STEEP, STANDARD, **state)
+    surface = height > height.max() - 1e-9
+    return gained(solver, volume_ratio, surface, np.array([1.0, 0.0])) / exact_acceleration(SINE) - 1.0
 
 
 ENTRIES = (
@@ -148,7 +154,7 @@ ENTRIES = (
         scene="A granular slab on rough ground of 35 degrees, 8 cells along, periodic",
         seen="Its acceleration is wrong: what shears over a cell or two is as thick as the flow itself",
         cure="a smaller solver.dx: so many cells over the depth of the flow", parameter="depth of the flow",
-        unit="cells", values=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0), fails="below",
+        unit="cells", values=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0), fails="below",
         settings={"apic": {"transfer": "apic"}, "aflip 0.99": {"transfer": "aflip", "flip_ratio": 0.99},
                   "flip 0.99": {"transfer": "flip", "flip_ratio": 0.99}, "pic": {"transfer": "pic"}},
         symptom="error of the acceleration", limit=WRONG_SPEED, measure=slab_speed, shown="pic", cured="aflip 0.99"),
