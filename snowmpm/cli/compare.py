@@ -1,9 +1,9 @@
 """`snowmpm compare`: runs over each other, and over what is known of their scene."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from snowmpm.cli.table import print_facts
@@ -62,7 +62,7 @@ class Found:
         first, frame = run.frame(0), run.frame(self.frame_number)
         centre = self.answer.centre() if self.answer else None
         self.first, self.profile = profile(case, first, centre), profile(case, frame, centre)
-        self.line = Line.of(line) if line else Line("x", float(np.mean(case.positions(first)[:, 0])))
+        self.line = Line.of(line) if line else Line("x", float(case.positions(first)[:, 0].mean()))
         self.stress = stress_along(case, frame, self.line)
         self.quantities = self.answer.quantities() if self.answer and run.complete else []
         self.curve = self.answer.history() if self.answer and run.complete else None
@@ -79,10 +79,11 @@ def _rows(found):
     histories = [one.case.run.history for one in found]
 
     def last(name):
-        return [float(history[name][-1]) if name in history else np.nan for history in histories]
+        return [float(history[name][-1]) if name in history else math.nan for history in histories]
 
     def largest(name):
-        return [float(np.nanmax(history[name])) if name in history else np.nan for history in histories]
+        return [max((float(v) for v in history[name] if v == v), default=math.nan) if name in history else math.nan
+                for history in histories]
 
     cases = [one.case for one in found]
     particles = [int(history["particles"][0]) if "particles" in history else case.run.n_points(0)
@@ -92,7 +93,7 @@ def _rows(found):
     yield "particle spacing [m]", [f"{case.spacing:.3g}" for case in cases], None
     yield "particles", [count(n) for n in particles], None
     yield "steps", [count(case.steps) for case in cases], None
-    yield "wall time", [duration(case.wall_time) if np.isfinite(case.wall_time) else "-" for case in cases], None
+    yield "wall time", [duration(case.wall_time) if math.isfinite(case.wall_time) else "-" for case in cases], None
     cost = [case.run.summary.get("ns_per_particle_step") for case in cases]
     yield "ns per particle and step", ["-" if ns is None else f"{ns:.0f}" for ns in cost], None
     yield "simulated [s]", [f"{case.run.times[-1]:g}" for case in cases], None
@@ -132,7 +133,7 @@ def _print_table(found):
 
 def _beside(text, numbers, i):
     """The text, and how far its number is from the first run's."""
-    if numbers is None or i == 0 or not np.isfinite(numbers[i]) or not numbers[0]:
+    if numbers is None or i == 0 or not math.isfinite(numbers[i]) or not numbers[0]:
         return text
     return f"{text} ({100.0 * (numbers[i] / numbers[0] - 1.0):+.1f} %)"
 
