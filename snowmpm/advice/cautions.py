@@ -244,8 +244,8 @@ def softening_on_grid(facts):
             ratio = DRAWN_CELLS / facts.thickness(body)
             if border.failing(ratio):
                 yield _of(border, f"materials.{spec.material}.reference_thickness", ratio,
-                          f"{facts.thickness(body):.3g} cells through the layer where 2 collapse as one:"
-                          " spacing over that of 2")
+                          f"{facts.thickness(body):.3g} cells through the layer, of which single rows collapse;"
+                          " spacing over that of two cells")
 
 
 @rule("sph")
