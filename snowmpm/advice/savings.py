@@ -222,6 +222,9 @@ def is_plane_strain(facts):
         return False
     if scene.events or any(not _drawn_out(obstacle, facts) for obstacle in scene.obstacles):
         return False
+    across = facts.model.population.positions[:, 1]
+    if across.min() > facts.model.lower[1] + facts.dx or across.max() < facts.model.upper[1] - facts.dx:
+        return False
     cells = np.floor(facts.model.population.positions / facts.dx).astype(np.int64)
     rows = np.unique(cells[:, 1])
     sections = [set(map(tuple, cells[cells[:, 1] == row][:, [0, 2]])) for row in rows]
@@ -233,8 +236,8 @@ def is_plane_strain(facts):
         return True
     lower, upper = facts.model.lower, facts.model.upper
     x = np.linspace(lower[0], upper[0], 41)[1:-1]
-    across = np.linspace(lower[1], upper[1], 7)[1:-1]
-    heights = [surface.height(np.column_stack([x, np.full_like(x, y)])) for y in across]
+    lines = np.linspace(lower[1], upper[1], 7)[1:-1]
+    heights = [surface.height(np.column_stack([x, np.full_like(x, y)])) for y in lines]
     spread = np.nanmax(np.ptp(np.array(heights), axis=0), initial=0.0)
     return bool(spread < 0.01 * facts.dx)
 

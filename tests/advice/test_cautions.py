@@ -71,10 +71,9 @@ def test_a_sound_scene_is_left_alone():
 
 FOUR_CELLS = {"softening_on_grid": "four cells carry the shear of the sliding slab; softening tuned to this spacing"}
 JUSTIFIED = {
-    "avalanche_on_raster": {"shallow_flow": "as coarse as hazard maps can afford: halved cells move the run-out by 2 %"},
+    "avalanche_on_raster": {"shallow_flow": "as coarse as maps can afford: halved cells move the run-out by 2 %"},
     "natural_release": FOUR_CELLS, "remote_trigger_2d": FOUR_CELLS, "skier_trigger": FOUR_CELLS,
     "slab_release_2d": FOUR_CELLS, "whumpf_2d": FOUR_CELLS,
-    "impact_mast": {"shallow_flow": "MAST"},
 }
 """Cautions that a library scene is right to carry, {scene: {entry: reason}}."""
 

@@ -42,7 +42,7 @@ def test_a_scene_in_plane_strain_is_seen():
 
 @pytest.mark.parametrize("changes", [
     dict(sides={"y_min": "open"}), dict(body={"velocity": [0.0, 0.1, 0.0]}),
-    dict(body={"shape": {"kind": "layer", "bottom": 0.0, "top": 0.8, "region": {"x": [1.0, 4.0], "y": [-0.3, 0.0]}}}),
+    dict(body={"shape": {"kind": "layer", "top": 0.8, "region": {"x": [1.0, 4.0], "y": [-0.3, 0.0]}}}),
     dict(gravity=[0.0, 1.0, -9.81]),
     dict(obstacles=[{"name": "post", "shape": {"kind": "box", "min": [5.0, -0.1, -3.0], "max": [5.3, 0.1, 3.0]}}])])
 def test_what_changes_across_needs_three_dimensions(changes):
