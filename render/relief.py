@@ -7,6 +7,7 @@ from scipy import ndimage
 
 from snowmpm.render.raster import rasterise
 
+WALL = 0.04  # height of the walls at the rim, as a share of the region
 CELLS = 360  # of the height raster, along its longer side
 EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 
@@ -15,7 +16,8 @@ EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 class Relief:
     """Ground in a box in plan.
 
-    vertices (n, 3), normals (n, 3) upward, facets (m, 3)
+    vertices (n, 3), normals (n, 3) upward, facets (m, 3); from facet number `ground` on they are walls below the rim,
+             with normals outward, which show that the ground was cut there
     heights  (rows, columns) [m], NaN in holes; row i at y0 + i cell, column j at x0 + j cell
     """
 
@@ -26,6 +28,7 @@ class Relief:
     x0: float
     y0: float
     cell: float
+    ground: int | None = None
 
     def height(self, x, y, outside=-np.inf):
         """Ground height at plan positions, `outside` beyond the box and in holes."""
@@ -87,7 +90,10 @@ def build_relief(terrain, lower, upper):
     raster = rasterise(x, y, vertices[:, 2] - lowest + 1.0, facets, tuple(shape))
     heights = np.full(raster.facet.shape, np.nan)
     heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
-    return Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell)
+    ground = len(facets)
+    extent = np.ptp(vertices[:, :2], axis=0).max()
+    vertices, normals, facets = _with_walls(vertices, normals, facets, WALL * float(extent))
+    return Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, ground)
 
 
 def _upward(vertices, facets):
@@ -102,6 +108,25 @@ def _upward(vertices, facets):
         weights = np.repeat(cross[:, axis], 3)
         normals[:, axis] = np.bincount(facets.ravel(), weights=weights, minlength=len(vertices))
     return facets, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def _with_walls(vertices, normals, facets, height):
+    """The same with walls of a `height` [m] below the rim of the ground."""
+    edges = np.concatenate([facets[:, [k, (k + 1) % 3]] for k in range(3)])
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    a, b = edges[first[count == 1]].T
+    if not len(a):
+        return vertices, normals, facets
+    # An edge runs with the ground on its left, so out is on its right
+    along = vertices[b] - vertices[a]
+    out = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(a))])
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
+    below = [vertices[end] - [0.0, 0.0, height] for end in (a, b)]
+    n, m = len(vertices), len(a)
+    top_a, top_b, low_a, low_b = (n + k * m + np.arange(m) for k in range(4))
+    walls = np.concatenate([np.column_stack([top_a, low_a, top_b]), np.column_stack([top_b, low_a, low_b])])
+    return (np.concatenate([vertices, vertices[a], vertices[b], *below]), np.concatenate([normals, *[out] * 4]),
+            np.concatenate([facets, walls]))
 
 
 def _touching(vertices, facets, lower, upper):
