@@ -33,14 +33,12 @@ class WeakLayer:
 
         Raises InputError for a scene without one, and for a run that does not hold the fields that show it.
         """
-        scene = tomllib.loads(run.provenance.get("scene", ""))
+        try:
+            scene = tomllib.loads(run.provenance.get("scene", ""))
+            bodies, weak = _bodies(scene), _weak(scene)
+        except (tomllib.TOMLDecodeError, LookupError, TypeError, AttributeError):
+            raise InputError(f"{run.path}: its scene cannot be read, so its weak layer is not known") from None
         materials = list(run.provenance.get("materials", scene.get("materials", {})))
-        bodies = _bodies(scene)
-        cut = [event.get("body") for event in scene.get("events", []) if event.get("kind") == "cut"]
-        cut += ["weak_layer"] if "saw_test" in scene else []
-        laws = scene.get("materials", {})
-        weak = [body for body in bodies if body["name"] in cut] or [
-            body for body in bodies if laws.get(body["material"], {}).get("kind") == WEAK]
         if not weak:
             raise InputError(f"{run.path}: no weak layer: none of its bodies is cut, or of kind {WEAK}")
         for name in ("material", "damage"):
@@ -92,6 +90,15 @@ class Cutaway:
         """Which particles (n,) of a frame with its field `material` are drawn."""
         near = (frame.points[:, :2] - self.point.astype(np.float32)) @ self.normal.astype(np.float32) > 0.0
         return ~(near & np.isin(frame.fields["material"], self.layer.over))
+
+
+def _weak(scene):
+    """Bodies that a cut goes through, or else whose law is that of a weak layer."""
+    cut = [event["body"] for event in scene.get("events", []) if event["kind"] == "cut"]
+    cut += ["weak_layer"] if "saw_test" in scene else []
+    laws, bodies = scene.get("materials", {}), _bodies(scene)
+    return [body for body in bodies if body["name"] in cut] or [
+        body for body in bodies if laws.get(body["material"], {}).get("kind") == WEAK]
 
 
 def _bodies(scene):

@@ -49,7 +49,7 @@ def illuminate(normals, sun, *, softness, sunlight=1.0, openness=1.0):
 
 
 def shaded(share):
-    """Factor (..., 3) on light that assumed the whole sun, where only a share [0, 1] of it comes: blue sky light is left.
+    """Factor (..., 3) on light that assumed the whole sun, where a share [0, 1] of it comes: blue sky light is left.
 
     For surfaces already drawn, whose own direction is not known: half of their light is taken to come from the sun.
     """

@@ -23,8 +23,8 @@ class PairView:
 
     def __init__(self, first, second, size, color=None, camera=None, cutaway=False):
         if first.dimension != second.dimension:
-            raise InputError(f"{second.path}: is in {second.dimension} dimensions, {first.path} in {first.dimension}: side"
-                             " by side go runs of the same")
+            raise InputError(f"{second.path}: is in {second.dimension} dimensions, {first.path} in {first.dimension}:"
+                             " side by side go runs of the same")
         self.runs = (first, second)
         self.times = first.times if first.times[-1] >= second.times[-1] else second.times
         above = first.dimension == 2
@@ -86,11 +86,9 @@ def _spaces(runs, size, color, camera, cutaway):
     both = Action(points, actions[0].direction)
     moved = Action(points - shift, actions[0].direction)
     first = SpaceView(runs[0], size, color, camera, cutaway, action=both)
-    second = SpaceView(runs[1], size, color, camera, cutaway, action=moved)
-    if not np.allclose(second.camera.axes, first.camera.axes):
-        # What hides the snow differs a little: the first run's view serves for both
-        second = SpaceView(runs[1], size, color, first.camera.bearing_and_elevation(), cutaway, action=moved)
-    return first, second
+    # What hides the snow may differ a little: the direction that suits the first run serves for both
+    camera = first.camera.bearing_and_elevation() if camera == "auto" else camera
+    return first, SpaceView(runs[1], size, color, camera, cutaway, action=moved)
 
 
 def _same_place(actions, shift):

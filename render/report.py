@@ -28,16 +28,16 @@ MASS_LOST, MOMENTUM, ENERGY, EMPTIED = 1e-3, 1e-4, 0.05, 0.02
 """From where on the audit warns: shares of mass that left, of momentum, of the energy put in, and of the cells."""
 
 
-def render_report(run_path, output, *, interactive=True):
+def render_report(run_path, output, *, interactive=True, size=SIZE):
     """Write the report of a run to an .html file that holds all it shows; -> its path.
 
-    interactive: with the scene to turn in three dimensions, some megabytes. Raises InputError for a run without frames,
+    interactive: with the scene to turn in three dimensions, some megabytes; size: of its pictures [px]. Raises InputError for a run without frames,
     or another ending.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     if not str(output).lower().endswith(".html"):
         raise InputError.at("output", str(output), "must end in .html")
-    view = view_of(run, SIZE)
+    view = view_of(run, size)
     title = view.title.replace("_", " ")
     with tempfile.TemporaryDirectory() as folder:
         body = "\n".join(part for part in (
@@ -119,7 +119,9 @@ def _pictures(run, view, folder):
         WeakLayer.of(run)
     except InputError:
         return
-    broken = view_of(run, SIZE, None if run.dimension == 3 else FRACTURE, None, cutaway=run.dimension == 3)
+    space = run.dimension == 3
+    camera = view.camera.bearing_and_elevation() if space else None
+    broken = view_of(run, view.size, None if space else FRACTURE, camera, cutaway=space)
     i = _half_broken(run, broken.layer)
     cut = ", what lies over it cut away" if run.dimension == 3 else ""
     yield page.figure(_as_jpeg(broken.picture(i), folder / "weak_layer.jpg"),

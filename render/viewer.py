@@ -65,7 +65,8 @@ def viewer(run, view, frames=FRAMES, points=POINTS):
                   np.round(255 * one.values[inside]).astype(np.uint8)]
         if solids:
             vertices = solids[k][0]
-            vertices = np.concatenate([vertices, vertices + [0.0, 0.02 * span[0], 0.0]]) if flat else vertices
+            behind = np.array([0.0, 0.02 * span[0], 0.0])
+            vertices = np.concatenate([vertices, vertices + behind]) if flat else vertices
             parts.append(_quantised(np.clip(vertices, low, high), low, span))
     scale = view.scale
     head = {
@@ -84,7 +85,8 @@ def viewer(run, view, frames=FRAMES, points=POINTS):
     return (f'<div class="viewer"><canvas aria-label="{title} in three dimensions"></canvas>\n'
             f'<div class="title">{title}</div><div class="said"></div>{_legend(scale)}\n'
             f'<div class="bar"><button title="play">{PLAY}</button>'
-            f'<input type="range" min="0" value="0" aria-label="time"><span class="clock"></span></div>\n<script type="application/json">{about}</script>\n'
+            f'<input type="range" min="0" value="0" aria-label="time"><span class="clock"></span></div>\n'
+            f'<script type="application/json">{about}</script>\n'
             f'<script type="text/plain" class="data">{encoded(data)}</script></div>')
 
 
