@@ -20,9 +20,9 @@ _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.simulation", "R
 __all__ = ["Run", "Simulation", "load_scene", "run", "start"]
 
 
-def run(scene, out_dir, progress=None, resume=False):
+def run(scene, out_dir, progress=None, resume=False, overwrite=True):
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.loop.run`."""
-    return importlib.import_module("snowmpm.loop").run(scene, out_dir, progress, resume)
+    return importlib.import_module("snowmpm.loop").run(scene, out_dir, progress, resume, overwrite)
 
 
 def __getattr__(name):

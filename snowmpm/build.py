@@ -15,6 +15,7 @@ from snowmpm.population import Population
 from snowmpm.saw_test.saw import Saw
 from snowmpm.seeding import seed_body
 from snowmpm.solids import Obstacle, inside_any
+from snowmpm.sph.solver import SphSolver
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -87,12 +88,15 @@ class Model:
         sides = [[names.get(f"{axis}_{end}", "open") for end in ("min", "max")] for axis in axes]
         terrain = scene.terrain
         contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
-        return MpmSolver(self.population, self.laws, dx=scene.solver.dx, precision=scene.solver.precision,
-                         origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
-                         cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
-                         transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, obstacles=self.obstacles,
-                         body_friction=_body_friction(scene), **contact)
+        chosen = scene.solver
+        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
+                  "upper": self.upper, "gravity": scene.gravity_vector, "cfl": chosen.cfl, "terrain": self.distance,
+                  "sides": sides, "obstacles": self.obstacles, **contact}
+        if chosen.method == "sph":
+            return SphSolver(self.population, self.laws, scheme=chosen.sph, **common)
+        return MpmSolver(self.population, self.laws, kernel=chosen.kernel, gradient=chosen.gradient,
+                         transfer=chosen.transfer, flip_ratio=chosen.flip_ratio, body_friction=_body_friction(scene),
+                         **common)
 
     def events(self):
         """The scene's events, ready to be applied; last the saw of a saw test."""
@@ -118,18 +122,27 @@ def build(scene):
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
-    if scene.initial.stress != "none":
+    if scene.initial.stress == "isotropic":
+        _uniform_pressure(model)
+    elif scene.initial.stress != "none":
         _stress_from_weight(model)
     return model
 
 
 def _refuse_unbuilt(scene):
     """Choices of the schema that this version does not compute."""
-    solver = scene.solver
-    if solver.method != "mpm":
-        raise InputError.at("solver.method", solver.method, 'this version computes "mpm" only', scene.source)
+    if scene.solver.method == "sph":
+        _refuse_beyond_sph(scene)
     if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
         raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
+
+
+def _refuse_beyond_sph(scene):
+    """What only the grid can do."""
+    for i, body in enumerate(scene.bodies):
+        if body.contact == "separate":
+            raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'
+                                ' one continuum, contact = "shared"', scene.source)
 
 
 def _surface(scene):
@@ -176,7 +189,7 @@ def _seed(scene, surface, obstacles):
     for i, body in enumerate(scene.bodies):
         try:
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
-                              particles_per_cell=solver.particles_per_cell, sampling=solver.sampling,
+                              particles_per_cell=solver.filling, sampling=solver.sampling,
                               base_dir=scene.base_dir)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
@@ -236,7 +249,7 @@ def _stress_from_weight(model):
     shapes = [(body.shape if body.shape.kind == "layer" else None, scene.materials[body.material].density)
               for body in scene.bodies]
     query = model.distance.query if model.distance else None
-    spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+    spacing = scene.solver.spacing(scene.dimension)
     if scene.saw_test:
         load, normals = _load_in_column(scene, population.positions)
     else:
@@ -245,7 +258,19 @@ def _stress_from_weight(model):
     given = scene.initial.lateral_pressure
     k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
-    if scene.dimension == 2:
+    _give_stress(model, tau)
+
+
+def _uniform_pressure(model):
+    """The same isotropic pressure everywhere."""
+    n = len(model.population.volumes)
+    _give_stress(model, np.tile(-model.scene.initial.pressure * np.eye(3), (n, 1, 1)))
+
+
+def _give_stress(model, tau):
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it."""
+    population = model.population
+    if model.scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
         components = [(0, 0), (1, 1), (2, 2), (0, 1)]
     else:
@@ -269,10 +294,9 @@ def _load_in_column(scene, positions):
 
 def check_step(scene, solver):
     """Refuse a cfl beyond the critical one of the scheme, and a fixed step that is unstable from the start."""
-    chosen, scheme = scene.solver, f"{scene.solver.kernel} kernel, {scene.solver.gradient} gradient"
+    chosen = scene.solver
     if chosen.cfl and chosen.cfl > solver.critical_cfl:
-        allowed = (f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {chosen.transfer} ({scheme},"
-                   f" {scene.dimension}-D, these materials)")
+        allowed = f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {solver.scheme_name}"
         raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
     fixed, (limit, cause) = chosen.dt, solver.critical_dt()
     if fixed and fixed > limit:
@@ -303,7 +327,7 @@ def describe(scene):
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": solver.particles.mass,
         "blocks": len(solver.particles.blocks),
-        "memory": int(solver.particles.bytes_per_particle * particles + solver.grid.bytes),
+        "memory": int(solver.particles.bytes_per_particle * particles + solver.bytes),
         "bytes_per_particle": solver.particles.bytes_per_particle,
         "fields": dict(solver.particles.layout.sizes),
         "dt": dt,

@@ -29,7 +29,7 @@ WALL_INTERVAL = 120.0
 LARGEST_SHARE = 0.05
 """Share of the wall time that such checkpoints may take."""
 
-FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture")
+FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture", "reference")
 """What a scene may change between a checkpoint and its continuation: keys, or tables with all their keys."""
 
 
@@ -38,10 +38,13 @@ def save(simulation, path, **more):
 
     more: what else is to come back, dicts of numbers and arrays by name. Raises OSError when it cannot be written.
     """
-    tree = {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
-            **_fingerprints(simulation.model), "time": simulation.time,
-            "simulation": simulation.state(), **more}
-    write_archive(path, tree, keep=previous(path))
+    write_archive(path, snapshot(simulation, **more), keep=previous(path))
+
+
+def snapshot(simulation, **more):
+    """What a checkpoint holds: a copy of the whole state that stays as it is while the simulation goes on."""
+    return {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
+            **_fingerprints(simulation.model), "time": simulation.time, "simulation": simulation.state(), **more}
 
 
 def restore(simulation, path):
@@ -149,7 +152,8 @@ class Checkpoints:
         """interval: simulated time [s]; None: about every `WALL_INTERVAL` of wall time."""
         self.path = Path(folder) / FILE
         self.time = None
-        """Simulated time of the last checkpoint [s]; None before the first."""
+        """Simulated time of the last checkpoint that is whole on the disk [s]; None before the first."""
+        self._asked = None
         self._interval = interval
         self._pause, self._saved_at = WALL_INTERVAL, clock.monotonic()
 
@@ -160,7 +164,7 @@ class Checkpoints:
 
     def took_up(self, saved):
         """The run goes on from this checkpoint. A damaged newer one must never take the place of the good one."""
-        self.time = saved["time"]
+        self.time = self._asked = saved["time"]
         if saved["path"] != self.path:
             self.path.unlink(missing_ok=True)
 
@@ -168,12 +172,18 @@ class Checkpoints:
         """Whether the run should be saved at this simulated time [s]."""
         if self._interval is None:
             return clock.monotonic() - self._saved_at > self._pause
-        return int(time / self._interval) > int(self.time / self._interval)
+        return int(time / self._interval) > int(self._asked / self._interval)
 
-    def save(self, simulation, **more):
+    def save(self, simulation, background, **more):
+        """Take the state now; `background` (`snowmpm.io.Background`) writes it, after the frames before it."""
+        tree = snapshot(simulation, **more)
+        self._asked, self._saved_at = simulation.time, clock.monotonic()
+        background.do(lambda: self._write(tree))
+
+    def _write(self, tree):
         began = clock.monotonic()
-        save(simulation, self.path, **more)
-        self.time, self._saved_at = simulation.time, clock.monotonic()
+        write_archive(self.path, tree, keep=previous(self.path))
+        self.time, self._saved_at = tree["time"], clock.monotonic()
         self._pause = max(WALL_INTERVAL, (self._saved_at - began) / LARGEST_SHARE)
 
     def finish(self):

@@ -23,6 +23,10 @@ class SimulationError(Exception):
     """A simulation that cannot go on: which particle, when and why. The command line exits with 1."""
 
 
+class WriteError(SimulationError):
+    """A run that cannot write what it has to (disk full, folder gone): where, why, and what is safe."""
+
+
 def nearest(word, known):
     """The name among `known` that `word` was probably meant to be, or None."""
     if not isinstance(word, str):

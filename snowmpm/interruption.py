@@ -1,7 +1,9 @@
-"""Ctrl-C and SIGTERM, held back until a step is whole."""
+"""Ctrl-C, SIGTERM and the end of a terminal, held back until a step is whole."""
 
 import signal
 import threading
+
+ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 class Interruption:
@@ -16,7 +18,7 @@ class Interruption:
 
     def __enter__(self):
         if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
+            for number in ENDING:
                 before = signal.getsignal(number)
                 if before not in (signal.SIG_IGN, None):
                     self._before[number] = signal.signal(number, self._ask)

@@ -1,14 +1,18 @@
 """The run loop: steps, frames, checkpoints, progress."""
 
+import contextlib
 import time as clock
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from snowmpm import checkpoint
 from snowmpm.checkpoint import Checkpoints
-from snowmpm.errors import SimulationError
+from snowmpm.errors import InputError, SimulationError, WriteError
 from snowmpm.interruption import Interruption
-from snowmpm.io import Run
+from snowmpm.io import FolderLock, Run
+from snowmpm.io.archive import write_text
+from snowmpm.io.journal import journal_path
+from snowmpm.io.writer import run_file
 from snowmpm.recorder import Recorder
 from snowmpm.simulation import Simulation
 
@@ -60,44 +64,46 @@ class Phases:
             setattr(self, name, getattr(self, name) + value)
 
 
-def run(scene, out_dir, progress=None, resume=False):
+def run(scene, out_dir, progress=None, resume=False, overwrite=True):
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
     out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress` now
     and then. resume: go on from the last checkpoint in out_dir as if the run had never stopped; frames written after it
-    are written again. The scene must be the same, but may end later.
-    Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable), and
-    KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
+    are written again; a run that was killed before its first checkpoint begins anew. The scene must be the same, but
+    may end later. overwrite: replace a run that is there, rather than refuse.
+    Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable),
+    WriteError when the disk is full, and KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
     """
     phases, folder = Phases(), Path(out_dir)
-    saved = _saved(folder, scene) if resume else None
-    simulation = Simulation(scene, settled=resume)
-    if resume:
-        checkpoint.take_over(simulation, saved)
-        phases.add(saved["phases"])
-    folder.mkdir(parents=True, exist_ok=True)
-    recorder = Recorder(simulation, folder, saved["recorder"] if resume else None)
-    (folder / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
-    checkpoints = Checkpoints(folder, scene.output.checkpoint_interval)
-    phases.lap("setup")
-    try:
-        with Interruption() as interruption:
-            if resume:
-                checkpoints.took_up(saved)
-            else:
-                checkpoints.clear()
-                recorder.frame()
-                _save(simulation, recorder, checkpoints, phases)
-            _loop(simulation, recorder, checkpoints, phases, progress, interruption)
-    except SimulationError as error:
-        recorder.close(phases, complete=False)
-        raise SimulationError(f"{error}; {checkpoints}") from error
-    except BaseException:
-        recorder.close(phases, complete=False)
-        raise
-    recorder.close(phases, complete=True)
-    checkpoints.finish()
+    with FolderLock(folder) as lock:
+        if resume and _hardly_begun(folder):
+            resume, overwrite = False, True
+        saved = _saved(folder, scene) if resume else None
+        simulation = Simulation(scene, settled=resume)
+        if resume:
+            checkpoint.take_over(simulation, saved)
+            phases.add(saved["phases"])
+        lock.make()
+        if not resume and not overwrite and run_file(folder).exists():
+            raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder")
+        checkpoints = Checkpoints(folder, scene.output.checkpoint_interval)
+        try:
+            _record(simulation, folder, checkpoints, saved, phases, progress)
+        except OSError as error:
+            raise _not_written(error, folder, checkpoints) from error
+        checkpoints.finish()
     return Run(folder)
+
+
+def _hardly_begun(folder):
+    """Whether a run was killed here before its first checkpoint, with the first frame at most: nothing is lost."""
+    path = run_file(folder)
+    if any(file.exists() for file in (checkpoint.previous(folder / checkpoint.FILE), folder / checkpoint.FILE)):
+        return False
+    if path.exists():
+        run = Run(folder)
+        return len(run) <= 1 and not run.complete
+    return journal_path(path).exists()
 
 
 def _saved(folder, scene):
@@ -106,9 +112,45 @@ def _saved(folder, scene):
     return saved
 
 
+def _not_written(error, folder, checkpoints):
+    """What to tell of a write that failed: where, why, what is safe, what to do."""
+    try:
+        times = Run(folder).times
+        kept = f"frames up to t = {times[-1]:.6g} s are safe" if len(times) else "no frame was written"
+    except InputError:
+        kept = "no frame was written"
+    file = error.filename or run_file(folder)
+    message = f"{file}: cannot be written ({error.strerror or error});\n{kept}; {checkpoints}"
+    return WriteError(message if checkpoints.time is None else f"{message}; make room, and --resume goes on from there")
+
+
+def _record(simulation, folder, checkpoints, saved, phases, progress):
+    """Run a simulation that stands at its start, or where `saved` has it, and write what it shows."""
+    if saved is None:
+        # First of all: an old checkpoint beside a new run file would belong to nothing
+        checkpoints.clear()
+    recorder = Recorder(simulation, folder, saved["recorder"] if saved else None)
+    try:
+        write_text(folder / "scene.toml", simulation.scene.to_toml())
+        phases.lap("setup")
+        with Interruption() as interruption:
+            if saved is not None:
+                checkpoints.took_up(saved)
+            else:
+                recorder.frame()
+                _save(simulation, recorder, checkpoints, phases)
+            _loop(simulation, recorder, checkpoints, phases, progress, interruption)
+    except BaseException as error:
+        recorder.close(phases, complete=False)
+        if isinstance(error, SimulationError):
+            raise SimulationError(f"{error}; {checkpoints}") from error
+        raise
+    recorder.close(phases, complete=True)
+
+
 def _save(simulation, recorder, checkpoints, phases):
     phases.lap("output")
-    checkpoints.save(simulation, recorder=recorder.state(), phases=phases.state())
+    checkpoints.save(simulation, recorder.background, recorder=recorder.state(), phases=phases.state())
     phases.lap("output")
 
 
@@ -136,9 +178,12 @@ def _loop(simulation, recorder, checkpoints, phases, progress, interruption):
                 phases.lap("steps")
                 _save(simulation, recorder, checkpoints, phases)
                 if interruption.asked:
+                    recorder.background.wait()
                     raise KeyboardInterrupt(f"interrupted at t = {simulation.time:.6g} s; {checkpoints}; --resume goes"
                                             " on from there")
     _save(simulation, recorder, checkpoints, phases)
+    recorder.background.wait()
+    phases.lap("output")
     if progress:
         _tell(progress, report, simulation, recorder, clock.perf_counter() - start)
 
@@ -149,4 +194,5 @@ def _tell(progress, report, simulation, recorder, wall):
     report.steps, report.frames, report.wall = simulation.solver.steps, recorder.frames, wall
     report.front, report.particle_steps = recorder.last.get("front", 0.0), recorder.particle_steps
     report.audit = recorder.last
-    progress(report)
+    with contextlib.suppress(OSError):  # a terminal or pipe that is gone is no reason to stop
+        progress(report)

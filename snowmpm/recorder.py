@@ -1,7 +1,7 @@
 """What a run leaves behind: frames, history rows, maps and what they mean, summary."""
 
+import copy
 import json
-import os
 import platform
 from dataclasses import asdict
 from pathlib import Path
@@ -12,7 +12,8 @@ import taichi
 from snowmpm import __version__, diagnostics, fields, hazard, maps, runtime
 from snowmpm.device import device_name
 from snowmpm.errors import InputError
-from snowmpm.io import Run, RunWriter
+from snowmpm.io import Background, Run, RunWriter
+from snowmpm.io.archive import write_text
 from snowmpm.solids.loads import LoadHistory
 from snowmpm.terrain.reference_system import reference_system
 
@@ -24,7 +25,10 @@ CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
 
 
 class Recorder:
-    """Writes what a simulation shows: frames, history rows, loads on obstacles, maps, summary."""
+    """Writes what a simulation shows: frames, history rows, loads on obstacles, maps, summary.
+
+    background: the thread that writes frames, and checkpoints after them. frames: how many were handed to it.
+    """
 
     def __init__(self, simulation, folder, state=None):
         """state: of the recorder whose run file in `folder` is continued; later frames there are dropped.
@@ -45,6 +49,7 @@ class Recorder:
         if state is not None:
             self._restore(state)
         self._writer = self._new_file() if state is None else self._continued_file()
+        self.background = Background()
 
     def _new_file(self):
         surface = self._simulation.model.surface
@@ -53,7 +58,7 @@ class Recorder:
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
-                         saw_test=crack.description() if (crack := self._simulation.crack) else None, durable=False)
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -61,17 +66,17 @@ class Recorder:
         if there != self.frames:
             raise InputError(f"{run.path}: {there} frames up to t = {time:.6g} s, but {self.frames} were written before"
                              " the checkpoint: not the file that it belongs to; start anew with --overwrite")
-        writer = RunWriter.reopen(self._folder, until=time, durable=False)
+        writer = RunWriter.reopen(self._folder, until=time)
         writer.provenance({"scene": self._simulation.scene.to_toml(), "complete": False,
                            "resumed": [*run.provenance.get("resumed", []), time]})
         return writer
 
     def state(self):
-        """All that a continuation needs, by name (`snowmpm.checkpoint`)."""
-        return {"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
+        """All that a continuation needs, by name (`snowmpm.checkpoint`): copies, also while the run goes on."""
+        return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
                 "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
-                "path": np.array(self._path, float).reshape(-1, 3)}
+                "path": np.array(self._path, float).reshape(-1, 3)})
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
@@ -83,7 +88,7 @@ class Recorder:
 
     def _provenance(self):
         scene = self._simulation.scene
-        spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        spacing = scene.solver.spacing(scene.dimension)
         return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
@@ -119,15 +124,19 @@ class Recorder:
         self.last = {**simulation.audit(particles), **self._loads.means()}
         counts = {f"steps_{cause}": self._causes.get(cause, 0) for cause in dict.fromkeys([*CAUSES, *self._causes])}
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
-        self._writer.history(simulation.time, {**self.last, **counts}, units)
+        time, row = simulation.time, {**self.last, **counts}
         names = dict.fromkeys(simulation.scene.output.fields)
-        values = {name: particles[name] for name in names}
-        if "stress" in values and simulation.scene.dimension == 2:
-            values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
-        poses = {obstacle.name: obstacle.motion.placement(simulation.time, self._origin)
-                 for obstacle in self._obstacles}
-        self._writer.frame(simulation.time, particles["position"] - self._origin, values, poses, loads,
-                           simulation.crack.take() if simulation.crack else None)
+        poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
+        crack = copy.deepcopy(simulation.crack.take()) if simulation.crack else None
+
+        def write():
+            values = {name: particles[name] for name in names}
+            if "stress" in values and simulation.scene.dimension == 2:
+                values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
+            self._writer.history(time, row, units)
+            self._writer.frame(time, particles["position"] - self._origin, values, poses, loads, crack)
+
+        self.background.do(write)
         self.frames += 1
         if self._maps:
             self._see()
@@ -135,7 +144,9 @@ class Recorder:
 
     def close(self, phases, complete):
         """Write maps and summary and close the run file."""
+        whole = False
         try:
+            self.background.close()
             if self._maps:
                 for name, (values, x0, y0, cell) in self._maps.rasters().items():
                     self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
@@ -147,11 +158,10 @@ class Recorder:
             if assessed:
                 summary["hazard"] = assessed.numbers
             self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete})
+            whole = complete
         finally:
-            self._writer.close(complete=complete)
-        part = self._folder / "summary.json.part"
-        part.write_text(json.dumps(summary, indent=1), encoding="utf-8")
-        os.replace(part, self._folder / "summary.json")
+            self._writer.close(complete=whole)
+        write_text(self._folder / "summary.json", json.dumps(summary, indent=1))
 
     def _assess(self):
         """What the maps mean for hazard mapping; None of a run without maps or ground."""
@@ -173,6 +183,7 @@ class Recorder:
         return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
                 "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
                 "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
+                "writing_time": round(self.background.work, 3),
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,

@@ -5,6 +5,8 @@ import ctypes
 import functools
 import os
 import textwrap
+import time as clock
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +16,9 @@ from taichi.lang.ast import ast_transformer_utils
 
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
+
+STALE_LOCK = 60.0
+"""Seconds after which a lock on the kernels on disk belongs to no living program."""
 
 _started = {}
 
@@ -31,11 +36,21 @@ def start(backend="auto", threads=None):
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     threads = threads or _cores()
+    free_cache(impl.default_cfg().offline_cache_file_path)
     ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True,
             offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, cfg_optimization=False)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
     _started.update(backend=running, threads=threads)
     return running
+
+
+def free_cache(folder):
+    """Remove the lock on Taichi's kernels on disk that a killed program left: Taichi holds it for milliseconds, but
+    where it finds one it compiles every kernel anew, at every start, for good."""
+    lock = Path(folder).expanduser() / "ticache.lock"
+    with contextlib.suppress(OSError):
+        if clock.time() - lock.stat().st_mtime > STALE_LOCK:
+            lock.unlink()
 
 
 def _name_lines_only():

@@ -1,5 +1,6 @@
 """A simulation, step by step."""
 
+import copy
 import math
 
 import numpy as np
@@ -93,10 +94,11 @@ class Simulation:
         self.solver.set_loads([event.load for event in self.events if event.load is not None])
 
     def state(self):
-        """All that a bitwise continuation needs, by name (`snowmpm.checkpoint`)."""
-        return {"solver": self.solver.state(), "events": [event.state() for event in self.events],
-                "audit": self._audit.state(), "body_starts": self.model.body_starts, "dt": self.dt,
-                "dt_cause": self.dt_cause, "crack": self.crack.state() if self.crack else {}}
+        """All that a bitwise continuation needs, by name (`snowmpm.checkpoint`): copies, also while it goes on."""
+        rest = {"events": [event.state() for event in self.events], "audit": self._audit.state(),
+                "body_starts": self.model.body_starts, "dt": self.dt, "dt_cause": self.dt_cause,
+                "crack": self.crack.state() if self.crack else {}}
+        return {"solver": self.solver.state(), **copy.deepcopy(rest)}
 
     def restore(self, state):
         """Take over the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""

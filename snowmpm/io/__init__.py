@@ -1,7 +1,9 @@
 """Run files: `RunWriter` writes them, `Run` reads them. Needs neither Taichi nor a solver."""
 
+from snowmpm.io.background import Background
+from snowmpm.io.folder_lock import FolderLock
 from snowmpm.io.obstacles import Obstacle
 from snowmpm.io.reader import Frame, Map, Run, Terrain
 from snowmpm.io.writer import RunWriter
 
-__all__ = ["Frame", "Map", "Obstacle", "Run", "RunWriter", "Terrain"]
+__all__ = ["Background", "FolderLock", "Frame", "Map", "Obstacle", "Run", "RunWriter", "Terrain"]

@@ -1,7 +1,8 @@
-"""One file of numbers and arrays that is whole or not there at all: the form of a checkpoint.
+"""Files that are whole or not there at all: one of numbers and arrays, the form of a checkpoint, and any other.
 
-An uncompressed .npz archive: `record`, JSON text (UTF-8) of the tree, in which an array is {"array": member}; the
-arrays; and `digest`, the SHA-256 of all of them. NumPy opens it; nothing in it is ever unpickled.
+The former is an uncompressed .npz archive: `record`, JSON text (UTF-8) of the tree, in which an array is
+{"array": member}; the arrays; and `digest`, the SHA-256 of all of them. NumPy opens it; nothing in it is ever
+unpickled.
 """
 
 import contextlib
@@ -29,20 +30,39 @@ def write_archive(path, tree, keep=None):
     record = json.dumps(_plain(tree, arrays, ""))
     arrays[_RECORD] = np.frombuffer(record.encode(), np.uint8)
     arrays[_DIGEST] = _digest(arrays)
+    with _replacement(path, keep) as file:
+        np.savez(file, **arrays)
+
+
+def write_bytes(path, content):
+    """Write a file that is whole or the one before. Raises OSError when it cannot be written."""
+    with _replacement(Path(path)) as file:
+        file.write(content)
+
+
+def write_text(path, text):
+    """Write a text file (UTF-8) that is whole or the one before. Raises OSError when it cannot be written."""
+    write_bytes(path, text.encode())
+
+
+@contextlib.contextmanager
+def _replacement(path, keep=None):
+    """A file that takes the place of `path` when all is written; the old one moves to `keep` if given."""
     part = path.with_name(path.name + ".part")
     try:
         with open(part, "wb") as file:
-            np.savez(file, **arrays)
+            yield file
             file.flush()
             os.fsync(file.fileno())
+        if keep is not None and path.exists():
+            os.replace(path, keep)
+        os.replace(part, path)
     except BaseException as error:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
-    if keep is not None and path.exists():
-        os.replace(path, keep)
-    os.replace(part, path)
     _sync_folder(path.parent)
 
 

@@ -1,7 +1,7 @@
 """Writing a run file, one whole frame at a time. The layout is in `snowmpm.io.layout`."""
 
+import io
 import json
-import os
 import time as clock
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from snowmpm.io import layout
+from snowmpm.io.archive import write_bytes
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
 from snowmpm.io.rows import as_field, as_rows
@@ -45,16 +46,17 @@ class RunWriter:
         self._journal = Journal(self.path, durable)
         self._file = None
         try:
-            # Built beside and moved into place: a run file without its frame structure is never seen.
-            draft = self.path.with_name(self.path.name + ".new")
-            with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS, locking=False) as h5:
+            # Built in memory and moved into place: a run file without its frame structure is never seen, and HDF5
+            # need not close a file on a disk that is full.
+            draft = io.BytesIO()
+            with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS) as h5:
                 _create(h5, dimension, as_rows(np.zeros(dimension) if origin is None else origin)[0], self._units)
                 _write_terrain(h5, terrain)
                 create_obstacles(h5, obstacles or {}, dimension)
                 if saw_test:
                     create_saw_test(h5, **saw_test)
                 _write_provenance(h5, provenance)
-            os.replace(draft, self.path)
+            write_bytes(self.path, draft.getbuffer())
             self._open(dimension)
         except BaseException:
             self._journal.close()

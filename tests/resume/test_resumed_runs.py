@@ -132,3 +132,18 @@ def test_second_signal_gets_through():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_terminal_that_closes_stops_a_run_like_ctrl_c(scene, whole, tmp_path):
+    with pytest.raises(KeyboardInterrupt, match=r"checkpoint\.npz"):
+        run_with_signal(scene, tmp_path, signal.SIGHUP, 0.1)
+    snowmpm.run(scene, tmp_path, resume=True)
+    assert_same_runs(whole, tmp_path)
+
+
+def test_a_display_that_is_gone_stops_no_run(scene, whole, tmp_path):
+    def gone(report):
+        raise BrokenPipeError
+
+    snowmpm.run(scene, tmp_path, gone)
+    assert_same_runs(whole, tmp_path)
