@@ -31,8 +31,8 @@ MASS_LOST, MOMENTUM, ENERGY, EMPTIED = 1e-3, 1e-4, 0.05, 0.02
 def render_report(run_path, output, *, interactive=True, size=SIZE):
     """Write the report of a run to an .html file that holds all it shows; -> its path.
 
-    interactive: with the scene to turn in three dimensions, some megabytes; size: of its pictures [px]. Raises InputError for a run without frames,
-    or another ending.
+    interactive: with the scene to turn in three dimensions, some megabytes; size: of its pictures [px].
+    Raises InputError for a run without frames, or another ending.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     if not str(output).lower().endswith(".html"):

@@ -61,7 +61,8 @@ class Thalweg:
 def thalweg(top, path, momentum, step, reach):
     """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m].
 
-    Places that lie back along the way are left out. It goes on straight, in its last direction, by `reach` [m]. None when nothing moved further than a few steps.
+    Places that lie back along the way are left out. It goes on straight, in its last direction, by `reach` [m]. None
+    when nothing moved further than a few steps.
     """
     carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
     last = np.flatnonzero(carried)[-1] + 1 if carried.any() else 0

@@ -186,5 +186,5 @@ def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
 def test_other_endings_are_refused(tmp_path):
     slab_3d(tmp_path, particles=500, frames=2)
     for draw in (render_page, render_report):
-        with pytest.raises(InputError, match="must end in .html"):
+        with pytest.raises(InputError, match=r"must end in \.html"):
             draw(tmp_path, tmp_path / "page.pdf")

@@ -10,6 +10,9 @@ from snowmpm.render.shadow import Shadow
 from snowmpm.render.snow import _crowd, draw_snow
 
 
+HIGH = np.array([0.0, 0.0, 12.0])
+
+
 def ball(centre, radius, spacing):
     grid = np.arange(-radius, radius + spacing, spacing)
     points = np.stack(np.meshgrid(grid, grid, grid), axis=-1).reshape(-1, 3)
@@ -53,10 +56,10 @@ def test_snow_darkens_the_ground_beside_it_away_from_the_sun(tmp_path):
     slab_3d(tmp_path, particles=2000, frames=2)
     view = SpaceView(Run(tmp_path), (480, 270), "snow", "top")
     ground = np.array([60.0, 0.0, float(view.relief.height([60.0], [0.0])[0])])
-    snow = ball(ground + [0.0, 0.0, 12.0], 3.0, 0.4)
+    snow = ball(ground + HIGH, 3.0, 0.4)
     before, after = view.ground.light, draw_snow(view.ground, view.camera, view.sun, snow, 0.4)
     ratio = (after / np.maximum(before, 1e-6)).mean(axis=-1)
-    ray = ground + [0.0, 0.0, 12.0] - np.arange(0.0, 60.0, 0.1)[:, None] * view.sun
+    ray = ground + HIGH - np.arange(0.0, 60.0, 0.1)[:, None] * view.sun
     foot = ray[np.argmax(view.relief.height(ray[:, 0], ray[:, 1]) >= ray[:, 2])]
     other = 2.0 * ground - foot
     other[2] = float(view.relief.height(other[:1], other[1:2])[0])
