@@ -78,6 +78,7 @@ def nearest_frame(run, time):
 
 
 def checked_size(size, even):
+    """Width and height [px] as whole numbers, even ones if asked. Raises InputError for sizes that cannot be drawn."""
     try:
         width, height = (int(side) for side in size)
     except (TypeError, ValueError):

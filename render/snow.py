@@ -37,7 +37,8 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
         return ground.light.copy()
     width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
     shadow = Shadow.of(points, radius, sun)
-    on_ground = sunlit(shadow, camera, ground.depth, np.isfinite(ground.depth), blur=1.5)
+    # What is seen of the ground from below has no sun that snow could take
+    on_ground = sunlit(shadow, camera, ground.depth, np.isfinite(ground.depth) & (ground.slack >= 0.0), blur=1.5)
     picture = ground.light * light.shaded(on_ground)
     window = _window(hit, int(8.0 * width) + 4)
     number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]

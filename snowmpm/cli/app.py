@@ -35,7 +35,7 @@ def about(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ):
-    pass
+    """What stands before a command."""
 
 
 app.command("run")(guarded(run.run))

@@ -9,7 +9,6 @@ from snowmpm.render.run_film import SpaceView
 from snowmpm.render.shadow import Shadow
 from snowmpm.render.snow import _crowd, draw_snow
 
-
 HIGH = np.array([0.0, 0.0, 12.0])
 
 
