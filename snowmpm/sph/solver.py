@@ -37,8 +37,8 @@ SKIN = 0.4
 by this."""
 
 USUAL_CFL, USUAL_SHARE = 0.3, 0.8
-"""C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the critical
-one where that is less."""
+"""C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the
+critical one where that is less."""
 
 
 def critical_cfl(viscosity, disorder_damping):
