@@ -51,9 +51,39 @@ class Sph(Spec):
     """alpha of the artificial viscosity [-]; more makes run-outs shorter"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of it, against particles that fly into each other [-]"""
+    disorder_damping: NonNegative = 0.5
+    """gamma of a viscosity that acts on what is not a common stretching of neighbours [-]: keeps order in tension and
+    leaves smooth motion alone"""
     walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
     """stress of the dummy particles in terrain, sides and obstacles: extrapolated from the particles near them; copied
     from the particle that looks; most_compressive: extrapolated, but the pressure on the wall the largest nearby"""
+    barrier: Annotated[bool, Field(strict=True)] = True
+    """whether walls also stop particles that come within a tenth of dx of them, without rebound"""
+    artificial_stress: NonNegative = 0.0
+    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.3 to 0.5, beside a viscosity"""
+    artificial_stress_power: Annotated[Number, Field(ge=1.0, le=8.0, multiple_of=0.5)] = 4.0
+    """n of it: its share falls with the distance as W(r)^n [-]"""
+    regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
+    """of elastic strains, and so of stresses, against noise: mean of neighbours (shepard), its linear fit (mls), both
+    every regularisation_interval steps, or diffusion in every step"""
+    regularisation_interval: Annotated[int, Field(strict=True, ge=1)] = 20
+    """steps between two means"""
+    diffusion: NonNegative = 0.1
+    """xi of the diffusion, xi c h grad^2 [-]"""
+    confining_pressure: NonNegative = 0.0
+    """pressure on free surfaces [Pa]"""
+    surface_coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] = Field(
+        default_factory=lambda: 0.55 if dimension() == 2 else 0.70
+    )
+    """sum of V W of the neighbours below which a particle lies at a free surface [-]: 0.55 in 2-D, 0.70 in 3-D when
+    missing"""
+
+    @model_validator(mode="after")
+    def _damped(self):
+        if self.artificial_stress > 0.0 and self.viscosity == 0.0:
+            raise refuse("needs a viscosity above 0, without which it is unstable", "artificial_stress",
+                         self.artificial_stress)
+        return self
 
 
 class Solver(Spec):

@@ -9,8 +9,16 @@ unstable (Bui & Nguyen 2021, Fig. 8): a negative control. Viscosity of Monaghan 
 
     Pi_ij = (-alpha c mu + beta mu^2) / rho,   mu = h v_ij . x_ij / (r^2 + 0.01 h^2)
 
-Artificial stress (Gray, Monaghan & Swift 2001, doi:10.1016/S0045-7825(01)00254-7): (W(r) / W(dx))^n (R_i + R_j) beside
-the stresses. Confinement (Bui & Nguyen, Eq. 123) of particles at the free surface, known by the sum of V W of others:
+Damping of disorder: the same with gamma for alpha and, whether they approach or part, only for that part of the
+velocity of a pair that is not the mean stretching of both,
+
+    mu = h (v_ij - (D_i + D_j) x_ij / 2) . x_ij / (r^2 + 0.01 h^2)
+
+which is zero in any homogeneous motion, and leaves smooth ones alone: it holds down the modes without strain that
+tension makes grow. Artificial stress (Gray, Monaghan & Swift 2001, doi:10.1016/S0045-7825(01)00254-7):
+(W(r) / W(dx))^n (R_i + R_j) beside the stresses.
+
+Confinement (Bui & Nguyen, Eq. 123) of particles at the free surface, known by the sum of V W of others:
 a_i += 2 p / rho_i sum_j V_j grad_i W_ij.
 
 Forces of each surface are summed apart. A surface that slips keeps only their normal part, and Coulomb's friction,
@@ -29,6 +37,9 @@ from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
 
+BARRIER = 0.1
+"""Height above a wall [cells] below which nothing gets by itself."""
+
 SOFTENING = 0.01
 """Share of h^2 that keeps the viscosity of a pair at rest on itself finite."""
 
@@ -39,11 +50,12 @@ def tally_width(dim):
 
 
 @functools.cache
-def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, confined, viscous):
+def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, barrier, confined, viscous):
     """Kernel for a `RowLayout` and `width` lanes.
 
     kernel, radius [cells]: the smoothing; form: of the sum; half_power: 2 n of the artificial stress; walls: how dummy
-    particles get their stress; confined, viscous: whether there is a confining pressure, a quadratic viscosity.
+    particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there is a
+    confining pressure, a quadratic viscosity.
     """
     dim, at, n_stress = layout.dim, layout.at, layout.n_stress
     pair = pair_functions(layout)
@@ -53,9 +65,10 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
     n_moment = 1 if dim == 2 else 3
-    columns = (("x", dim), ("v", dim), ("S", n_stress), ("R", n_stress * layout.tension), ("m", 1), ("V", 1), ("z", 1),
+    columns = (("x", dim), ("v", dim), ("S", n_stress), ("R", n_stress * layout.tension),
+               ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
-               ("cover", 1), ("edge", dim))
+               ("height", 1), ("cover", 1), ("edge", dim))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, source: ti.template()):
@@ -68,6 +81,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 pack["S"][k][lane] = row[at["S"] + k]
                 if ti.static(layout.tension):
                     pack["R"][k][lane] = row[at["R"] + k]
+                if ti.static(layout.ordered):
+                    pack["D"][k][lane] = row[at["D"] + k]
             pack["m"][0][lane], pack["V"][0][lane], pack["z"][0][lane] = row[at["m"]], row[at["V"]], row[at["z"]]
             pack["ratio"][0][lane] = row[at["V"]] / row[at["m"]]
             pack["cover"][0][lane] = 0.0
@@ -75,14 +90,14 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     @ti.func
     def clear_wall(pack: ti.template()):
         for lane in range(width):
-            pack["share"][0][lane] = 0.0
+            pack["share"][0][lane], pack["height"][0][lane] = 0.0, 0.0
             for a in ti.static(range(dim)):
                 pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
 
     @ti.func
     def add_run(pack: ti.template(), into: ti.template(), dummies: ti.template(), c, begin, end,
                 source: ti.template(), entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy,
-                alpha, beta):
+                alpha, beta, gamma):
         """Sum of the rows of one run into pack[into]; of dummies also where they face."""
         sign = pair.signs(reals, c)
         for e in range(begin, end):
@@ -92,11 +107,14 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             Rj = Sj
             if ti.static(layout.tension):
                 Rj = pair.tensor(sign, row, at["R"])
+            Dj = Sj
+            if ti.static(layout.ordered):
+                Dj = pair.tensor(sign, row, at["D"])
             mj, Vj, zj = row[at["m"]], row[at["V"]], row[at["z"]]
-            nj, uj = xj * 0.0, xj * 0.0
+            nj, uj, depth = xj * 0.0, xj * 0.0, xj[0] * 0.0
             if ti.static(dummies):
                 frame = frames[j - first_dummy]
-                nj, uj = pair.vector(sign, frame, 0), pair.vector(sign, frame, dim + 1)
+                nj, uj, depth = pair.vector(sign, frame, 0), pair.vector(sign, frame, dim + 1), frame[dim]
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
                 r2 = d.norm_sqr()
@@ -117,6 +135,10 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 push = -0.5 * alpha * Vj * ratio * (pack["z"][0][lane] + zj) * mu
                 if ti.static(viscous):
                     push += 0.5 * beta * (Vj + mj * ratio) * mu * mu
+                if ti.static(layout.ordered and not dummies):
+                    orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
+                    stray = (read_lane(pack["v"], lane) - vj).dot(d) - orderly
+                    push -= 0.5 * gamma * Vj * ratio * (pack["z"][0][lane] + zj) * h * stray / (r2 + soft)
                 if ti.static(layout.tension):
                     f = ti.sqrt(weight(r) / w_spacing) if ti.static(half_power % 2 == 1) else weight(r) / w_spacing
                     amplified = f
@@ -129,6 +151,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 if ti.static(dummies):
                     near = -F * Vj
                     pack["share"][0][lane] += near
+                    pack["height"][0][lane] += near * (d.dot(nj) - depth)
                     for a in ti.static(range(dim)):
                         pack["normal"][a][lane] += near * nj[a]
                         pack["wall_v"][a][lane] += near * uj[a]
@@ -152,16 +175,23 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         for lane in range(count):
             given = read_lane(pack["wall"], lane)
             code, friction = ti.cast(surfaces[surface, 0], ti.i32), ti.cast(surfaces[surface, 1], real)
+            normal = read_lane(pack["normal"], lane)
+            normal = normal / ti.max(normal.norm(), 1e-20)
+            share = ti.max(pack["share"][0][lane], 1e-20)
+            along = given.dot(normal)
+            # What the particle would do along the wall without it
+            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
+            free -= read_lane(pack["wall_v"], lane) / share
+            if mirrored == 0 and code == SEPARATE:
+                along = ti.max(0.0, along)
+            if ti.static(barrier):  # noqa: SIM102 (one is compile time)
+                if mirrored == 0 and pack["share"][0][lane] > 1e-6:
+                    room = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
+                    sinking = -free.dot(normal) - dt * inverse_dx * along
+                    along += ti.max(0.0, sinking / ti.max(dt * inverse_dx, 1e-30) - room / (dt * dt * inverse_dx**2))
+            if mirrored == 0 and code == STICK:
+                given += (along - given.dot(normal)) * normal
             if mirrored == 0 and code != STICK:
-                normal = read_lane(pack["normal"], lane)
-                normal = normal / ti.max(normal.norm(), 1e-20)
-                share = ti.max(pack["share"][0][lane], 1e-20)
-                along = given.dot(normal)
-                if code == SEPARATE:
-                    along = ti.max(0.0, along)
-                # What the particle would slide along the wall without it
-                free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
-                free -= read_lane(pack["wall_v"], lane) / share
                 sliding = free - free.dot(normal) * normal
                 speed = sliding.norm()
                 held = ti.min(friction * ti.max(0.0, along), speed / ti.max(dt * inverse_dx, 1e-30))
@@ -205,7 +235,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), ints: ti.template(),
                    reals: ti.template(), room, most_runs, frames: ti.template(), first_dummy, surfaces: ti.template(),
                    coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
-                   tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, pressure, threshold):
+                   tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, gamma, pressure,
+                   threshold):
         first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
         n_surfaces = surfaces.shape[0]
         tally, volume = tally_of[k], ti.cast(dx, real) ** dim
@@ -229,13 +260,16 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 clear_wall(pack)
                 current = surface
             if surface < 0:
-                add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta)
+                add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
             elif surfaces[surface, 2] > 0.0:
                 mirror = 1
-                add_run(pack, "wall", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta)
+                add_run(pack, "wall", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
             else:
                 mirror = 0
-                add_run(pack, "wall", True, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta)
+                add_run(pack, "wall", True, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
             begin = end
         if current < 0:
             write_inner(pack)
@@ -268,14 +302,14 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
              frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
              coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
              tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
-             beta: real, pressure: real, threshold: real, n_packs: int, shares: ti.types.ndarray()):
+             beta: real, gamma: real, pressure: real, threshold: real, n_packs: int, shares: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs, frames,
                            first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
-                           alpha, beta, pressure, threshold)
+                           alpha, beta, gamma, pressure, threshold)
         else:
             for i in range(chunks(shares)):
                 if is_worker(i):
@@ -285,7 +319,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     for k in range(begin, end):
                         accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
                                    frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
-                                   gravity, dx, dt, keep, alpha, beta, pressure, threshold)
+                                   gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
 
     @ti.kernel
     def sum_tallies(tallies: ti.types.ndarray(), n_rows: int, total: ti.types.ndarray()):

@@ -1,11 +1,11 @@
 """What particles show their neighbours: one row of numbers each, in the units of cells.
 
-    source  x [cells, from its block], v [m/s], S, m, V, z [, R]     read by the momentum sum
+    source  x [cells, from its block], v [m/s], S, m, V, z [, R] [, D]     read by the momentum sum
     moved   x, v, V                                                  read by the velocity gradient
 
 S: stress over density squared [Pa m6/kg2], or stress [Pa], as the form of the momentum sum wants it; in the plane (xx,
 yy, xy) or in space (6 entries). m, V: mass and present volume per cell volume [kg/m3, 1]; z: rho c [kg/m2/s]; R:
-artificial stress, in the measure of S. Dummy particles have rows like particles, after them.
+artificial stress, in the measure of S; D: stretching [m/s/cell]. Dummy particles have rows like particles, after them.
 """
 
 from dataclasses import dataclass
@@ -20,10 +20,11 @@ PLANE = (0, 1, 3)
 
 @dataclass(frozen=True)
 class RowLayout:
-    """Columns of the rows. tension: whether they carry an artificial stress."""
+    """Columns of the rows. tension: whether they carry an artificial stress; ordered: whether a stretching."""
 
     dim: int
     tension: bool = False
+    ordered: bool = False
 
     @property
     def n_stress(self):
@@ -43,11 +44,12 @@ class RowLayout:
     def at(self):
         """First column of each part of a source row."""
         d, n = self.dim, self.n_stress
-        return {"x": 0, "v": d, "S": 2 * d, "m": 2 * d + n, "V": 2 * d + n + 1, "z": 2 * d + n + 2, "R": 2 * d + n + 3}
+        return {"x": 0, "v": d, "S": 2 * d, "m": 2 * d + n, "V": 2 * d + n + 1, "z": 2 * d + n + 2, "R": 2 * d + n + 3,
+                "D": 2 * d + n + 3 + n * self.tension}
 
     @property
     def source_width(self):
-        return 2 * self.dim + self.n_stress * (2 if self.tension else 1) + 3
+        return 2 * self.dim + self.n_stress * (1 + self.tension + self.ordered) + 3
 
     @property
     def moved_width(self):

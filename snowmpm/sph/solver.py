@@ -27,6 +27,7 @@ from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.extrapolation import extrapolation_kernel
 from snowmpm.sph.momentum import momentum_kernel, tally_width
 from snowmpm.sph.neighbours import Group, NeighbourLists, Packs, order_kernel
+from snowmpm.sph.operators import operator_kernel, results
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.update import update_kernels
 from snowmpm.timestep import FLIGHT_LIMIT, Extremes, stable_step
@@ -88,22 +89,23 @@ class SphSolver:
         self._loaded, self.weight_impulse = np.zeros(dim), np.zeros(dim)
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
-        self._closed_in = math.inf
+        self._closed_in, self._graded = math.inf, False
         self._mean = np.zeros(dim)
 
     def _bind(self):
         scheme, store = self.scheme, self.particles
         real = runtime.DTYPES[self.precision][0]
-        layout = RowLayout(self.dim)
+        layout = RowLayout(self.dim, scheme.artificial_stress > 0.0, scheme.disorder_damping > 0.0)
         self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         common = (self.width, scheme.kernel, self.radius, scheme.momentum)
         self._kick, self._sum_tallies = momentum_kernel(
-            layout, real, self.width, scheme.kernel, self.radius, scheme.momentum, 2, scheme.walls, False,
-            scheme.quadratic_viscosity > 0.0)
+            layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
+            round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
+            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
         self._update, self._reduce, self._show = update_kernels(
             store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
-            scheme.gradient == "corrected")
+            scheme.gradient == "corrected", scheme.artificial_stress)
         self._order = order_kernel(store.layout)
         self._lists = NeighbourLists(self.dim, self.precision, self.width)
         if self.boundary.dummies.count:
@@ -119,11 +121,14 @@ class SphSolver:
         with runtime.precision(self.precision):
             if self._closed_in >= SKIN:
                 self.sort()
-            elif self.boundary.dummies.moving:
+            elif self._seen != self.particles.changes:
+                self._show_rows()
+            if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
             self.lead_dummies(self._follow if self._has_dummies else None, self.rows.source)
             self.kick(dt)
             self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
+            self.regularise(dt)
             self.update(dt)
         pushed = max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
         self._closed_in += dt / self.dx * max(2.0 * self._deviation, self.extremes.speed + pushed)
@@ -150,11 +155,49 @@ class SphSolver:
         self._kick(packs.table, self.rows.source, self.rows.moved, lists.entries, lists.runs, lists.n_runs, lists.ints,
                    lists.reals, lists.room, lists.most_runs, dummies.frames, dummies.first_row, self.boundary.table,
                    self._corners, self._loads, self._n_loads, self._tallies, self._tally_of, self._gravity, self.dx, dt,
-                   self.keep, scheme.viscosity, scheme.quadratic_viscosity, 0.0, 0.0, packs.n, packs.shares)
+                   self.keep, scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
+                   scheme.confining_pressure, scheme.surface_coverage, packs.n, packs.shares)
         totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
         if self._n_tallies:
             self._sum_tallies(self._tallies, self._n_tallies, totals)
             self._loaded += self.boundary.add(totals, self._place)
+
+    def regularise(self, dt):
+        """Smooth the elastic strains of the particles, where the scheme asks for it."""
+        kind, store = self.scheme.regularisation, self.particles
+        if kind == "none" or (kind != "diffusion" and (self.steps + 1) % self.scheme.regularisation_interval):
+            return
+        table = store.table()
+        columns = store.layout.columns("elastic")
+        parity = ((), (), (), *((a, b) for a, b in self.rows.layout.pairs if a != b))
+        smooth = self.operate("laplacian" if kind == "diffusion" else kind, table[:, columns], parity)
+        if kind == "diffusion":
+            # In cells: the step that is stable for the sum of both scales
+            number = self.scheme.diffusion * self.materials.wave_speed * 0.5 * self.radius * dt / self.dx
+            smooth = table[:, columns] + number * smooth
+        table[:, columns] = smooth
+        store.overwrite(table)
+        self._seen = store.changes
+
+    def operate(self, kind, values, parity=None):
+        """One of the operators of `sph.operators` on `values` (n,) or (n, k) of the particles, in their order; ->
+        (n, k, dim) of gradients [1/cell], (n, k) of all others (Laplacians: [1/cell2])."""
+        values = np.asarray(values)
+        values = values.reshape(len(values), -1)
+        real, numpy_real = runtime.DTYPES[self.precision]
+        n, k = values.shape
+        with runtime.precision(self.precision):
+            if not math.isfinite(self._closed_in):
+                raise ValueError("the particles must be sorted first")
+            fields = ti.ndarray(ti.types.vector(k, real), (max(1, n),))
+            fields.from_numpy(np.ascontiguousarray(values, numpy_real))
+            out = np.zeros((max(1, n), k * results(kind, self.dim)), numpy_real)
+            lists, packs = self._lists, self._packs
+            operator_kernel(self.rows.layout, real, self.width, self.scheme.kernel, self.radius, kind,
+                            tuple(parity or ((),) * k))(
+                packs.table, self.rows.moved, fields, out, lists.entries, lists.runs, lists.n_runs, lists.reals,
+                lists.room, lists.most_runs, self.boundary.dummies.first_row, packs.n, packs.shares)
+        return out[:n].reshape(n, k, self.dim) if results(kind, self.dim) > 1 else out[:n]
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
@@ -230,6 +273,18 @@ class SphSolver:
             self._order(store.reals, store.turn, store.start, store.target, store.shares)
             store.move(store.count)
             self._follow_blocks()
+            if not self._graded:
+                self._grade()
+
+    def _grade(self):
+        """The velocity gradient that the particles start with, which the damping of disorder takes for order."""
+        self._graded, store = True, self.particles
+        table, columns = store.table(), store.layout.columns
+        velocity = table[:, columns("velocity")]
+        if len(velocity) and np.ptp(velocity, axis=0).any():
+            table[:, columns("affine")] = self.operate("corrected_gradient", velocity).reshape(len(table), -1) / self.dx
+            store.overwrite(table)
+            self._show_rows()
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
@@ -238,13 +293,28 @@ class SphSolver:
 
     def _follow_blocks(self):
         """Lists for particles that lie in the order of their blocks."""
-        store, boundary, layout = self.particles, self.boundary, self.rows.layout
-        blocks = store.blocks
+        self._show_rows()
+        self._built = self._show_state()
+        # Told from the mean motion, which brings no two particles closer
+        velocity = self._built["rows"][:, self.dim : 2 * self.dim].astype(np.float64)
+        self._follow_motion(velocity.mean(axis=0) if len(velocity) else np.zeros(self.dim))
+        self._deviation = float(np.linalg.norm(velocity - self._mean, axis=1).max(initial=0.0))
+        self._closed_in = 0.0
+        self._find_neighbours()
+
+    def _show_rows(self):
+        """Rows of the particles, from the store."""
+        store = self.particles
         self._show(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, self._speeds,
-                   self.rows.source, self.dx, store.count)
+                   self.rows.source, self.rows.moved, self.dx, store.count)
+        self._seen = store.changes
+
+    def _find_neighbours(self):
+        """Lists for the rows as they are."""
+        boundary, blocks = self.boundary, self.particles.blocks
         reach = self.radius + SKIN
         own = Group(-1, blocks)
-        boundary.dummies.place(self.rows, self._place)
+        boundary.dummies.place(self.rows, self._built["time"])
         self._packs = Packs(blocks.start[:-1], np.diff(blocks.start), self.width)
         self._lists.build(self._packs, self.rows.source, blocks.coordinates, [own, *boundary.dummies.groups],
                           boundary.mirrors, reach)
@@ -252,7 +322,7 @@ class SphSolver:
             coordinates, first, counts = boundary.dummies.near(blocks, reach)
             self._dummy_packs = Packs(first, counts, self.width)
             self._dummy_lists.build(self._dummy_packs, self.rows.source, coordinates, [own], boundary.mirrors, reach)
-        self._corners = int_array(EDGE[layout.dim] * blocks.coordinates)
+        self._corners = int_array(EDGE[self.dim] * blocks.coordinates)
         met = np.ones(self._packs.n, bool) if self._n_loads else self._lists.meets_surfaces(self._packs)
         self._tally_of = int_array(np.where(met, np.cumsum(met) - 1, -1))
         self._n_tallies = int(met.sum())
@@ -260,12 +330,13 @@ class SphSolver:
         self._tallies = ti.ndarray(ti.f64, shape)
         if self._reports is None or self._reports.shape[0] < self._packs.n:
             self._reports = ti.ndarray(ti.f64, (int(1.25 * self._packs.n) + 8, report_of.N_REPORT))
-        # Frames are told from the mean motion, which brings no two particles closer
-        velocity = store.column("velocity")
-        self._mean = velocity.mean(axis=0) if len(velocity) else np.zeros(self.dim)
-        self._mean_velocity = real_array(self._mean)
-        self._deviation = float(np.linalg.norm(velocity - self._mean, axis=1).max(initial=0.0))
-        self._closed_in = 0.0
+
+    def _show_state(self):
+        """What the lists are made of: rows of the particles now, and the time that obstacles are shown at."""
+        return {"rows": self.rows.source.to_numpy()[: self.particles.count], "time": self._place}
+
+    def _follow_motion(self, mean):
+        self._mean, self._mean_velocity = mean, real_array(mean)
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
@@ -281,7 +352,6 @@ class SphSolver:
         `mass` [kg]; counts as a load."""
         self.particles.push(numbers, gain)
         self._loaded += mass * np.asarray(gain)
-        self._closed_in = math.inf
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -320,7 +390,17 @@ class SphSolver:
             "frame": self.frame.bounds, "extremes": asdict(self.extremes), "time": self.time, "steps": self.steps,
             "loaded": self._loaded.copy(), "weight_impulse": self.weight_impulse.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
+            "neighbours": self._neighbour_state(),
         }
+
+    def _neighbour_state(self):
+        """Rows as they were when the lists were made and as they are, and how far that is; nothing when new lists come
+        next."""
+        if not math.isfinite(self._closed_in):
+            return {}
+        return {"built": self._built["rows"][:, : self.dim].copy(), "time": self._built["time"],
+                "rows": self._show_state()["rows"], "mean": self._mean, "deviation": self._deviation,
+                "closed_in": self._closed_in}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -335,4 +415,21 @@ class SphSolver:
         self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
         self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
         self.n_plastic = state["n_plastic"]
-        self._closed_in = math.inf
+        self._closed_in, self._graded = math.inf, True
+        lists = state["neighbours"]
+        if lists:
+            self._restore_rows(lists["rows"], lists["built"])
+            self._built = {"rows": lists["built"], "time": lists["time"]}
+            with runtime.precision(self.precision):
+                self._find_neighbours()
+            self._restore_rows(lists["rows"], lists["rows"][:, : self.dim])
+            self._follow_motion(np.asarray(lists["mean"], float))
+            self._deviation, self._closed_in = lists["deviation"], lists["closed_in"]
+            self._seen = self.particles.changes
+
+    def _restore_rows(self, rows, positions):
+        """Set the rows of the particles, at these positions."""
+        whole = self.rows.source.to_numpy()
+        whole[: len(rows)] = rows
+        whole[: len(rows), : self.dim] = positions
+        self.rows.source.from_numpy(whole)

@@ -15,7 +15,8 @@ import taichi as ti
 
 from snowmpm.law_packs import law_functions
 from snowmpm.material_table import DENSITY
-from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.materials.spectral import eigen
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
@@ -38,12 +39,26 @@ REPORT_PARTS = 64
 
 @functools.cache
 def row_functions(layout, row_layout, real, form, epsilon):
-    """`store_row(i, source, x, v, tau, ratio, volume, density, speed)`: what a particle shows its neighbours."""
+    """`store_row(i, source, x, v, L, tau, ratio, volume, density, speed)`: what a particle shows its neighbours."""
     dim, at, entries = layout.dim, row_layout.at, row_layout.entries
 
     @ti.func
-    def store_row(i, source: ti.template(), x, v, tau, ratio, volume, density, speed):
-        """volume: reference volume in cells."""
+    def artificial_stress(S):
+        """R = -epsilon sum_k <S_k> n_k n_k^T over the principal axes in tension (Gray et al. 2001)."""
+        whole = ti.Vector.zero(real, 4 if ti.static(dim == 2) else 6)
+        for k in ti.static(range(row_layout.n_stress)):
+            whole[entries[k]] = S[k]
+        values, axes = eigen(whole)
+        R = ti.Vector.zero(real, row_layout.n_stress)
+        for k in ti.static(range(row_layout.n_stress)):
+            a, b = ti.static(row_layout.pairs[k])
+            for m in ti.static(range(3)):
+                R[k] -= epsilon * ti.max(0.0, values[m]) * axes[a, m] * axes[b, m]
+        return R
+
+    @ti.func
+    def store_row(i, source: ti.template(), x, v, L, tau, ratio, volume, density, speed):
+        """L: velocity gradient a cell; volume: reference volume in cells."""
         row = ti.Vector.zero(real, row_layout.source_width)
         J = ti.min(ratio, LARGEST_GROWTH)
         scale = J / (density * density) if ti.static(form == "density") else 1.0 / J
@@ -51,6 +66,14 @@ def row_functions(layout, row_layout, real, form, epsilon):
             row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
         for k in ti.static(range(row_layout.n_stress)):
             row[at["S"] + k] = scale * tau[entries[k]]
+        if ti.static(row_layout.tension):
+            R = artificial_stress(ti.Vector([row[at["S"] + k] for k in ti.static(range(row_layout.n_stress))]))
+            for k in ti.static(range(row_layout.n_stress)):
+                row[at["R"] + k] = R[k]
+        if ti.static(row_layout.ordered):
+            for k in ti.static(range(row_layout.n_stress)):
+                a, b = ti.static(row_layout.pairs[k])
+                row[at["D"] + k] = 0.5 * (L[a, b] + L[b, a])
         row[at["m"]], row[at["V"]], row[at["z"]] = density * volume, J * volume, density / J * speed
         source[i] = row
 
@@ -58,7 +81,8 @@ def row_functions(layout, row_layout, real, form, epsilon):
 
 
 @functools.cache
-def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, corrected):
+def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, corrected,
+                   epsilon=0.0):
     """`update(...)`, the second half of a step, and `show(...)`, which fills the rows from the particle store."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -68,8 +92,8 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
     stiffens = [function is not None for function in stiffnesses]
     some_stiffen = any(stiffens)
     judged, particle = particle_report(real), response_functions(layout, real, stiffnesses, n_parameters)
-    apply_laws = law_functions(layout, real, laws, n_parameters)
-    store_row = row_functions(layout, row_layout, real, form, 0.0)
+    apply_laws = law_functions(layout, real, laws, n_parameters, width)
+    store_row = row_functions(layout, row_layout, real, form, epsilon)
     symmetric = [(a, b) for a in range(dim) for b in range(a, dim)]
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
@@ -100,7 +124,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
         for e in range(begin, end):
             row = moved[entries[e]]
             xj, vj, Vj = pair.place(reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
-            for lane in range(LANES if ti.static(width > 1) else 1):
+            for lane in range(width):
                 d = xj - read_lane(pack["x"], lane)
                 dv = vj - read_lane(pack["v"], lane)
                 near = -Vj * slope_over_r(ti.sqrt(d.norm_sqr()))
@@ -191,7 +215,8 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
             particle.store_motion(p, reals, places, v, read_matrix_lane(pack["L"], lane))
             particle.store_response(p, reals, places, read_lane(pack["h"], lane), tau, read_lane(pack["state"], lane),
                                     ratio)
-            store_row(p, source, x, v, tau, ratio, pack["volume"][0][lane] / dx**dim, materials[own, DENSITY],
+            store_row(p, source, x, v, dx * read_matrix_lane(pack["L"], lane), tau, ratio,
+                      pack["volume"][0][lane] / dx**dim, materials[own, DENSITY],
                       wave_speed(pack, lane, own, speeds, law_of))
 
     @ti.func
@@ -219,16 +244,26 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
                most_runs: int, mean: ti.types.ndarray(), dt: real, dx: real, reports: ti.types.ndarray(),
                n_packs: int, shares: ti.types.ndarray()):
-        for i in range(chunks(shares)):
-            if is_worker(i):
-                begin, end = chunk(i, shares)
-                places = access.places(reals, turn)
+        if ti.static(width == 1):
+            for k in range(n_packs):
                 blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 work, iterations = blank, count_blank
-                for k in range(begin, end):
-                    update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of, speeds,
-                                source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx, reports)
+                update_pack(pack, work, iterations, k, table, reals, access.places(reals, turn), material, materials,
+                            law_of, speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
+                            reports)
+        else:
+            for i in range(chunks(shares)):
+                if is_worker(i):
+                    begin, end = chunk(i, shares)
+                    places = access.places(reals, turn)
+                    blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
+                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                    work, iterations = blank, count_blank
+                    for k in range(begin, end):
+                        update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of,
+                                    speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
+                                    reports)
 
     @ti.kernel
     def reduce(reports: ti.types.ndarray(), n_packs: int, report: ti.types.ndarray()):
@@ -238,11 +273,17 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
 
     @ti.kernel
     def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(), dx: real, count: int):
+             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
+             moved: ti.types.ndarray(),
+             dx: real, count: int):
         for p in range(count):
             places = access.places(reals, turn)
             own = ti.cast(material[p], ti.i32)
-            tau = access.load(reals, places, p, at["stress"], sym_size)
+            tau, L = access.load(reals, places, p, at["stress"], sym_size), ti.Matrix.zero(real, dim, dim)
+            slopes = access.load(reals, places, p, at["affine"], dim * dim)
+            for a in ti.static(range(dim)):
+                for b in ti.static(range(dim)):
+                    L[a, b] = slopes[a * dim + b]
             state = access.load(reals, places, p, at["state"], layout.state_size)
             speed = ti.cast(speeds[own], real)
             for k in ti.static(range(len(stiffens))):
@@ -251,9 +292,12 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                         prm = particle.parameters_of(materials, own)
                         speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
             store_row(p, source, access.load(reals, places, p, at["position"], dim),
-                      access.load(reals, places, p, at["velocity"], dim), tau,
+                      access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
                       access.load(reals, places, p, at["volume_ratio"], 1)[0],
                       access.load(reals, places, p, at["volume"], 1)[0] / dx**dim, materials[own, DENSITY], speed)
+            for a in ti.static(range(2 * dim)):
+                moved[p][a] = source[p][a]
+            moved[p][2 * dim] = source[p][row_layout.at["V"]]
 
     def update_packs(*arguments):
         with plain_compilation():

@@ -1,17 +1,12 @@
 """Propagation saw test with an elastic weak layer against WEAC (validation case S1).
 
 WEAC (Rosendahl & Weissgraeber 2020, doi:10.5194/tc-14-115-2020) is a Timoshenko beam on an elastic layer, solved in
-closed form in a program of its own: nothing is shared but the numbers of the scene. Slab 250 kg/m3, 0.5 m, 3 MPa; weak
-layer 50 mm, 0.5 MPa; both nu = 0.3, plane strain. It cuts from the right and counts angles against the clock: its -35
+closed form in a program of its own: nothing is shared but the numbers of `elastic_saw_test`. It cuts
+from the right and counts angles against the clock: its -35
 degrees are a saw that goes up a slope of 35 degrees.
 
-The cut is there from the start. The slab starts in the state of an infinite slope and is brought to rest; WEAC's
-deflection contains the settlement of that state, sigma / k_n. The energy release rate is the difference of the
-potential energy of two cuts, -dPi/da, against the mean of WEAC's over them.
-
-WEAC takes the weak layer for springs, k_n = E / (1 - nu^2) t and k_t = G / t. A real layer between a slab and ground
-cannot widen: its k_n is that of oedometric compression, 23 % more at nu = 0.3 (in WEAC: 7 % less deflection). Here it
-has the E and nu whose oedometric modulus and G are WEAC's: nu' = nu / (1 + nu), E' = E (1 + nu') / (1 + nu).
+WEAC's deflection contains the settlement of an infinite slope, sigma / k_n; its energy release rate is the mean over
+what lies between two cuts. WEAC takes the weak layer for springs; the layer here has the stiffness of its springs.
 
 What the beam leaves out, finite elements of the same layers tell (`slab_on_layer`): they give 1 to 3 % more deflection
 than WEAC, and 10 and 12 % more energy release rate between cuts of 0.1 and 0.3 m, on the flat and up the slope: a cut
@@ -24,16 +19,14 @@ import itertools
 import numpy as np
 import pytest
 
-import snowmpm
+from snowmpm.study.problems import elastic_saw_test
+from snowmpm.study.problems.elastic_saw_test import LENGTH, WEAK_LAYER
+from snowmpm.study.problems.schemes import Scheme
 from tests.verification.slab_on_layer import Elastic, cut_slab, resting_settlement
 
 weac = pytest.importorskip("weac", reason="WEAC is in the dev extra")
 
 CUTS = (0.1, 0.3, 0.5, 1.0)  # m
-LENGTH = 2.0  # m; WEAC says that 6 m change nothing
-BONDED = 0.3 / 1.3
-WEAK_LAYER = {"kind": "elastic", "density": 100.0, "youngs_modulus": 0.5e6 * (1.0 + BONDED) / 1.3,
-              "poisson_ratio": BONDED}
 NORMAL_STIFFNESS = 0.5e6 / 0.91 / 0.05  # Pa/m, of WEAC: plane strain, E / (1 - nu^2) / t
 
 
@@ -64,30 +57,7 @@ def test_weac_itself(cut, slope_angle, rate, deflection):
 
 @functools.cache
 def at_rest(cut, slope_angle, dx):
-    """Potential energy Pi [J/m] and deflection of the free end [m], from the state of an infinite slope."""
-    simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {
-        "solver.dx": dx, "solver.transfer": "apic", "materials.weak_layer": WEAK_LAYER, "initial.stress": "geostatic",
-        "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
-        "saw_test.slope_angle": slope_angle, "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}}))
-    solver = simulation.solver
-    # First frequency of a beam clamped 0.3 m beyond the cut; 0.6 of it with the shear of so short a beam (measured)
-    omega = 0.6 * 3.516 * np.sqrt(3e6 / 0.91 * 0.5**2 / 12.0 / 250.0) / (cut + 0.3) ** 2
-    peak, kinetic = 0.0, np.inf
-    while solver.time < 3.0 / omega or kinetic > 1e-6 * peak:
-        dt, _ = solver.stable_dt()
-        solver.keep = 1.0 - 2.0 * omega * dt
-        simulation.step()
-        if solver.steps % 50 == 0:
-            kinetic = float(solver.particles.masses() @ (solver.particles.column("velocity") ** 2).sum(axis=1))
-            peak = max(peak, kinetic)
-        assert solver.time < 60.0 / omega, "does not come to rest"
-    particles = simulation.particles
-    moved = particles["position"] - simulation.model.population.positions[particles["id"]]
-    elastic = solver.materials.elastic_energy(particles["material"], particles.kirchhoff(), particles.state(),
-                                              particles["volume"] / particles["J"])
-    settled = simulation.crack.values()["settlement"][-1].astype(float)
-    end = 1.5 * settled[0] - 0.5 * settled[1]  # from the middle of the first bin to its edge
-    return elastic - float(particles["mass"] @ (moved @ solver.gravity)), end
+    return elastic_saw_test.at_rest(Scheme("apic", precision="f32"), cut, slope_angle, dx)
 
 
 @functools.cache
@@ -151,6 +121,12 @@ def test_a_cut_shorter_than_the_slab_is_high_is_no_beam(slope_angle, least):
     off = rates_and_ends(by_elements, slope_angle)[0] / rates_of_weac(slope_angle) - 1.0
     assert off[0] > least
     assert (np.abs(off[1:]) < 0.06).all()
+
+
+def test_the_answer_of_the_study():
+    """`elastic_saw_test.FLAT`, by elements."""
+    rates, ends = rates_and_ends(by_elements, 0.0, elastic_saw_test.CUTS)
+    assert pytest.approx((rates[0], ends[1]), rel=1e-4) == elastic_saw_test.FLAT
 
 
 def test_energy_release_rate_on_the_flat_coarse():
