@@ -32,7 +32,7 @@ SCENES = {  # distances of particles [m], and what is changed in the scene
     "column_collapse_2d": ((0.01, 0.00667, 0.005), {"materials.sand.youngs_modulus": 5.04e5, "end_time": 0.8}),
     "sand_between_plates": ((0.01, 0.00667, 0.005), {"end_time": 0.6}),
     "elastic_beam": ((0.1 / 6, 0.1 / 9, 0.1 / 12), {"end_time": 1.2}),
-    "oedometer": ((0.125, 0.0833333, 0.0625), {}),
+    "oedometer": ((0.0625, 0.05, 0.025), {}),
     "flume_impact": ((0.025, 0.0167, 0.0125), {"materials.sand.youngs_modulus": 5.4e5, "end_time": 2.0}),
 }
 COLUMNS = ("scene", "method", "particle_spacing_m", "particles", "steps", "time_s", "ns_per_particle_step", "error",
