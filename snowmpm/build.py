@@ -311,12 +311,10 @@ def rounded_down(limit):
     return f"{np.floor(limit / scale * (1.0 + 1e-12)) * scale:.3g}"
 
 
-def describe(scene):
+def describe(model, solver):
     """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory" [bytes], "bytes_per_particle",
-    "fields", "dt" [s], "dt_cause", "steps", "run_time" [s], "domain"}. Raises InputError as `build` does."""
-    model = build(scene)
-    solver = model.solver()
-    check_step(scene, solver)
+    "fields", "dt" [s], "dt_cause", "steps", "domain"}."""
+    scene = model.scene
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt
@@ -333,6 +331,5 @@ def describe(scene):
         "dt": dt,
         "dt_cause": "fixed" if scene.solver.dt else cause,
         "steps": steps,
-        "run_time": steps * (3e-4 + particles * {2: 75e-9, 3: 130e-9}[scene.dimension]),
         "domain": (model.lower.tolist(), model.upper.tolist()),
     }

@@ -70,7 +70,8 @@ MAY_IMPORT = {
         "sph",
         "composition",
     },
-    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study"},
+    "advice": {"errors", "common", "scenes", "composition"},
+    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study", "advice"},
 }
 COMPOSITION = {
     "snowmpm",
