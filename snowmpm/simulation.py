@@ -47,6 +47,7 @@ class Simulation:
 
     @property
     def n_particles(self):
+        """Particles that are in the domain now."""
         return self.solver.particles.count
 
     @property
