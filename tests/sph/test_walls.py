@@ -113,6 +113,7 @@ def test_a_barrier_holds_what_stresses_of_dummies_do_not():
     assert leaked(True, "copied") == 0
 
 
+@pytest.mark.slow
 def test_confining_pressure_acts_on_free_surfaces_alone():
     """A free block under 1 kPa all around: that is the pressure inside, to 0.2 %; particles are not told where the
     surface is."""
