@@ -5,11 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm import memory, runtime
 from snowmpm.blocks import MOST_FIELDS
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
+from snowmpm.io import layout
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.saw_test.saw import Saw
@@ -253,6 +254,10 @@ def _stress_from_weight(model):
     for m, law in enumerate(model.laws):
         own = population.material == m
         elastic = law.h_from_stress(tau[own])
+        if not np.isfinite(elastic).all():
+            name, load = list(scene.materials)[m], np.abs(tau[own]).max()
+            raise InputError(f"{scene.source}: materials.{name}: too soft for initial.stress ="
+                             f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa, the weight upon it')
         for c, (i, j) in enumerate(components):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
 
@@ -275,6 +280,9 @@ def check_step(scene, solver):
                    f" {scene.dimension}-D, these materials)")
         raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
     fixed, (limit, cause) = chosen.dt, solver.critical_dt()
+    if not limit > 0.0:
+        raise InputError(f"{scene.source}: no time step is stable ({cause} limit: {limit} s): the numbers of a material"
+                         " or a velocity are out of reach")
     if fixed and fixed > limit:
         allowed = (f"unstable: must be at most {rounded_down(limit)} s here ({cause} limit);"
                    " leave it out for an adaptive step")
@@ -287,13 +295,21 @@ def rounded_down(limit):
     return f"{np.floor(limit / scale * (1.0 + 1e-12)) * scale:.3g}"
 
 
+def _run_file(scene, particles):
+    """Expected size of the run file [bytes]."""
+    frames = 1 + max(1, round(scene.end_time / scene.output.interval))
+    components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in scene.output.fields)
+    return layout.expected_size(scene.dimension, frames, particles, components)
+
+
 def describe(scene):
-    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory" [bytes], "bytes_per_particle",
-    "fields", "dt" [s], "dt_cause", "steps", "run_time" [s], "domain"}. Raises InputError as `build` does."""
+    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
+    "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "run_time" [s],
+    "domain"}. Raises InputError as `build` does."""
     model = build(scene)
     solver = model.solver()
     check_step(scene, solver)
-    counts = np.diff([*model.body_starts, len(model.population.volumes)])
+    store, counts = solver.particles, np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt
     steps = int(np.ceil(scene.end_time / dt))
@@ -303,7 +319,10 @@ def describe(scene):
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": solver.particles.mass,
         "blocks": len(solver.particles.blocks),
-        "memory": int(solver.particles.bytes_per_particle * particles + solver.grid.bytes),
+        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, store.layout.width,
+                                solver.grid.bytes),
+        "run_file": _run_file(scene, particles),
+        "checkpoint": particles * store.layout.width * store.numpy_dtype().itemsize + 8 * particles,
         "bytes_per_particle": solver.particles.bytes_per_particle,
         "fields": dict(solver.particles.layout.sizes),
         "dt": dt,
