@@ -3,6 +3,7 @@
 if __name__ != "snowmpm.render":
     raise ImportError("import this package as snowmpm.render")
 
+from snowmpm.render.compare_plot import ComparedRun, Comparison, render_comparison
 from snowmpm.render.compression_plot import render_compression
 from snowmpm.render.element_plot import ElementCurves, render_element
 from snowmpm.render.history_plot import render_history
@@ -15,5 +16,6 @@ from snowmpm.render.thalweg_plot import render_thalweg
 PLOTS = {"history": render_history, "compression": render_compression, "saw_test": render_saw_test}
 """Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
 
-__all__ = ["PLOTS", "ElementCurves", "notes_of", "render_compression", "render_element", "render_history",
-           "render_map", "render_run", "render_saw_test", "render_strip", "render_thalweg"]
+__all__ = ["PLOTS", "ComparedRun", "Comparison", "ElementCurves", "notes_of", "render_comparison",
+           "render_compression", "render_element", "render_history", "render_map", "render_run", "render_saw_test",
+           "render_strip", "render_thalweg"]

@@ -7,10 +7,10 @@ from pydantic import Field, field_validator, model_validator
 from snowmpm.materials import LAWS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, Vector, by_type, dimension
-from snowmpm.scenes.spec import Fraction, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
-OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J")
+OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J", "id")
 OF_LAWS = tuple(sorted({name for law in LAWS.values() for name in law.OUTPUTS}))
 FieldName = Literal[(*OF_EVERY_SCENE, *OF_LAWS)]
 
@@ -36,6 +36,56 @@ class Output(Spec):
         return fields
 
 
+class Sph(Spec):
+    """How SPH sums over neighbours."""
+
+    kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
+    smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
+    """smoothing length h over dx [-]; kernels reach 2 h"""
+    gradient: Literal["corrected", "plain"] = "corrected"
+    """corrected: velocity gradients exact for linear fields, at free surfaces too; plain: as the kernel gives them"""
+    momentum: Literal["density", "volume", "difference"] = "density"
+    """form of the sum of forces: density, stresses over squared densities; volume, the same for neighbours of unlike
+    density; difference, which does not conserve momentum and blows up on irregular particles: for comparison"""
+    viscosity: NonNegative = 0.1
+    """alpha of the artificial viscosity [-]; more makes run-outs shorter"""
+    quadratic_viscosity: NonNegative = 0.0
+    """beta of it, against particles that fly into each other [-]"""
+    disorder_damping: NonNegative = 0.5
+    """gamma of a viscosity that acts on what is not a common stretching of neighbours [-]: keeps order in tension and
+    leaves smooth motion alone"""
+    walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
+    """stress of the dummy particles in terrain, sides and obstacles: extrapolated from the particles near them; copied
+    from the particle that looks; most_compressive: extrapolated, but the pressure on the wall the largest nearby"""
+    barrier: Annotated[bool, Field(strict=True)] = True
+    """whether walls also stop particles that come within a tenth of dx of them, without rebound"""
+    artificial_stress: NonNegative = 0.0
+    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.3 to 0.5, beside a viscosity"""
+    artificial_stress_power: Annotated[Number, Field(ge=1.0, le=8.0, multiple_of=0.5)] = 4.0
+    """n of it: its share falls with the distance as W(r)^n [-]"""
+    regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
+    """of elastic strains, and so of stresses, against noise: mean of neighbours (shepard), its linear fit (mls), both
+    every regularisation_interval steps, or diffusion in every step"""
+    regularisation_interval: Annotated[int, Field(strict=True, ge=1)] = 20
+    """steps between two means"""
+    diffusion: NonNegative = 0.1
+    """xi of the diffusion, xi c h grad^2 [-]"""
+    confining_pressure: NonNegative = 0.0
+    """pressure on free surfaces [Pa]"""
+    surface_coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] = Field(
+        default_factory=lambda: 0.55 if dimension() == 2 else 0.70
+    )
+    """sum of V W of the neighbours below which a particle lies at a free surface [-]: 0.55 in 2-D, 0.70 in 3-D when
+    missing"""
+
+    @model_validator(mode="after")
+    def _damped(self):
+        if self.artificial_stress > 0.0 and self.viscosity == 0.0:
+            raise refuse("needs a viscosity above 0, without which it is unstable", "artificial_stress",
+                         self.artificial_stress)
+        return self
+
+
 class Solver(Spec):
     """The method and its discretisation."""
 
@@ -55,7 +105,7 @@ class Solver(Spec):
     particles_per_cell: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         default_factory=lambda: 4 if dimension() == 2 else 8
     )
-    """particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing"""
+    """mpm: particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]; when missing 0.4, or 0.8 of the largest stable
@@ -63,6 +113,17 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
+    sph: Sph = Sph()
+    """of method = "sph" """
+
+    @property
+    def filling(self):
+        """Particles in a full cell at the start."""
+        return 1 if self.method == "sph" else self.particles_per_cell
+
+    def spacing(self, dimension):
+        """Mean distance of particles at the start [m]."""
+        return self.dx / self.filling ** (1.0 / dimension)
 
 
 class Sides(Spec):

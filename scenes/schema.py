@@ -12,6 +12,7 @@ from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
+from snowmpm.scenes.reference import OF_SPACE, Reference
 from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
@@ -20,18 +21,23 @@ from snowmpm.scenes.toml import to_toml
 
 
 class Initial(Spec):
-    """Stress at time zero: none, geostatic (in balance with the weight), or settled by quasi-static relaxation."""
+    """Stress at time zero: none, geostatic (in balance with the weight), settled by quasi-static relaxation, or an
+    isotropic pressure that walls hold."""
 
-    stress: Literal["none", "geostatic", "settle"] = "none"
+    stress: Literal["none", "geostatic", "settle", "isotropic"] = "none"
     lateral_pressure: NonNegative | None = None
     """pressure along the layers over that across them, K0 [-]; the elastic value of each material when missing"""
+    pressure: Positive | None = None
+    """isotropic: the pressure in all material [Pa]"""
     tolerance: Positive = 2e-3
     """settle: largest speed over sqrt(g D), D the depth of the snow, and share of the weight that is not carried [-]"""
 
     @model_validator(mode="after")
     def _has_stress(self):
-        if self.stress == "none" and self.lateral_pressure is not None:
+        if self.stress in ("none", "isotropic") and self.lateral_pressure is not None:
             raise refuse('needs stress = "geostatic" or "settle"', "lateral_pressure", self.lateral_pressure)
+        if (self.stress == "isotropic") != (self.pressure is not None):
+            raise refuse('stress = "isotropic" and pressure belong together', "pressure", self.pressure)
         return self
 
 
@@ -62,6 +68,8 @@ class Scene(Spec):
     initial: Initial = Initial()
     saw_test: SawTest | None = None
     """a propagation saw test, which makes bodies and domain; x and z are then along the slope and normal to it"""
+    reference: Reference | None = None
+    """what is known of the scene, for `snowmpm compare`; the simulation takes no notice of it"""
     picture: Picture = Picture()
     """of the gallery"""
 
@@ -79,6 +87,8 @@ class Scene(Spec):
     @model_validator(mode="after")
     def _names_exist(self):
         _check_references(self)
+        if self.reference is not None:
+            _check_answer(self)
         return self
 
     @property
@@ -152,3 +162,19 @@ def _check_references(scene):
         if event.body not in bodies:
             near = did_you_mean(event.body, bodies)
             raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"events.{i}.body", event.body)
+
+
+def _check_answer(scene):
+    """The kind of answer must suit the dimension, and the obstacles that it names be there."""
+    kind = scene.reference.kind
+    wanted = 3 if kind in OF_SPACE else 2
+    if scene.dimension != wanted:
+        raise refuse(f"exists only in a {wanted}-D scene, and this one has dimension = {scene.dimension}",
+                     "reference.kind", kind)
+    obstacles = [obstacle.name for obstacle in scene.obstacles]
+    for key in ("piston", "wall", "bed"):
+        name = getattr(scene.reference, key, None)
+        if name is not None and name not in obstacles:
+            near = did_you_mean(name, obstacles)
+            raise refuse(f"must be one of the obstacles: {', '.join(obstacles) or 'none'}{near}", f"reference.{key}",
+                         name)

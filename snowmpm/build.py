@@ -16,6 +16,7 @@ from snowmpm.population import Population
 from snowmpm.saw_test.saw import Saw
 from snowmpm.seeding import seed_body
 from snowmpm.solids import Obstacle, inside_any
+from snowmpm.sph.solver import SphSolver
 from snowmpm.terrain import DistanceField, load_terrain
 
 TERRAIN_REACH = 5.0
@@ -88,12 +89,15 @@ class Model:
         sides = [[names.get(f"{axis}_{end}", "open") for end in ("min", "max")] for axis in axes]
         terrain = scene.terrain
         contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
-        return MpmSolver(self.population, self.laws, dx=scene.solver.dx, precision=scene.solver.precision,
-                         origin=self.lower, lower=self.lower, upper=self.upper, gravity=scene.gravity_vector,
-                         cfl=scene.solver.cfl, kernel=scene.solver.kernel, gradient=scene.solver.gradient,
-                         transfer=scene.solver.transfer, flip_ratio=scene.solver.flip_ratio,
-                         terrain=self.distance, sides=sides, obstacles=self.obstacles,
-                         body_friction=_body_friction(scene), **contact)
+        chosen = scene.solver
+        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
+                  "upper": self.upper, "gravity": scene.gravity_vector, "cfl": chosen.cfl, "terrain": self.distance,
+                  "sides": sides, "obstacles": self.obstacles, **contact}
+        if chosen.method == "sph":
+            return SphSolver(self.population, self.laws, scheme=chosen.sph, **common)
+        return MpmSolver(self.population, self.laws, kernel=chosen.kernel, gradient=chosen.gradient,
+                         transfer=chosen.transfer, flip_ratio=chosen.flip_ratio, body_friction=_body_friction(scene),
+                         **common)
 
     def events(self):
         """The scene's events, ready to be applied; last the saw of a saw test."""
@@ -119,18 +123,27 @@ def build(scene):
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles)
-    if scene.initial.stress != "none":
+    if scene.initial.stress == "isotropic":
+        _uniform_pressure(model)
+    elif scene.initial.stress != "none":
         _stress_from_weight(model)
     return model
 
 
 def _refuse_unbuilt(scene):
     """Choices of the schema that this version does not compute."""
-    solver = scene.solver
-    if solver.method != "mpm":
-        raise InputError.at("solver.method", solver.method, 'this version computes "mpm" only', scene.source)
+    if scene.solver.method == "sph":
+        _refuse_beyond_sph(scene)
     if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
         raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
+
+
+def _refuse_beyond_sph(scene):
+    """What only the grid can do."""
+    for i, body in enumerate(scene.bodies):
+        if body.contact == "separate":
+            raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'
+                                ' one continuum, contact = "shared"', scene.source)
 
 
 def _surface(scene):
@@ -177,7 +190,7 @@ def _seed(scene, surface, obstacles):
     for i, body in enumerate(scene.bodies):
         try:
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
-                              particles_per_cell=solver.particles_per_cell, sampling=solver.sampling,
+                              particles_per_cell=solver.filling, sampling=solver.sampling,
                               base_dir=scene.base_dir)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
@@ -237,7 +250,7 @@ def _stress_from_weight(model):
     shapes = [(body.shape if body.shape.kind == "layer" else None, scene.materials[body.material].density)
               for body in scene.bodies]
     query = model.distance.query if model.distance else None
-    spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+    spacing = scene.solver.spacing(scene.dimension)
     if scene.saw_test:
         load, normals = _load_in_column(scene, population.positions)
     else:
@@ -246,6 +259,21 @@ def _stress_from_weight(model):
     given = scene.initial.lateral_pressure
     k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
     tau = geostatic_stress(population.positions, load, normals, scene.gravity_vector, k0)
+    _give_stress(model, tau)
+
+
+def _uniform_pressure(model):
+    """The same isotropic pressure everywhere."""
+    n = len(model.population.volumes)
+    _give_stress(model, np.tile(-model.scene.initial.pressure * np.eye(3), (n, 1, 1)))
+
+
+def _give_stress(model, tau):
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it.
+
+    Raises InputError for a material that cannot carry it.
+    """
+    scene, population = model.scene, model.population
     if scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
         components = [(0, 0), (1, 1), (2, 2), (0, 1)]
@@ -257,7 +285,7 @@ def _stress_from_weight(model):
         if not np.isfinite(elastic).all():
             name, load = list(scene.materials)[m], np.abs(tau[own]).max()
             raise InputError(f"{scene.source}: materials.{name}: too soft for initial.stress ="
-                             f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa, the weight upon it')
+                             f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa')
         for c, (i, j) in enumerate(components):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
 
@@ -274,10 +302,9 @@ def _load_in_column(scene, positions):
 
 def check_step(scene, solver):
     """Refuse a cfl beyond the critical one of the scheme, and a fixed step that is unstable from the start."""
-    chosen, scheme = scene.solver, f"{scene.solver.kernel} kernel, {scene.solver.gradient} gradient"
+    chosen = scene.solver
     if chosen.cfl and chosen.cfl > solver.critical_cfl:
-        allowed = (f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {chosen.transfer} ({scheme},"
-                   f" {scene.dimension}-D, these materials)")
+        allowed = f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {solver.scheme_name}"
         raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
     fixed, (limit, cause) = chosen.dt, solver.critical_dt()
     if not limit > 0.0:
@@ -320,7 +347,7 @@ def describe(scene):
         "mass": solver.particles.mass,
         "blocks": len(solver.particles.blocks),
         "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, store.layout.width,
-                                solver.grid.bytes),
+                                solver.bytes),
         "run_file": _run_file(scene, particles),
         "checkpoint": particles * store.layout.width * store.numpy_dtype().itemsize + 8 * particles,
         "bytes_per_particle": solver.particles.bytes_per_particle,

@@ -29,7 +29,7 @@ WALL_INTERVAL = 120.0
 LARGEST_SHARE = 0.05
 """Share of the wall time that such checkpoints may take."""
 
-FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture")
+FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture", "reference")
 """What a scene may change between a checkpoint and its continuation: keys, or tables with all their keys."""
 
 

@@ -116,7 +116,7 @@ class Audit:
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last: the particles may have to be sorted for it, and some removed
         motion = row["kinetic_energy"] + row["affine_energy"]
-        row["null_space_noise"] = 1.0 - solver.grid_kinetic_energy() / motion if motion > 0.0 else 0.0
+        row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row
 
     def _momentum_residual(self, momentum):

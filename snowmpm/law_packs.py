@@ -5,19 +5,20 @@ import functools
 import taichi as ti
 
 from snowmpm.materials.law import REDO
-from snowmpm.materials.packs import read_lane, update_lane, update_pack
+from snowmpm.materials.packs import LANES, read_lane, update_lane, update_pack
 from snowmpm.response import response_functions
 
 
 @functools.cache
-def law_functions(layout, real, laws, n_parameters):
+def law_functions(layout, real, laws, n_parameters, width=LANES):
     """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
 
+    width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
     laws: (update, lanes, stiffness) of each, the last two None where a law has none. pack: arrays of a number a lane
     by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2.
     """
     n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
-    has_lanes, some_stiffen = ([function is not None for function in lanes],
+    has_lanes, some_stiffen = ([function is not None and width == LANES for function in lanes],
                                any(function is not None for function in stiffnesses))
     particle = response_functions(layout, real, stiffnesses, n_parameters)
 

@@ -197,6 +197,8 @@ class ParticleStore:
         self.material = ti.ndarray(ti.u8, max(1, capacity))
         self.identity, self.target = (ti.ndarray(ti.i32, max(1, capacity)) for _ in range(2))
         self.turn, self.count = 0, 0
+        self.changes = 0
+        """How often columns were written from outside a step: who keeps copies of them has to look again."""
         self._kernels = store_kernels(layout, dtype)
 
     def fill(self, columns, material, identity):
@@ -231,6 +233,7 @@ class ParticleStore:
 
     def overwrite(self, table):
         """Put back a changed copy of `table()`."""
+        self.changes += 1
         if self.count:
             self._kernels.write(self.reals, self.turn, np.ascontiguousarray(table, self.numpy_dtype))
 

@@ -88,7 +88,7 @@ class Recorder:
 
     def _provenance(self):
         scene = self._simulation.scene
-        spacing = scene.solver.dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        spacing = scene.solver.spacing(scene.dimension)
         return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),

@@ -33,15 +33,15 @@ class Rest:
 
 
 def settle(solver, tolerance, depth):
-    """Relax an `MpmSolver` to rest, set its clock to zero; -> `Rest`. depth: D [m]."""
+    """Relax a solver to rest, set its clock to zero; -> `Rest`. depth: D [m]."""
     scale = math.sqrt(max(float(np.linalg.norm(solver.gravity)) * depth, 1e-30))
-    flip_ratio, solver.flip_ratio = solver.flip_ratio, 0.0  # FLIP would keep noise that no node sees
+    solver.begin_settling()
     rest = Rest(False, math.inf, math.inf, 0)
     while not rest.settled and rest.steps < MOST_STEPS:
         speed, imbalance = _window(solver)
         rest = Rest(speed <= tolerance * scale and imbalance <= tolerance, speed / scale, imbalance,
                     rest.steps + WINDOW)
-    solver.keep, solver.flip_ratio = 1.0, flip_ratio
+    solver.end_settling()
     solver.restart_clock()
     return rest
 

@@ -113,6 +113,7 @@ class SortedParticles(ParticleStore):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
         (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
         real, numpy_real = runtime.DTYPES[self.precision]
+        self.changes += 1
         line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
         with runtime.precision(self.precision):
             return sever_kernel(self.layout, real)(
@@ -121,6 +122,7 @@ class SortedParticles(ParticleStore):
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""
+        self.changes += 1
         real, numpy_real = runtime.DTYPES[self.precision]
         with runtime.precision(self.precision):
             push_kernel(self.layout, real)(self.reals, self.turn, self.identity, np.asarray(gain, numpy_real), *numbers,

@@ -31,6 +31,7 @@ MAY_IMPORT = {
     "scenes": {"materials", "errors"},
     "io": {"errors"},
     "compression": set(),
+    "comparison": {"materials", "io", "errors"},
     "render": {"compression", "io", "errors"},
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "errors"},
@@ -69,12 +70,13 @@ MAY_IMPORT = {
         "sph",
         "composition",
     },
-    "cli": {"errors", "common", "materials", "scenes", "io", "render", "composition", "study"},
+    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study"},
 }
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery", "first_scene")),
+    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery",
+                                     "first_scene")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
@@ -82,6 +84,7 @@ FORBIDDEN = {
     "materials": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "scenes": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "io": PICTURES | COMPUTE | {"trimesh", "typer", "rich"},
+    "comparison": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli import check, element, gallery, info, listing, maps, new, plot, render, run, study
+from snowmpm.cli import check, compare, element, gallery, info, listing, maps, new, plot, render, run, study
 from snowmpm.cli.errors import guarded
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
@@ -46,6 +46,7 @@ app.command("render")(guarded(render.render))
 app.command("plot")(guarded(plot.plot))
 app.command("maps")(guarded(maps.maps))
 app.command("info")(guarded(info.info))
+app.command("compare")(guarded(compare.compare))
 app.command("gallery")(guarded(gallery.gallery))
 app.command("element")(guarded(element.element))
 app.command("study")(guarded(study.study))

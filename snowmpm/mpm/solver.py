@@ -50,6 +50,7 @@ class MpmSolver:
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
         self.basis, self._gradient = kernel, gradient
         stiffness = max(grain_stiffness(law, dim) for law in laws)
+        self.scheme_name = f"{transfer} ({kernel} kernel, {gradient} gradient, {dim}-D, these materials)"
         self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
         self.cfl = cfl or usual_cfl(self.critical_cfl)
         frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
@@ -194,6 +195,14 @@ class MpmSolver:
         particles = self.particles
         return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.shares)
 
+    def begin_settling(self):
+        """Before the damped steps of `settling`."""
+        self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
+
+    def end_settling(self):
+        """After them."""
+        self.keep, self.flip_ratio = 1.0, self._usual_flip_ratio
+
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
@@ -243,6 +252,15 @@ class MpmSolver:
                 self.sort()
             self.particles_to_grid(0.0)
         return grid_kinetic_energy(self.grid)
+
+    def null_space_noise(self, energy):
+        """Share of the kinetic energy of the particles [J] that the grid cannot see."""
+        return 1.0 - self.grid_kinetic_energy() / energy
+
+    @property
+    def bytes(self):
+        """Memory of everything but the particles."""
+        return self.grid.bytes
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -34,16 +34,16 @@ BEGIN, END, SURFACE, MIRRORED = range(4)
 class Packs:
     """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; shares: chunks for kernels."""
 
-    def __init__(self, start, width, first_row=0):
-        """start (blocks + 1,): first particle of each block; first_row: of all of them."""
-        counts = np.diff(start)
+    def __init__(self, first, counts, width):
+        """first, counts (blocks,): first row of each block, and how many it has."""
+        first, counts = np.asarray(first, np.int64), np.asarray(counts, np.int64)
         n_packs = -(-counts // width)
         block = np.repeat(np.arange(len(counts)), n_packs)
         number = np.arange(len(block)) - np.repeat(np.cumsum(n_packs) - n_packs, n_packs)
-        first = start[block] + width * number
         self.n = len(block)
-        self.host = np.stack([first + first_row, np.minimum(width, start[block + 1] - first), block], axis=1)
-        self.table = int_array(self.host)
+        self.blocks = block
+        size = np.minimum(width, counts[block] - width * number)
+        self.table = int_array(np.stack([first[block] + width * number, size, block], axis=1))
         self.shares = int_array(shares(np.ones(self.n)))
 
 
@@ -58,14 +58,15 @@ class Group:
 def candidates(targets, groups, mirrors, reach):
     """Which groups of rows may hold neighbours of each block.
 
-    targets: `BlockMap`; groups: [Group]; mirrors: [(surface, axis, level [cells])]; reach [cells].
+    targets: block coordinates (blocks, dim); groups: [Group]; mirrors: [(surface, axis, level [cells])]; reach [cells].
     -> start (blocks + 1,), ints (m, 4): BEGIN, END, SURFACE (of the mirror for particles seen in one), MIRRORED;
     reals (m, 2 dim): signs and offsets.
     """
-    dim, edge = targets.dim, EDGE[targets.dim]
+    dim = targets.shape[1]
+    edge = EDGE[dim]
     rings = int(np.ceil(reach / edge - 1e-9))
     ints, reals, owner = [], [], []
-    home = targets.coordinates
+    home = np.asarray(targets, np.int64)
     every = np.arange(len(targets))
 
     def add(block, group, number, step, mirrored):
@@ -133,6 +134,7 @@ class NeighbourLists:
         self.reals = ti.ndarray(self._real, (max(1, len(reals)), 2 * self.dim))
         if len(reals):
             self.reals.from_numpy(reals.astype(self._numpy_real))
+        self._host = ints[:, SURFACE], start
         self.most_runs = int(max(1, np.diff(start).max(initial=1)))
         counts = np.zeros(max(1, packs.n), np.int32)
         while True:
@@ -144,6 +146,13 @@ class NeighbourLists:
                 break
             self.room = int(1.1 * largest) + 8
         self.counts = counts[: packs.n]
+
+    def meets_surfaces(self, packs):
+        """Which packs lie in a block near a surface, (n,)."""
+        surfaces, owner = self._host
+        near = np.zeros(len(owner) - 1, bool)
+        near[np.repeat(np.arange(len(near)), np.diff(owner))[surfaces >= 0]] = True
+        return near[packs.blocks]
 
     def _make_room(self, n):
         n = max(1, n)
@@ -170,7 +179,6 @@ def find_kernel(dim, real, width, _key):
         first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
         x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
         low, high = ti.Vector.zero(real, dim), ti.Vector.zero(real, dim)
-        reach = ti.sqrt(reach2)
         for lane in range(count):
             for a in ti.static(range(dim)):
                 x[a][lane] = rows[first + lane][a]

@@ -13,6 +13,9 @@ from snowmpm.errors import InputError
 
 STUDIES = {
     "accuracy-speed": "snowmpm.study.accuracy_speed",
+    "convergence": "snowmpm.study.convergence",
+    "scaling": "snowmpm.study.scaling",
+    "presets": "snowmpm.study.presets",
 }
 """Module of each study."""
 

@@ -7,6 +7,8 @@ particle-steps), the same errors against the grid, and a page of conclusions tha
 
 from pathlib import Path
 
+import numpy as np
+
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.study import conclusions
@@ -51,13 +53,17 @@ def chosen(only, quick):
 def refined(problem, variation, quick, say):
     """Rows of one variation of one problem, coarse to fine; a grid that fails is said and left out."""
     rows = []
-    for cells in problem.quick if quick else problem.cells:
+    for cells in problem.grids(variation, quick):
         own = variation == DEFAULT and cells == problem.usual
         try:
             for _ in range(REPEATS if own else 1):
                 rows.append(measure(problem, variation, cells))
         except SimulationError as error:
             say(f"{problem.name}, {variation.name}, {cells} cells: failed: {str(error).splitlines()[0]}")
+            continue
+        if not np.isfinite(rows[-1].error):
+            say(f"{problem.name}, {variation.name}, {cells} cells: no answer")
+            rows = [row for row in rows if row.cells != cells]
             continue
         say(f"{problem.name:12s} {variation.name:20s} {cells:4d} cells {rows[-1].particles:8d} particles"
             f" {rows[-1].seconds:8.2f} s  error {rows[-1].error:.2e}")
@@ -68,9 +74,9 @@ def report(rows, folder):
     """Charts and conclusions of a table of rows; -> paths."""
     folder, best = Path(folder), merged(rows)
     charts = [
-        _chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
-        _chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
-        _chart(best, folder / "accuracy_grid.png", "cells", "cells"),
+        chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
+        chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
+        chart(best, folder / "accuracy_grid.png", "cells", "cells"),
     ]
     page = folder / "accuracy_speed.md"
     page.write_text(conclusions.page(rows), encoding="utf-8")
@@ -80,7 +86,8 @@ def report(rows, folder):
 TITLES = {"seconds": "Error against time", "particle_steps": "Error against work", "cells": "Error against the grid"}
 
 
-def _chart(rows, output, cost, label):
+def chart(rows, output, cost, label):
+    """Error against `cost`, a panel a problem; -> path."""
     panels = []
     for problem in CATALOGUE.values():
         own = [row for row in rows if row.problem == problem.name]

@@ -17,6 +17,11 @@ class TimedScheme(Scheme):
     def solver(self, population, laws, **options):
         return self.watch.follow(super().solver(population, laws, **options))
 
+    def simulation(self, scene, dx, per_axis=2, overrides=None):
+        simulation = super().simulation(scene, dx, per_axis, overrides)
+        self.watch.follow(simulation.solver)
+        return simulation
+
 
 @dataclass(frozen=True)
 class Measurement:

@@ -52,7 +52,7 @@ class Refinement:
     """One variation of one problem, coarse to fine.
 
     order: of the error with dx before the floor; range: cells between which; floor: coarsest cells from which on the
-    error falls at less than FLOOR_SHARE of that, or None.
+    error falls at less than FLOOR_SHARE of the steepest drop, or None.
     """
 
     order: float
@@ -64,6 +64,8 @@ class Refinement:
         """Of at least two rows."""
         found = orders(rows)
         steepest = max(order for *_, order in found)
+        if steepest <= 0.0:
+            return cls(steepest, (found[0][0], found[-1][1]), found[0][0])
         last = max(k for k, (*_, order) in enumerate(found) if order >= FLOOR_SHARE * steepest)
         falling = [row for row in rows if found[0][0] <= row.cells <= found[last][1]]
         slope = -np.polyfit(np.log([row.cells for row in falling]), np.log([row.error for row in falling]), 1)[0]

@@ -5,6 +5,10 @@ from dataclasses import dataclass
 
 from snowmpm.materials.law import Law
 
+FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "half the step")
+"""Variations that are taken to the last grid, where floors and their causes are seen."""
+MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "longest step", "SPH")
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -28,7 +32,19 @@ class Problem:
     quick: tuple
     usual: int
     options: frozenset = frozenset()
+    sph: bool = False
+    """whether SPH can solve it"""
+    dear: bool = False
+    """whether it is solved in the variations MAIN only"""
+
+    def grids(self, variation, quick):
+        """Cells of the refinement of a variation."""
+        if quick:
+            return self.quick
+        return self.cells if variation.name in FINEST else self.cells[:-1]
 
     def takes(self, variation):
         """Whether it can be solved in this variation."""
-        return self.options >= variation.options.keys()
+        if variation.scheme.get("method") == "sph" and not self.sph:
+            return False
+        return self.options >= variation.options.keys() and (not self.dear or variation.name in MAIN)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+from snowmpm.sph.solver import USUAL_CFL as SPH_CFL
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
 
@@ -15,7 +16,7 @@ class Variation:
 
     group: what is varied, for the chart's legend; scheme: fields of `Scheme` that differ; per_axis: particles per cell
     and axis; step: C of the elastic limit over the program's own; options: keywords of a problem that it must know
-    (offset, wall, return_map, dim, method).
+    (offset, wall, return_map, dim).
     """
 
     name: str
@@ -28,6 +29,8 @@ class Variation:
     def solved(self, law, dim):
         """`Scheme` for a law, its time step included."""
         scheme = replace(PROGRAM, **self.scheme)
+        if scheme.method == "sph":
+            return replace(scheme, cfl=self.step * SPH_CFL)
         critical = critical_cfl(scheme.kernel, scheme.gradient, scheme.transfer, grain_stiffness(law, dim))
         return replace(scheme, cfl=min(self.step * usual_cfl(critical), LONGEST * critical))
 
@@ -59,7 +62,7 @@ VARIATIONS = (
     Variation("frozen hardening", "return map", options={"return_map": "frozen"}),
     Variation("substepped", "return map", options={"return_map": "substepped"}),
     Variation("3-D", "dimension", options={"dim": 3}),
-    Variation("SPH", "method", options={"method": "sph"}),
+    Variation("SPH", "method", {"method": "sph"}),
 )
 BY_NAME = {variation.name: variation for variation in VARIATIONS}
 QUICK = ("program", "cubic", "PIC", "FLIP 0.99", "3 per axis")

@@ -86,5 +86,5 @@ def test_a_file_that_reaches_beyond_itself_is_refused(tmp_path, trick):
         other["secret"] = np.arange(4, dtype=np.uint8)
     with h5py.File(path, "r+") as h5:
         trick(h5, tmp_path)
-    with pytest.raises(InputError, match="elsewhere|another file|needs about"):
+    with pytest.raises(InputError, match=r"elsewhere|another file|needs about"):
         Run(path).frame(2)

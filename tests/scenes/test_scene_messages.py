@@ -54,8 +54,8 @@ def message(path, changes):
         ({"gravity": "x"}, 'gravity = "x": must be a number'),
         (
             {"domain.boundary": "opn"},
-            'domain.boundary = "opn": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"; did you mean'
-            " open?",
+            'domain.boundary = "opn": must be "open", "slip", "symmetric", "stick", "separate" or "periodic"; did you'
+            " mean open?",
         ),
         (
             {"domain.boundary": {"x_min": "s"}},

@@ -1,35 +1,32 @@
 """Propagation saw test with an elastic weak layer against WEAC (validation case S1).
 
 WEAC (Rosendahl & Weissgraeber 2020, doi:10.5194/tc-14-115-2020) is a Timoshenko beam on an elastic layer, solved in
-closed form in a program of its own: nothing is shared but the numbers of the scene. Slab 250 kg/m3, 0.5 m, 3 MPa; weak
-layer 50 mm, 0.5 MPa; both nu = 0.3, plane strain. It cuts from the right and counts angles against the clock: its -35
+closed form in a program of its own: nothing is shared but the numbers of `elastic_saw_test`. It cuts
+from the right and counts angles against the clock: its -35
 degrees are a saw that goes up a slope of 35 degrees.
 
-The cut is there from the start. The slab starts in the state of an infinite slope and is brought to rest, critically
-damped; WEAC's deflection contains the settlement of that state, sigma / k_n. The energy release rate is the difference
-of the potential energy of two cuts, -dPi/da, against the mean of WEAC's over them.
+WEAC's deflection contains the settlement of an infinite slope, sigma / k_n; its energy release rate is the mean over
+what lies between two cuts. WEAC takes the weak layer for springs; the layer here has the stiffness of its springs.
 
-WEAC takes the weak layer for springs, k_n = E / (1 - nu^2) t and k_t = G / t. A real layer between a slab and ground
-cannot widen: its k_n is that of oedometric compression, 23 % more at nu = 0.3 (in WEAC: 7 % less deflection). Here it
-has the E and nu whose oedometric modulus and G are WEAC's: nu' = nu / (1 + nu), E' = E (1 + nu') / (1 + nu).
-
-What is left may be the grid, since the uppermost cells of the weak layer are partly slab, or the beam; not separated.
+What the beam leaves out, finite elements of the same layers tell (`slab_on_layer`): they give 1 to 3 % more deflection
+than WEAC, and 10 and 12 % more energy release rate between cuts of 0.1 and 0.3 m, on the flat and up the slope: a cut
+shorter than the slab is high is not yet a beam.
 """
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
 
-import snowmpm
+from snowmpm.study.problems import elastic_saw_test
+from snowmpm.study.problems.elastic_saw_test import LENGTH, WEAK_LAYER
+from snowmpm.study.problems.schemes import Scheme
+from tests.verification.slab_on_layer import Elastic, cut_slab, resting_settlement
 
 weac = pytest.importorskip("weac", reason="WEAC is in the dev extra")
 
-CUTS = (0.3, 0.5)  # m
-LENGTH = 2.0  # m; WEAC says that 6 m change nothing
-BONDED = 0.3 / 1.3
-WEAK_LAYER = {"kind": "elastic", "density": 100.0, "youngs_modulus": 0.5e6 * (1.0 + BONDED) / 1.3,
-              "poisson_ratio": BONDED}
+CUTS = (0.1, 0.3, 0.5, 1.0)  # m
 NORMAL_STIFFNESS = 0.5e6 / 0.91 / 0.05  # Pa/m, of WEAC: plane strain, E / (1 - nu^2) / t
 
 
@@ -60,64 +57,81 @@ def test_weac_itself(cut, slope_angle, rate, deflection):
 
 @functools.cache
 def at_rest(cut, slope_angle, dx):
-    """Potential energy Pi [J/m] and deflection of the free end [mm], from the state of an infinite slope."""
-    simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {
-        "solver.dx": dx, "solver.transfer": "apic", "materials.weak_layer": WEAK_LAYER, "initial.stress": "geostatic",
-        "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
-        "saw_test.slope_angle": slope_angle, "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}}))
-    solver = simulation.solver
-    # First frequency of the free end, which reaches about 0.3 m into the weak layer
-    omega = 3.516 * np.sqrt(3e6 / 0.91 * 0.5**2 / 12.0 / 250.0) / (cut + 0.3) ** 2
-    while solver.time < 12.0 / omega:
-        dt, _ = solver.stable_dt()
-        solver.keep = 1.0 - 2.0 * omega * dt
-        simulation.step()
-    particles = simulation.particles
-    moved = particles["position"] - simulation.model.population.positions[particles["id"]]
-    elastic = solver.materials.elastic_energy(particles["material"], particles.kirchhoff(), particles.state(),
-                                              particles["volume"] / particles["J"])
-    settled = simulation.crack.values()["settlement"][-1].astype(float)
-    end = 1.5 * settled[0] - 0.5 * settled[1]  # from the middle of the first bin to its edge
-    return elastic - float(particles["mass"] @ (moved @ solver.gravity)), 1e3 * end
+    return elastic_saw_test.at_rest(Scheme("apic", precision="f32"), cut, slope_angle, dx)
 
 
-def errors(slope_angle, dx):
-    """Relative errors of the energy release rate between the two cuts, and of the deflection at each."""
-    (before, end0), (after, end1) = (at_rest(cut, slope_angle, dx) for cut in CUTS)
-    a = np.linspace(*CUTS, 9)
-    rates = np.array([of_weac(cut, slope_angle)[0] for cut in a])
-    mean = (0.5 * (rates[1:] + rates[:-1])).mean()
-    resting = 1e3 * 250.0 * 9.81 * 0.5 * np.cos(np.radians(slope_angle)) / NORMAL_STIFFNESS
-    ends = [(end + resting) / of_weac(cut, slope_angle)[1] - 1.0 for cut, end in zip(CUTS, (end0, end1), strict=True)]
-    return (before - after) / (CUTS[1] - CUTS[0]) / mean - 1.0, np.array(ends)
+@functools.cache
+def by_elements(cut, slope_angle):
+    """The same by finite elements a quarter of the weak layer wide, which is within 0.1 % of half of it."""
+    slab, weak = Elastic(3e6, 0.3, 250.0, 0.5), Elastic(*(WEAK_LAYER[name] for name in (
+        "youngs_modulus", "poisson_ratio", "density")), 0.05)
+    energy, moved = cut_slab(slab, weak, LENGTH, cut, slope_angle, 0.0125)
+    return energy, -moved[1] - resting_settlement(slab, weak, slope_angle)
+
+
+def rates_and_ends(state, slope_angle, cuts=CUTS):
+    """Energy release rates [J/m2] between the cuts, and deflections of the end over each [m]; state: what knows Pi and
+    the deflection at (cut, slope angle)."""
+    energies, ends = np.transpose([state(cut, slope_angle) for cut in cuts])
+    return -np.diff(energies) / np.diff(cuts), ends
+
+
+def rates_of_weac(slope_angle, cuts=CUTS):
+    """WEAC's mean energy release rates [J/m2] between the cuts."""
+    def mean(first, last):
+        rates = np.array([of_weac(a, slope_angle)[0] for a in np.linspace(first, last, 9)])
+        return 0.5 * (rates[1:] + rates[:-1]).mean()
+
+    return np.array([mean(first, last) for first, last in itertools.pairwise(cuts)])
+
+
+def resting_by_weac(slope_angle):
+    """Settlement [m] of an infinite slope that is part of WEAC's deflection."""
+    return 250.0 * 9.81 * 0.5 * np.cos(np.radians(slope_angle)) / NORMAL_STIFFNESS
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("dx", [0.025, 0.0125])
 @pytest.mark.parametrize("slope_angle", [0.0, 35.0, -35.0])
 def test_energy_release_rate_and_deflection(slope_angle, dx):
-    """Seen at 25 and 12.5 mm: energy release rate +1, +2 % (flat), +4, +5 % (up), -1, +1 % (down); deflection over the
-    cut of 0.5 m -2.1, -1.2 %, -3.0, -2.4 %, -0.2, +1.2 %.
+    """Within 5 % (deflection) and 8 % (energy release rate) of WEAC where elements say that it holds, and of the
+    elements everywhere.
+
+    Seen at 25 and 12.5 mm, cuts of 0.1, 0.3, 0.5, 1 m, on the flat: deflection +2.1, +1.2, 0.0, -0.4 % and +1.8, +2.0,
+    +1.0, +0.4 % of WEAC's, -1.1, -1.7, -1.9, -1.8 % and -1.3, -0.9, -0.9, -1.0 % of the elements'; rates +8, +1, -2 %
+    and +9, +2, -1 % of WEAC's, -1.3, -1.9, -1.9 % and -0.3, -0.8, -1.0 % of the elements'. Down the slope, where the
+    least energy is released, the first rate is 5 % more than the elements'.
     """
-    rate, (_, long) = errors(slope_angle, dx)
-    assert abs(rate) < 0.08
-    assert abs(long) < 0.05
+    resting = resting_by_weac(slope_angle)
+    rates, ends = rates_and_ends(lambda *case: at_rest(*case, dx), slope_angle)
+    true_rates, true_ends = rates_and_ends(by_elements, slope_angle)
+    np.testing.assert_allclose(rates, true_rates, rtol=0.08)
+    np.testing.assert_allclose(ends + resting, true_ends + resting, rtol=0.05, atol=0.05 * resting)
+    np.testing.assert_allclose(rates[1:], rates_of_weac(slope_angle)[1:], rtol=0.08)
+    beam_ends = 1e-3 * np.array([of_weac(cut, slope_angle)[1] for cut in CUTS])
+    np.testing.assert_allclose(ends[1:] + resting, beam_ends[1:], rtol=0.05)
+    if slope_angle >= 0.0:
+        assert ends[0] + resting == pytest.approx(beam_ends[0], rel=0.05)
 
 
-SHORT = pytest.mark.xfail(strict=True, reason="a cut shorter than the slab is high: 6 to 8 % stiffer than WEAC's beam")
+@pytest.mark.parametrize(("slope_angle", "least"), [(0.0, 0.09), (35.0, 0.11)])
+def test_a_cut_shorter_than_the_slab_is_high_is_no_beam(slope_angle, least):
+    """Between cuts of 0.1 and 0.3 m elements, which take the whole slab for elastic, give 9.7 and 11.8 % more energy
+    release rate than WEAC: the 8 % asked for cannot be met there by what is right. From 0.3 m on they agree."""
+    off = rates_and_ends(by_elements, slope_angle)[0] / rates_of_weac(slope_angle) - 1.0
+    assert off[0] > least
+    assert (np.abs(off[1:]) < 0.06).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("slope_angle", "dx"), [
-    pytest.param(0.0, 0.025, marks=SHORT), (0.0, 0.0125), pytest.param(35.0, 0.025, marks=SHORT),
-    pytest.param(35.0, 0.0125, marks=SHORT), (-35.0, 0.025), (-35.0, 0.0125)])
-def test_deflection_over_a_short_cut(slope_angle, dx):
-    """Over 0.3 m, of a slab 0.5 m high, which is hardly a beam. Seen: -5.6, -4.7 % (flat), -7.5, -6.8 % (up),
-    +1.7, +3.6 % (down)."""
-    assert abs(errors(slope_angle, dx)[1][0]) < 0.05
+def test_the_answer_of_the_study():
+    """`elastic_saw_test.FLAT`, by elements."""
+    rates, ends = rates_and_ends(by_elements, 0.0, elastic_saw_test.CUTS)
+    assert pytest.approx((rates[0], ends[1]), rel=1e-4) == elastic_saw_test.FLAT
 
 
 def test_energy_release_rate_on_the_flat_coarse():
-    """The same, quickly: one grid, one angle."""
-    rate, (_, long) = errors(0.0, 0.025)
-    assert abs(rate) < 0.08 and abs(long) < 0.05
+    """The same, quickly: one grid, one angle, two cuts. Seen: rate +1 % of WEAC's, deflection +1.2 and 0.0 %."""
+    rates, ends = rates_and_ends(lambda *case: at_rest(*case, 0.025), 0.0, CUTS[1:3])
+    assert rates[0] == pytest.approx(rates_of_weac(0.0, CUTS[1:3])[0], rel=0.03)
+    for cut, end in zip(CUTS[1:3], ends, strict=True):
+        assert 1e3 * (end + resting_by_weac(0.0)) == pytest.approx(of_weac(cut, 0.0)[1], rel=0.03)

@@ -6,11 +6,15 @@ import numpy as np
 
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
+from snowmpm.scenes.numerics import Sph
+from snowmpm.sph.solver import SphSolver
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"; cfl: `timestep.usual_cfl` when None."""
+    """A transfer on a basis; flip_ratio: share of FLIP in "flip" and "aflip"; cfl: the usual one when None.
+
+    method: "mpm" or "sph", of which the rest says nothing but precision and cfl."""
 
     transfer: str
     flip_ratio: float = 0.97
@@ -18,6 +22,7 @@ class Scheme:
     gradient: str = "affine"
     precision: str = "f64"
     cfl: float | None = None
+    method: str = "mpm"
 
     @property
     def options(self):
@@ -26,15 +31,37 @@ class Scheme:
                 "gradient": self.gradient}
 
     def solver(self, population, laws, **options):
-        """`MpmSolver` of this scheme."""
+        """`MpmSolver` of this scheme, or `SphSolver` of particles that fill a regular lattice."""
+        if self.method == "sph":
+            dim = population.positions.shape[1]
+            spacing = float(population.volumes.mean()) ** (1.0 / dim)
+            return SphSolver(population, laws, precision=self.precision, cfl=self.cfl, scheme=Sph(),
+                             **{**options, "dx": spacing})
         return MpmSolver(population, laws, precision=self.precision, cfl=self.cfl, **self.options, **options)
+
+    def simulation(self, scene, dx, per_axis=2, overrides=None):
+        """`Simulation` of a library scene with this scheme."""
+        from snowmpm.scenes import load_scene
+        from snowmpm.simulation import Simulation
+
+        dim = load_scene(scene).dimension
+        if self.method == "sph":
+            chosen = {"solver.method": "sph", "solver.dx": dx / per_axis, "solver.precision": self.precision}
+            return Simulation(load_scene(scene, chosen | (overrides or {})))
+        chosen = {f"solver.{name}": value for name, value in self.options.items()}
+        chosen |= {"solver.dx": dx, "solver.precision": self.precision, "solver.particles_per_cell": per_axis**dim}
+        if self.cfl:
+            chosen["solver.cfl"] = self.cfl
+        return Simulation(load_scene(scene, chosen | (overrides or {})))
 
     @property
     def affine(self):
         """Whether particles hand their velocity gradient on."""
-        return self.transfer in ("apic", "aflip")
+        return self.method == "mpm" and self.transfer in ("apic", "aflip")
 
     def __str__(self):
+        if self.method == "sph":
+            return "sph"
         ratio = f"-{self.flip_ratio:g}" if "flip" in self.transfer else ""
         shape = "-shape" if self.gradient == "shape" else ""
         return f"{self.kernel}-{self.transfer}{ratio}{shape}"

@@ -1,0 +1,11 @@
+"""Runs held against each other and against what is known: profiles, stress along a line, differences, answers.
+
+Reads run files and the scenes in them; needs no solver. `snowmpm compare` prints and draws what this package finds.
+"""
+
+from snowmpm.comparison.case import Case, open_cases
+from snowmpm.comparison.profile import Profile, profile
+from snowmpm.comparison.quantity import Quantity
+from snowmpm.comparison.stress_line import Line, StressLine, stress_along
+
+__all__ = ["Case", "Line", "Profile", "Quantity", "StressLine", "open_cases", "profile", "stress_along"]

@@ -1,0 +1,129 @@
+"""Dummy particles inside solids, seeded from a signed distance: layers below the surface, about one cell apart.
+
+Points of a lattice of half a cell near the surface are brought onto it, and thinned, so that none are nearer than
+SPACING to each other: at a surface along the axes what is left is the lattice of the particles. Below each of them lie
+the dummies, half a cell deep, one and a half, and so on, as many as the support reaches; those whose nearest piece of
+surface is another one are left out. Each stands for the area that it has on its layer.
+
+All lengths are cells.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+STEP = 0.5
+COARSE = 4.0
+SPACING = 0.85
+OWN = 0.25
+"""How much nearer than its depth another piece of the surface may be."""
+LARGEST_SHARE = 1.5
+
+
+@dataclass
+class Dummies:
+    """positions (n, dim), outward normals (n, dim), depth (n,) below the surface, volume (n,), surface (n,)."""
+
+    positions: np.ndarray
+    normals: np.ndarray
+    depth: np.ndarray
+    volume: np.ndarray
+    surface: np.ndarray
+
+    def __len__(self):
+        return len(self.depth)
+
+    def chosen(self, keep):
+        """Those with keep (n,) true, or in this order."""
+        return Dummies(*(getattr(self, name)[keep] for name in ("positions", "normals", "depth", "volume", "surface")))
+
+    @classmethod
+    def joined(cls, parts, dim):
+        """All of them together."""
+        parts = [*parts, cls(np.zeros((0, dim)), np.zeros((0, dim)), np.zeros(0), np.zeros(0), np.zeros(0, int))]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts])
+                     for name in ("positions", "normals", "depth", "volume", "surface")))
+
+
+def seed_dummies(query, lower, upper, layers, surface):
+    """Dummies of one solid: query(points (k, dim)) -> distance (k,), > 0 outside, normal (k, dim); lower, upper: the
+    box in which its surface matters."""
+    feet = _surface_points(query, np.asarray(lower, float), np.asarray(upper, float))
+    dim = feet.shape[1]
+    if len(feet) == 0:
+        return Dummies.joined([], dim)
+    _, normals = query(feet)
+    share = _shares(feet, dim)
+    parts = []
+    for layer in range(layers):
+        depth = layer + 0.5
+        points = feet - depth * normals
+        distance, _ = query(points)
+        own = np.abs(distance + depth) < OWN
+        parts.append(Dummies(points[own], normals[own], np.full(own.sum(), depth), share[own],
+                             np.full(own.sum(), surface)))
+    return Dummies.joined(parts, dim)
+
+
+def _surface_points(query, lower, upper):
+    dim = len(lower)
+    coarse = _lattice(np.floor(lower / COARSE) * COARSE, upper, COARSE) + 0.5 * COARSE
+    distance, _ = query(coarse)
+    coarse = coarse[np.abs(distance) < 0.5 * COARSE * np.sqrt(dim) + 1.0]
+    fine = _lattice(np.full(dim, -0.5 * COARSE), np.full(dim, 0.5 * COARSE - STEP), STEP)
+    points = (coarse[:, None] + fine).reshape(-1, dim)
+    points = points[((points > lower - 0.5 * STEP) & (points < upper + 0.5 * STEP)).all(axis=1)]
+    if len(points) == 0:
+        return points
+    distance, normal = query(points)
+    near = np.abs(distance) <= 0.6 * STEP
+    points, distance, normal = points[near], distance[near], normal[near]
+    halves = (np.abs(points - np.floor(points) - 0.5) < 1e-6).sum(axis=1)
+    order = np.lexsort((*points.T[::-1], np.round(np.abs(distance), 6), -halves))
+    feet = points - distance[:, None] * normal
+    distance, normal = query(feet)
+    feet = (feet - distance[:, None] * normal)[order]
+    return feet[_apart(feet, SPACING)]
+
+
+def _lattice(lower, upper, step):
+    axes = [np.arange(lo, hi + 1e-9, step) for lo, hi in zip(lower, upper, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def _apart(points, least):
+    """Which points stay when they are taken in order, and none that is nearer than `least` to one taken before."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(points).query_pairs(least * (1.0 - 1e-9), output_type="ndarray")
+    first, second = pairs.min(axis=1, initial=len(points)), pairs.max(axis=1, initial=-1)
+    if len(pairs) == 0:
+        return np.ones(len(points), bool)
+    kept, open_ = np.zeros(len(points), bool), np.ones(len(points), bool)
+    while open_.any():
+        live = open_[first] & open_[second]
+        first, second = first[live], second[live]
+        waits = np.zeros(len(points), bool)
+        waits[second] = True
+        fresh = open_ & ~waits
+        kept |= fresh
+        open_ &= ~fresh
+        open_[second[fresh[first]]] = False
+    return kept
+
+
+def _shares(points, dim):
+    """Area that each point of a surface stands for, 1 on a square lattice."""
+    from scipy.spatial import cKDTree
+
+    def weight(r):
+        s = np.minimum(r / 2.5, 1.0)
+        return (1.0 - s) ** 4 * (1.0 + 4.0 * s)
+
+    pairs = cKDTree(points).query_pairs(2.5, output_type="ndarray")
+    found = np.ones(len(points))
+    if len(pairs):
+        w = weight(np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1))
+        found += np.bincount(pairs[:, 0], w, len(points)) + np.bincount(pairs[:, 1], w, len(points))
+    lattice = _lattice(np.full(dim - 1, -3.0), np.full(dim - 1, 3.0), 1.0)
+    return np.minimum(weight(np.linalg.norm(lattice, axis=1)).sum() / found, LARGEST_SHARE)

@@ -1,0 +1,180 @@
+"""What dummy particles show: stress and velocity of the particles near them, carried on into the solid.
+
+Sums over particles j near dummy k, with weights V_j W_jk / sum V W (Shepard; Adami et al. 2012,
+doi:10.1016/j.jcp.2012.05.005; Favero Neto & Borja 2018, doi:10.1007/s11440-017-0628-9, Eq. 28):
+
+    sigma_k = <sigma> - <rho> g . (x_k - <x>) I
+    sigma_k = that, its normal component n.sigma.n the most compressive one nearby         walls = "most_compressive"
+
+(Peng et al. 2015 take the components along the axes, which is the same at walls along the axes only). The velocity
+follows a straight line through that of the wall at its surface, at the distances D_k = depth of the dummy and
+<D> = mean height of the particles:
+
+    v_k = v_w - (D_k / <D>) (<v> - v_w)                                            stick
+    v_k = <v> + (v_w - <v> - (D_k / <D>) (<v> - v_w)).n n                          slip, separate
+
+A dummy of a surface that separates takes no part while its particles leave it without pressing.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.contact import SEPARATE, STICK
+from snowmpm.materials.packs import read_lane
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.runtime import plain_compilation
+from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.smoothing import KERNELS
+
+STEEPEST = 1.5
+"""Bound of D_k / <D>: a lone particle at the surface would give deep dummies any speed."""
+
+LEAST_SHARE = 1e-3
+"""Sum of V W below which a dummy has no particles that it could follow."""
+
+
+@functools.cache
+def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved_rows):
+    """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone."""
+    dim, at, n_stress, pairs = layout.dim, layout.at, layout.n_stress, layout.pairs
+    pair = pair_functions(layout)
+    weight, _ = KERNELS[kernel].functions(radius, dim)
+    columns = (("x", dim), ("n", dim), ("sum", 1), ("sum_x", dim), ("sum_v", dim), ("sum_S", n_stress), ("rho", 1),
+               ("z", 1), ("least", 1))
+
+    @ti.func
+    def read_pack(pack: ti.template(), first, count, rows: ti.template(), frames: ti.template(), first_dummy):
+        for lane in range(width):
+            k = first + ti.min(lane, count - 1)
+            for a in ti.static(range(dim)):
+                pack["x"][a][lane], pack["n"][a][lane] = rows[k][a], frames[k - first_dummy][a]
+                pack["sum_x"][a][lane], pack["sum_v"][a][lane] = 0.0, 0.0
+            for s in ti.static(range(n_stress)):
+                pack["sum_S"][s][lane] = 0.0
+            pack["sum"][0][lane], pack["rho"][0][lane], pack["z"][0][lane] = 0.0, 0.0, 0.0
+            pack["least"][0][lane] = 0.0
+
+    @ti.func
+    def add_run(pack: ti.template(), c, begin, end, rows: ti.template(), entries: ti.template(),
+                reals: ti.template()):
+        sign = pair.signs(reals, c)
+        for e in range(begin, end):
+            row = rows[entries[e]]
+            xj, vj = pair.place(reals, c, row), pair.vector(sign, row, dim)
+            Vj = row[2 * dim] if ti.static(moved_rows) else row[at["V"]]
+            Sj, rho, z = ti.Vector.zero(real, n_stress), ti.cast(0.0, real), ti.cast(0.0, real)
+            if ti.static(not moved_rows):
+                rho, z = row[at["m"]] / row[at["V"]], row[at["z"]]
+                Sj = pair.tensor(sign, row, at["S"])
+                if ti.static(form == "density"):
+                    Sj *= rho * rho
+            for lane in range(width):
+                d = read_lane(pack["x"], lane) - xj
+                near = Vj * weight(ti.sqrt(d.norm_sqr()))
+                pack["sum"][0][lane] += near
+                for a in ti.static(range(dim)):
+                    pack["sum_x"][a][lane] -= near * d[a]
+                    pack["sum_v"][a][lane] += near * vj[a]
+                if ti.static(not moved_rows):
+                    pack["rho"][0][lane] += near * rho
+                    pack["z"][0][lane] += near * z
+                    for s in ti.static(range(n_stress)):
+                        pack["sum_S"][s][lane] += near * Sj[s]
+                    if ti.static(walls == "most_compressive"):
+                        n = read_lane(pack["n"], lane)
+                        along = n.dot(pair.times(Sj, n))
+                        pack["least"][0][lane] = ti.select((near > 0.0) & (along < pack["least"][0][lane]), along,
+                                                           pack["least"][0][lane])
+
+    @ti.func
+    def write_dummy(pack: ti.template(), lane, first, rows: ti.template(), source: ti.template(),
+                    frames: ti.template(), first_dummy, surface_of: ti.template(), surfaces: ti.template(),
+                    gravity: ti.template(), dx):
+        k = first + lane
+        frame, row = frames[k - first_dummy], rows[k]
+        n = ti.Vector([frame[a] for a in ti.static(range(dim))])
+        v_wall = ti.Vector([frame[dim + 1 + a] for a in ti.static(range(dim))])
+        depth, volume = frame[dim], frame[2 * dim + 1]
+        code = ti.cast(surfaces[surface_of[k - first_dummy], 0], ti.i32)
+        total = pack["sum"][0][lane]
+        near = 1.0 / ti.max(total, LEAST_SHARE)
+        v, away = near * read_lane(pack["sum_v"], lane), near * read_lane(pack["sum_x"], lane)
+        height = ti.max(away.dot(n) - depth, 0.2)
+        steep = ti.min(depth / height, STEEPEST)
+        slip = v - v_wall
+        v_dummy = v_wall - steep * slip
+        if code != STICK:
+            v_dummy = v - (1.0 + steep) * slip.dot(n) * n
+        for a in ti.static(range(dim)):
+            row[dim + a] = v_dummy[a]
+        if ti.static(moved_rows):
+            row[2 * dim] = source[k][at["V"]]
+        else:
+            S, rho = near * read_lane(pack["sum_S"], lane), near * pack["rho"][0][lane]
+            if ti.static(walls == "most_compressive"):
+                gain = pack["least"][0][lane] - n.dot(pair.times(S, n))
+                for s in ti.static(range(n_stress)):
+                    S[s] += gain * n[pairs[s][0]] * n[pairs[s][1]]
+            lift = ti.cast(0.0, real)
+            for a in ti.static(range(dim)):
+                lift += rho * dx * ti.cast(gravity[a], real) * away[a]
+            for s in ti.static(range(dim)):
+                S[s] += lift
+            active = total > LEAST_SHARE
+            if code == SEPARATE:
+                active = active and (n.dot(pair.times(S, n)) < 0.0 or slip.dot(n) < 0.0)
+            if ti.static(form == "density"):
+                S /= ti.max(rho * rho, 1e-30)
+            for s in ti.static(range(n_stress)):
+                row[at["S"] + s] = ti.select(active, S[s], 0.0)
+                if ti.static(layout.tension):
+                    row[at["R"] + s] = 0.0
+            row[at["V"]] = ti.select(active, volume, 0.0)
+            row[at["m"]] = ti.select(active, rho * volume, 0.0)
+            row[at["z"]] = near * pack["z"][0][lane]
+        rows[k] = row
+
+    @ti.func
+    def follow_pack(pack: ti.template(), k, table: ti.template(), rows: ti.template(), source: ti.template(),
+                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), room,
+                    most_runs, frames: ti.template(), surface_of: ti.template(), first_dummy, surfaces: ti.template(),
+                    gravity: ti.template(), dx):
+        first, count = table[k, FIRST], table[k, COUNT]
+        read_pack(pack, first, count, rows, frames, first_dummy)
+        begin = k * room
+        for q in range(n_runs[k]):
+            end = k * room + runs[k * most_runs + q, 1]
+            add_run(pack, runs[k * most_runs + q, 0], begin, end, rows, entries, reals)
+            begin = end
+        for lane in range(count):
+            write_dummy(pack, lane, first, rows, source, frames, first_dummy, surface_of, surfaces, gravity, dx)
+
+    @ti.kernel
+    def follow(table: ti.types.ndarray(), rows: ti.types.ndarray(), source: ti.types.ndarray(),
+               entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
+               reals: ti.types.ndarray(), room: int, most_runs: int, frames: ti.types.ndarray(),
+               surface_of: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
+               gravity: ti.types.ndarray(), dx: real, n_packs: int, shares: ti.types.ndarray()):
+        if ti.static(width == 1):
+            for k in range(n_packs):
+                blank = ti.Vector.zero(real, width)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                follow_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, room, most_runs, frames,
+                            surface_of, first_dummy, surfaces, gravity, dx)
+        else:
+            for i in range(chunks(shares)):
+                if is_worker(i):
+                    begin, end = chunk(i, shares)
+                    blank = ti.Vector.zero(real, width)
+                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                    for k in range(begin, end):
+                        follow_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, room, most_runs, frames,
+                                    surface_of, first_dummy, surfaces, gravity, dx)
+
+    def follow_packs(*arguments):
+        with plain_compilation():
+            follow(*arguments)
+
+    return follow_packs

@@ -1,0 +1,337 @@
+"""The momentum sum: forces of neighbours and walls on every particle, and the kick of its velocity.
+
+    m_i a_i = sum_j m_i m_j (sigma_i / rho_i^2 + sigma_j / rho_j^2 - Pi_ij I) . grad_i W_ij + m_i g        "density"
+    m_i a_i = sum_j V_i V_j (sigma_i + sigma_j - ...) . grad_i W_ij + m_i g                                "volume"
+    m_i a_i = sum_j V_i V_j (sigma_j - sigma_i - ...) . grad_i W_ij + m_i g                                "difference"
+
+The first two are antisymmetric in i and j and conserve momentum to round-off; the last is exact for uniform stress, and
+unstable (Bui & Nguyen 2021, Fig. 8): a negative control. Viscosity of Monaghan (1992), of pairs that approach only:
+
+    Pi_ij = (-alpha c mu + beta mu^2) / rho,   mu = h v_ij . x_ij / (r^2 + 0.01 h^2)
+
+Damping of disorder: the same with gamma for alpha and, whether they approach or part, only for that part of the
+velocity of a pair that is not the mean stretching of both,
+
+    mu = h (v_ij - (D_i + D_j) x_ij / 2) . x_ij / (r^2 + 0.01 h^2)
+
+which is zero in any homogeneous motion, and leaves smooth ones alone: it holds down the modes without strain that
+tension makes grow. Artificial stress (Gray, Monaghan & Swift 2001, doi:10.1016/S0045-7825(01)00254-7):
+(W(r) / W(dx))^n (R_i + R_j) beside the stresses.
+
+Confinement (Bui & Nguyen, Eq. 123) of particles at the free surface, known by the sum of V W of others:
+a_i += 2 p / rho_i sum_j V_j grad_i W_ij.
+
+Forces of each surface are summed apart. A surface that slips keeps only their normal part, and Coulomb's friction,
+at most mu times that and at most what ends the sliding; one that separates does not pull.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.contact import SEPARATE, STICK
+from snowmpm.materials.packs import read_lane
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.runtime import plain_compilation
+from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
+from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.smoothing import KERNELS
+
+BARRIER = 0.1
+"""Height above a wall [cells] below which nothing gets by itself."""
+
+SOFTENING = 0.01
+"""Share of h^2 that keeps the viscosity of a pair at rest on itself finite."""
+
+
+def tally_width(dim):
+    """Numbers summed up of each surface: impulse, its moment about the frame's origin [cells], energy given."""
+    return {2: 4, 3: 7}[dim]
+
+
+@functools.cache
+def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, barrier, confined, viscous):
+    """Kernel for a `RowLayout` and `width` lanes.
+
+    kernel, radius [cells]: the smoothing; form: of the sum; half_power: 2 n of the artificial stress; walls: how dummy
+    particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there is a
+    confining pressure, a quadratic viscosity.
+    """
+    dim, at, n_stress = layout.dim, layout.at, layout.n_stress
+    pair = pair_functions(layout)
+    weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    h = 0.5 * radius
+    soft = SOFTENING * h * h
+    w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
+    w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
+    n_moment = 1 if dim == 2 else 3
+    columns = (("x", dim), ("v", dim), ("S", n_stress), ("R", n_stress * layout.tension),
+               ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
+               ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
+               ("height", 1), ("cover", 1), ("edge", dim))
+
+    @ti.func
+    def read_pack(pack: ti.template(), first, count, source: ti.template()):
+        for lane in range(width):
+            row = source[first + ti.min(lane, count - 1)]
+            for a in ti.static(range(dim)):
+                pack["x"][a][lane], pack["v"][a][lane] = row[a], row[dim + a]
+                pack["f"][a][lane], pack["inner"][a][lane], pack["edge"][a][lane] = 0.0, 0.0, 0.0
+            for k in ti.static(range(n_stress)):
+                pack["S"][k][lane] = row[at["S"] + k]
+                if ti.static(layout.tension):
+                    pack["R"][k][lane] = row[at["R"] + k]
+                if ti.static(layout.ordered):
+                    pack["D"][k][lane] = row[at["D"] + k]
+            pack["m"][0][lane], pack["V"][0][lane], pack["z"][0][lane] = row[at["m"]], row[at["V"]], row[at["z"]]
+            pack["ratio"][0][lane] = row[at["V"]] / row[at["m"]]
+            pack["cover"][0][lane] = 0.0
+
+    @ti.func
+    def clear_wall(pack: ti.template()):
+        for lane in range(width):
+            pack["share"][0][lane], pack["height"][0][lane] = 0.0, 0.0
+            for a in ti.static(range(dim)):
+                pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
+
+    @ti.func
+    def add_run(pack: ti.template(), into: ti.template(), dummies: ti.template(), c, begin, end,
+                source: ti.template(), entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy,
+                alpha, beta, gamma):
+        """Sum of the rows of one run into pack[into]; of dummies also where they face."""
+        sign = pair.signs(reals, c)
+        for e in range(begin, end):
+            j = entries[e]
+            row = source[j]
+            xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.tensor(sign, row, at["S"])
+            Rj = Sj
+            if ti.static(layout.tension):
+                Rj = pair.tensor(sign, row, at["R"])
+            Dj = Sj
+            if ti.static(layout.ordered):
+                Dj = pair.tensor(sign, row, at["D"])
+            mj, Vj, zj = row[at["m"]], row[at["V"]], row[at["z"]]
+            nj, uj, depth = xj * 0.0, xj * 0.0, xj[0] * 0.0
+            if ti.static(dummies):
+                frame = frames[j - first_dummy]
+                nj, uj, depth = pair.vector(sign, frame, 0), pair.vector(sign, frame, dim + 1), frame[dim]
+            for lane in range(width):
+                d = read_lane(pack["x"], lane) - xj
+                r2 = d.norm_sqr()
+                r = ti.sqrt(r2)
+                F = slope_over_r(r)
+                ratio = pack["ratio"][0][lane]
+                Si = read_lane(pack["S"], lane)
+                sum_S = Si + Sj
+                if ti.static(dummies and walls == "copied"):
+                    sum_S = 2.0 * Si
+                elif ti.static(form == "difference"):
+                    sum_S = Sj - Si
+                heft = mj
+                if ti.static(form != "density"):
+                    heft = Vj * ratio
+                closing = (read_lane(pack["v"], lane) - vj).dot(d)
+                mu = h * ti.select(closing < 0.0, closing, 0.0) / (r2 + soft)
+                push = -0.5 * alpha * Vj * ratio * (pack["z"][0][lane] + zj) * mu
+                if ti.static(viscous):
+                    push += 0.5 * beta * (Vj + mj * ratio) * mu * mu
+                if ti.static(layout.ordered and not dummies):
+                    orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
+                    stray = (read_lane(pack["v"], lane) - vj).dot(d) - orderly
+                    push -= 0.5 * gamma * Vj * ratio * (pack["z"][0][lane] + zj) * h * stray / (r2 + soft)
+                if ti.static(layout.tension):
+                    f = ti.sqrt(weight(r) / w_spacing) if ti.static(half_power % 2 == 1) else weight(r) / w_spacing
+                    amplified = f
+                    for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
+                        amplified *= f
+                    sum_S += amplified * (read_lane(pack["R"], lane) + Rj)
+                force = F * (heft * pair.times(sum_S, d) - push * d)
+                for a in ti.static(range(dim)):
+                    pack[into][a][lane] += force[a]
+                if ti.static(dummies):
+                    near = -F * Vj
+                    pack["share"][0][lane] += near
+                    pack["height"][0][lane] += near * (d.dot(nj) - depth)
+                    for a in ti.static(range(dim)):
+                        pack["normal"][a][lane] += near * nj[a]
+                        pack["wall_v"][a][lane] += near * uj[a]
+                if ti.static(confined):
+                    pack["cover"][0][lane] += Vj * weight(r)
+                    for a in ti.static(range(dim)):
+                        pack["edge"][a][lane] += Vj * F * d[a]
+
+    @ti.func
+    def confine(pack: ti.template(), pressure, threshold):
+        for lane in range(width):
+            covered = pack["cover"][0][lane] - pack["V"][0][lane] * w_self
+            push = ti.select(covered < threshold, 2.0 * pressure * pack["ratio"][0][lane], 0.0)
+            for a in ti.static(range(dim)):
+                pack["inner"][a][lane] += push * pack["edge"][a][lane]
+
+    @ti.func
+    def end_surface(pack: ti.template(), first, count, surface, mirrored, surfaces: ti.template(), block,
+                    coordinates: ti.template(), inverse_dx, dt, pull, volume, tallies: ti.template(), tally):
+        """Let one surface act: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
+        for lane in range(count):
+            given = read_lane(pack["wall"], lane)
+            code, friction = ti.cast(surfaces[surface, 0], ti.i32), ti.cast(surfaces[surface, 1], real)
+            normal = read_lane(pack["normal"], lane)
+            normal = normal / ti.max(normal.norm(), 1e-20)
+            share = ti.max(pack["share"][0][lane], 1e-20)
+            along = given.dot(normal)
+            # What the particle would do along the wall without it
+            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
+            free -= read_lane(pack["wall_v"], lane) / share
+            if mirrored == 0 and code == SEPARATE:
+                along = ti.max(0.0, along)
+            if ti.static(barrier):  # noqa: SIM102 (one is compile time)
+                if mirrored == 0 and pack["share"][0][lane] > 1e-6:
+                    room = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
+                    sinking = -free.dot(normal) - dt * inverse_dx * along
+                    along += ti.max(0.0, sinking / ti.max(dt * inverse_dx, 1e-30) - room / (dt * dt * inverse_dx**2))
+            if mirrored == 0 and code == STICK:
+                given += (along - given.dot(normal)) * normal
+            if mirrored == 0 and code != STICK:
+                sliding = free - free.dot(normal) * normal
+                speed = sliding.norm()
+                held = ti.min(friction * ti.max(0.0, along), speed / ti.max(dt * inverse_dx, 1e-30))
+                given = along * normal - (held / ti.max(speed, 1e-30)) * sliding
+            for a in ti.static(range(dim)):
+                pack["inner"][a][lane] += given[a]
+            if tally >= 0:
+                J = ti.cast(given * (pack["m"][0][lane] * volume * dt * inverse_dx), ti.f64)
+                x, v = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
+                for a in ti.static(range(dim)):
+                    x[a], v[a] = pack["x"][a][lane] + coordinates[block, a], pack["v"][a][lane]
+                    tallies[tally, surface, a] += J[a]
+                if ti.static(dim == 2):
+                    tallies[tally, surface, dim] += x[0] * J[1] - x[1] * J[0]
+                else:
+                    moment = x.cross(J)
+                    for a in ti.static(range(3)):
+                        tallies[tally, surface, dim + a] += moment[a]
+                # The work of a force is with the velocity in the middle of the kick
+                middle = v + 0.5 * ti.cast(dt * (inverse_dx * read_lane(pack["inner"], lane) + pull), ti.f64)
+                tallies[tally, surface, dim + n_moment] += J.dot(middle)
+
+    @ti.func
+    def push_loads(pack: ti.template(), first, count, block, coordinates: ti.template(), loads: ti.template(),
+                   n_loads, dx, dt, volume,
+                   tallies: ti.template(), tally, surface):
+        """Loads of events: accelerations within a radius."""
+        for lane in range(count):
+            for q in range(n_loads):
+                square = ti.cast(0.0, ti.f64)
+                for a in ti.static(range(dim)):
+                    square += (pack["x"][a][lane] + coordinates[block, a] - loads[q, a]) ** 2
+                if square < loads[q, dim] ** 2:
+                    for a in ti.static(range(dim)):
+                        gain = ti.cast(loads[q, dim + 1 + a], real)
+                        pack["inner"][a][lane] += dx * gain
+                        tallies[tally, surface, a] += ti.cast(pack["m"][0][lane] * volume * dt * gain, ti.f64)
+
+    @ti.func
+    def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
+                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), ints: ti.template(),
+                   reals: ti.template(), room, most_runs, frames: ti.template(), first_dummy, surfaces: ti.template(),
+                   coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
+                   tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, gamma, pressure,
+                   threshold):
+        first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
+        n_surfaces = surfaces.shape[0]
+        tally, volume = tally_of[k], ti.cast(dx, real) ** dim
+        inverse_dx = 1.0 / dx
+        pull = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
+        if tally >= 0:
+            for s in range(n_surfaces):
+                for q in ti.static(range(dim + n_moment + 1)):
+                    tallies[tally, s, q] = 0.0
+        read_pack(pack, first, count, source)
+        begin, current, mirror = k * room, -1, 0
+        for q in range(n_runs[k]):
+            c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+            surface = ints[c, SURFACE]
+            if surface != current:
+                if current < 0:
+                    write_inner(pack)
+                else:
+                    end_surface(pack, first, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull,
+                                volume, tallies, tally)
+                clear_wall(pack)
+                current = surface
+            if surface < 0:
+                add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
+            elif surfaces[surface, 2] > 0.0:
+                mirror = 1
+                add_run(pack, "wall", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
+            else:
+                mirror = 0
+                add_run(pack, "wall", True, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
+            begin = end
+        if current < 0:
+            write_inner(pack)
+        else:
+            end_surface(pack, first, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull, volume,
+                        tallies, tally)
+        if ti.static(confined):
+            confine(pack, pressure, threshold)
+        if n_loads > 0:
+            push_loads(pack, first, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
+                       n_surfaces - 1)
+        for lane in range(count):
+            row = ti.Vector.zero(real, layout.moved_width)
+            for a in ti.static(range(dim)):
+                row[a] = pack["x"][a][lane]
+                row[dim + a] = keep * (pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + pull[a]))
+            row[2 * dim] = pack["V"][0][lane]
+            moved[first + lane] = row
+
+    @ti.func
+    def write_inner(pack: ti.template()):
+        for lane in range(width):
+            for a in ti.static(range(dim)):
+                pack["inner"][a][lane] = pack["f"][a][lane]
+
+    @ti.kernel
+    def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
+             entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
+             ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int,
+             frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
+             coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
+             tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
+             beta: real, gamma: real, pressure: real, threshold: real, n_packs: int, shares: ti.types.ndarray()):
+        if ti.static(width == 1):
+            for k in range(n_packs):
+                blank = ti.Vector.zero(real, width)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs, frames,
+                           first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
+                           alpha, beta, gamma, pressure, threshold)
+        else:
+            for i in range(chunks(shares)):
+                if is_worker(i):
+                    begin, end = chunk(i, shares)
+                    blank = ti.Vector.zero(real, width)
+                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                    for k in range(begin, end):
+                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
+                                   frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
+                                   gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
+
+    @ti.kernel
+    def sum_tallies(tallies: ti.types.ndarray(), n_rows: int, total: ti.types.ndarray()):
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            for t in range(n_rows):
+                for s in range(total.shape[0]):
+                    for q in ti.static(range(dim + n_moment + 1)):
+                        total[s, q] += tallies[t, s, q]
+
+    def kick_packs(*arguments):
+        with plain_compilation():
+            kick(*arguments)
+
+    return kick_packs, sum_tallies

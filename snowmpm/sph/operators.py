@@ -1,0 +1,151 @@
+"""Differential operators and filters of fields on particles (Bui & Nguyen 2021, section 2.2, equation numbers theirs).
+
+With d = x_j - x_i and a weight w of each pair, the sums M0 = sum w, M1 = sum w d, M2 = sum w d d^T, B0 = sum w (f_j -
+f_i), B1 = sum w d (f_j - f_i) give, for w = -V_j W'/r (so that grad_i W = -(W'/r) d),
+
+    gradient             B1                                          (20)
+    corrected_gradient   G = M2^-1 B1                                (21) exact for linear f
+    plain_laplacian      2 B0                                        (31)
+    laplacian            2 (B0 - M1 . G) / K,   K = tr M2 / dim      (39) exact for linear f
+
+and for w = V_j W
+
+    coverage             M0 of the others: half of it is missing at a free surface
+    shepard              f + B0 / M0
+    mls                  f + (B0 - M1 . M2^-1 B1) / (M0 - M1 . M2^-1 M1)    linear f pass unchanged
+
+The isotropic K of (39) leaves an error in x^2 - y^2 and x y on disordered particles, which (31) has a hundred times
+larger, and growing with resolution.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.materials.packs import read_lane
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.runtime import plain_compilation
+from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.smoothing import KERNELS
+
+SLOPES = ("gradient", "corrected_gradient", "plain_laplacian", "laplacian")
+FILTERS = ("coverage", "shepard", "mls")
+LEAST_PIVOT = 1e-6
+"""Determinant of M2 relative to (tr M2 / dim)^dim below which a neighbourhood is flat, and has no inverse."""
+
+
+def results(kind, dim):
+    """Numbers that an operator gives of each field."""
+    return dim if kind in ("gradient", "corrected_gradient") else 1
+
+
+@functools.cache
+def operator_kernel(layout, real, width, kernel, radius, kind, parity):
+    """Kernel of one operator over the particles and their images. parity: of each field, the axes whose mirror turns
+    its sign. Dummies have no values."""
+    dim, n_fields = layout.dim, len(parity)
+    pair = pair_functions(layout)
+    weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    columns = (("x", dim), ("f", n_fields), ("m0", 1), ("m1", dim), ("m2", dim * dim), ("b0", n_fields),
+               ("b1", n_fields * dim), ("V", 1))
+
+    @ti.func
+    def inverse(m2):
+        """Inverse of M2, zero for flat neighbourhoods."""
+        scale = ti.max(m2.trace() / dim, 1e-20)
+        determinant = (m2 / scale).determinant()
+        sound = ti.abs(determinant) > LEAST_PIVOT
+        safe = ti.select(sound, m2 / scale, ti.Matrix.identity(real, dim))
+        return ti.select(sound, safe.inverse() / scale, ti.Matrix.zero(real, dim, dim))
+
+    @ti.func
+    def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), fields: ti.template(),
+                entries: ti.template(), reals: ti.template()):
+        sign = pair.signs(reals, c)
+        for e in range(begin, end):
+            j = entries[e]
+            row = moved[j]
+            xj, Vj, fj = pair.place(reals, c, row), row[2 * dim], fields[j]
+            for q in ti.static(range(n_fields)):
+                for a in ti.static(parity[q]):
+                    fj[q] *= sign[a]
+            for lane in range(width):
+                d = xj - read_lane(pack["x"], lane)
+                r = ti.sqrt(d.norm_sqr())
+                w = Vj * weight(r) if ti.static(kind in FILTERS) else -Vj * slope_over_r(r)
+                pack["m0"][0][lane] += w
+                for a in ti.static(range(dim)):
+                    pack["m1"][a][lane] += w * d[a]
+                    for b in ti.static(range(dim)):
+                        pack["m2"][a * dim + b][lane] += w * d[a] * d[b]
+                for q in ti.static(range(n_fields)):
+                    gain = w * (fj[q] - pack["f"][q][lane])
+                    pack["b0"][q][lane] += gain
+                    for a in ti.static(range(dim)):
+                        pack["b1"][q * dim + a][lane] += gain * d[a]
+
+    @ti.func
+    def conclude(pack: ti.template(), lane, row, out: ti.template()):
+        m2 = ti.Matrix([[pack["m2"][a * dim + b][lane] for b in ti.static(range(dim))] for a in ti.static(range(dim))])
+        m1, m0, back = read_lane(pack["m1"], lane), pack["m0"][0][lane], inverse(m2)
+        for q in ti.static(range(n_fields)):
+            b0 = pack["b0"][q][lane]
+            b1 = ti.Vector([pack["b1"][q * dim + a][lane] for a in ti.static(range(dim))])
+            if ti.static(kind == "gradient"):
+                for a in ti.static(range(dim)):
+                    out[row, q * dim + a] = b1[a]
+            elif ti.static(kind == "corrected_gradient"):
+                slope = back @ b1
+                for a in ti.static(range(dim)):
+                    out[row, q * dim + a] = slope[a]
+            elif ti.static(kind == "plain_laplacian"):
+                out[row, q] = 2.0 * b0
+            elif ti.static(kind == "laplacian"):
+                out[row, q] = 2.0 * (b0 - m1.dot(back @ b1)) / ti.max(m2.trace() / dim, 1e-20)
+            elif ti.static(kind == "coverage"):
+                out[row, q] = m0 - pack["V"][0][lane] * weight(ti.cast(0.0, real))
+            elif ti.static(kind == "shepard"):
+                out[row, q] = pack["f"][q][lane] + b0 / ti.max(m0, 1e-20)
+            else:
+                lower = m0 - m1.dot(back @ m1)
+                out[row, q] = pack["f"][q][lane] + (b0 - m1.dot(back @ b1)) / ti.max(lower, 1e-6 * m0 + 1e-20)
+
+    @ti.kernel
+    def operate(table: ti.types.ndarray(), moved: ti.types.ndarray(), fields: ti.types.ndarray(),
+                out: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
+                n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, first_dummy: int,
+                n_packs: int, shares: ti.types.ndarray()):
+        for i in range(chunks(shares)):
+            if is_worker(i):
+                first_pack, last_pack = chunk(i, shares)
+                blank = ti.Vector.zero(real, width)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                for k in range(first_pack, last_pack):
+                    first, count = table[k, FIRST], table[k, COUNT]
+                    for lane in range(width):
+                        p = first + ti.min(lane, count - 1)
+                        row, own = moved[p], fields[p]
+                        for a in ti.static(range(dim)):
+                            pack["x"][a][lane], pack["m1"][a][lane] = row[a], 0.0
+                        for q in ti.static(range(n_fields)):
+                            pack["f"][q][lane], pack["b0"][q][lane] = own[q], 0.0
+                        for q in ti.static(range(n_fields * dim)):
+                            pack["b1"][q][lane] = 0.0
+                        for q in ti.static(range(dim * dim)):
+                            pack["m2"][q][lane] = 0.0
+                        pack["m0"][0][lane], pack["V"][0][lane] = 0.0, row[2 * dim]
+                    begin = k * room
+                    for q in range(n_runs[k]):
+                        c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+                        if entries[begin] < first_dummy:
+                            add_run(pack, c, begin, end, moved, fields, entries, reals)
+                        begin = end
+                    for lane in range(count):
+                        conclude(pack, lane, first + lane, out)
+
+    def operate_packs(*arguments):
+        with plain_compilation():
+            operate(*arguments)
+
+    return operate_packs

@@ -1,0 +1,70 @@
+"""What particles show their neighbours: one row of numbers each, in the units of cells.
+
+    source  x [cells, from its block], v [m/s], S, m, V, z [, R] [, D]     read by the momentum sum
+    moved   x, v, V                                                  read by the velocity gradient
+
+S: stress over density squared [Pa m6/kg2], or stress [Pa], as the form of the momentum sum wants it; in the plane (xx,
+yy, xy) or in space (6 entries). m, V: mass and present volume per cell volume [kg/m3, 1]; z: rho c [kg/m2/s]; R:
+artificial stress, in the measure of S; D: stretching [m/s/cell]. Dummy particles have rows like particles, after them.
+"""
+
+from dataclasses import dataclass
+
+import taichi as ti
+
+from snowmpm.runtime import DTYPES
+
+PLANE = (0, 1, 3)
+"""Entries of a plane strain tensor (xx, yy, zz, xy) that act in the plane."""
+
+
+@dataclass(frozen=True)
+class RowLayout:
+    """Columns of the rows. tension: whether they carry an artificial stress; ordered: whether a stretching."""
+
+    dim: int
+    tension: bool = False
+    ordered: bool = False
+
+    @property
+    def n_stress(self):
+        return {2: 3, 3: 6}[self.dim]
+
+    @property
+    def pairs(self):
+        """(a, b) of each entry of S."""
+        return ((0, 0), (1, 1), (0, 1)) if self.dim == 2 else ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+
+    @property
+    def entries(self):
+        """Entry of the law's stress that each entry of S is."""
+        return PLANE if self.dim == 2 else tuple(range(6))
+
+    @property
+    def at(self):
+        """First column of each part of a source row."""
+        d, n = self.dim, self.n_stress
+        return {"x": 0, "v": d, "S": 2 * d, "m": 2 * d + n, "V": 2 * d + n + 1, "z": 2 * d + n + 2, "R": 2 * d + n + 3,
+                "D": 2 * d + n + 3 + n * self.tension}
+
+    @property
+    def source_width(self):
+        return 2 * self.dim + self.n_stress * (1 + self.tension + self.ordered) + 3
+
+    @property
+    def moved_width(self):
+        return 2 * self.dim + 1
+
+
+class Rows:
+    """The two tables of rows of particles and dummies, of a working precision."""
+
+    def __init__(self, layout, precision, n):
+        self.layout, self.real = layout, DTYPES[precision][0]
+        self.n = max(1, n)
+        self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
+        self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
+
+    @property
+    def bytes(self):
+        return self.n * (self.layout.source_width + self.layout.moved_width) * (4 if self.real == ti.f32 else 8)

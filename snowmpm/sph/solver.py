@@ -1,0 +1,435 @@
+"""Explicit finite-strain SPH: updated Lagrangian, staggered leapfrog.
+
+    v^{n+1/2} = v^{n-1/2} + dt a(x^n, tau^n)        momentum.py
+    f = I + dt L(v^{n+1/2}, x^n),  tau^{n+1} = law  update.py
+    x^{n+1} = x^n + dt v^{n+1/2}
+
+(Favero Neto & Borja 2018, doi:10.1007/s11440-017-0628-9; choices beyond theirs from Bui & Nguyen 2021,
+doi:10.1016/j.compgeo.2021.104315, and Peng et al. 2015, doi:10.1007/s11440-015-0398-1.) Stress and velocity are never
+advanced from the same level, which is forward Euler and blows up.
+"""
+
+import math
+from dataclasses import asdict, replace
+
+import numpy as np
+import taichi as ti
+
+from snowmpm import report as report_of
+from snowmpm import runtime
+from snowmpm.arrays import int_array, real_array
+from snowmpm.blocks import EDGE
+from snowmpm.errors import SimulationError
+from snowmpm.frame import Frame
+from snowmpm.materials.packs import LANES
+from snowmpm.sorted_particles import SortedParticles
+from snowmpm.sph.boundary import Boundary
+from snowmpm.sph.extrapolation import extrapolation_kernel
+from snowmpm.sph.momentum import momentum_kernel, tally_width
+from snowmpm.sph.neighbours import Group, NeighbourLists, Packs, order_kernel
+from snowmpm.sph.operators import operator_kernel, results
+from snowmpm.sph.rows import RowLayout, Rows
+from snowmpm.sph.update import update_kernels
+from snowmpm.timestep import FLIGHT_LIMIT, Extremes, stable_step
+
+SKIN = 0.4
+"""Cells beyond the support that lists of neighbours reach: they are made anew when two particles may have come closer
+by this."""
+
+CRITICAL_CFL = 1.0
+"""Largest stable C = c dt / dx; measured (tests/sph/test_time_step.py)."""
+
+USUAL_CFL = 0.3
+"""C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja."""
+
+
+class SphSolver:
+    """Particles, their neighbours, and one step of both.
+
+    particles: `SortedParticles`, a particle a cell of dx. Totals since the start: `impulse` of terrain, sides and loads
+    and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return maps.
+    """
+
+    method = "sph"
+
+    def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
+                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None):
+        """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
+
+        scheme: what `snowmpm.scenes.Sph` has. terrain: object with `query(points) -> distance, normal` in scene
+        coordinates, or None. sides: (dim, 2) names of `contact.CODES` or "periodic". obstacles: `solids.Obstacle`s.
+        cfl: share of dx that a wave or a particle may cross in a step. width: lanes of a pack, as the backend asks.
+        """
+        self.dim = dim = len(origin)
+        self.dx, self.precision, self.scheme = dx, precision, scheme
+        self.gravity = np.asarray(gravity, float)
+        self._gravity = real_array(self.gravity)
+        self.width = width or (1 if runtime.backend() == "cuda" else LANES)
+        self.critical_cfl = CRITICAL_CFL
+        self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
+        self.cfl = cfl or USUAL_CFL
+        frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
+        sides = sides or [["open", "open"]] * dim
+        period = frame.period(sides)
+        self.radius = 2.0 * scheme.smoothing
+        self.particles = SortedParticles(
+            population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
+            gravity=gravity, home_limit=1.0, second_moment=0.0, period=period)
+        self.materials = self.particles.materials
+        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
+                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self.boundary = Boundary(frame, self.radius, terrain=terrain, terrain_contact=terrain_contact,
+                                 terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
+                                 first_row=self.particles.capacity)
+        self.surfaces = self.boundary.surfaces
+        self._bind()
+        self.time, self.steps = 0.0, 0
+        self.keep = 1.0
+        """Share of the velocity kept each step: below 1 only while an initial state settles."""
+        self._loaded, self.weight_impulse = np.zeros(dim), np.zeros(dim)
+        self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
+        self.set_loads([])
+        self._closed_in, self._graded = math.inf, False
+        self._mean = np.zeros(dim)
+
+    def _bind(self):
+        scheme, store = self.scheme, self.particles
+        real = runtime.DTYPES[self.precision][0]
+        layout = RowLayout(self.dim, scheme.artificial_stress > 0.0, scheme.disorder_damping > 0.0)
+        self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
+        self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
+        common = (self.width, scheme.kernel, self.radius, scheme.momentum)
+        self._kick, self._sum_tallies = momentum_kernel(
+            layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
+            round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
+            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
+        self._update, self._reduce, self._show = update_kernels(
+            store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
+            scheme.gradient == "corrected", scheme.artificial_stress)
+        self._order = order_kernel(store.layout)
+        self._lists = NeighbourLists(self.dim, self.precision, self.width)
+        if self.boundary.dummies.count:
+            self._follow, self._follow_velocity = (
+                extrapolation_kernel(layout, real, *common, scheme.walls, moved) for moved in (False, True))
+            self._dummy_lists = NeighbourLists(self.dim, self.precision, self.width)
+        self._reports = None
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    def step(self, dt):
+        """Advance by dt [s]."""
+        with runtime.precision(self.precision):
+            if self._closed_in >= SKIN:
+                self.sort()
+            elif self._seen != self.particles.changes:
+                self._show_rows()
+            if self.boundary.dummies.moving:
+                self.boundary.dummies.carry(self.rows, self._place)
+            self.lead_dummies(self._follow if self._has_dummies else None, self.rows.source)
+            self.kick(dt)
+            self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
+            self.regularise(dt)
+            self.update(dt)
+        pushed = max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
+        self._closed_in += dt / self.dx * max(2.0 * self._deviation, self.extremes.speed + pushed)
+        self.weight_impulse += dt * self.particles.mass * self.gravity
+        self.time += dt
+        self.steps += 1
+
+    @property
+    def _place(self):
+        """Time [s] that obstacles are where they are at: while an initial state settles, nothing is set in motion."""
+        return self.time if self.keep == 1.0 else -1.0
+
+    def lead_dummies(self, follow, rows):
+        """Let the dummies follow the particles near them."""
+        if self._has_dummies and self._dummy_packs.n:
+            lists, packs, dummies = self._dummy_lists, self._dummy_packs, self.boundary.dummies
+            follow(packs.table, rows, self.rows.source, lists.entries, lists.runs, lists.n_runs, lists.reals,
+                   lists.room, lists.most_runs, dummies.frames, dummies.surface_of, dummies.first_row,
+                   self.boundary.table, self._gravity, self.dx, packs.n, packs.shares)
+
+    def kick(self, dt):
+        """Forces, and the velocities that they lead to."""
+        lists, packs, scheme, dummies = self._lists, self._packs, self.scheme, self.boundary.dummies
+        self._kick(packs.table, self.rows.source, self.rows.moved, lists.entries, lists.runs, lists.n_runs, lists.ints,
+                   lists.reals, lists.room, lists.most_runs, dummies.frames, dummies.first_row, self.boundary.table,
+                   self._corners, self._loads, self._n_loads, self._tallies, self._tally_of, self._gravity, self.dx, dt,
+                   self.keep, scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
+                   scheme.confining_pressure, scheme.surface_coverage, packs.n, packs.shares)
+        totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
+        if self._n_tallies:
+            self._sum_tallies(self._tallies, self._n_tallies, totals)
+            self._loaded += self.boundary.add(totals, self._place)
+
+    def regularise(self, dt):
+        """Smooth the elastic strains of the particles, where the scheme asks for it."""
+        kind, store = self.scheme.regularisation, self.particles
+        if kind == "none" or (kind != "diffusion" and (self.steps + 1) % self.scheme.regularisation_interval):
+            return
+        table = store.table()
+        columns = store.layout.columns("elastic")
+        parity = ((), (), (), *((a, b) for a, b in self.rows.layout.pairs if a != b))
+        smooth = self.operate("laplacian" if kind == "diffusion" else kind, table[:, columns], parity)
+        if kind == "diffusion":
+            # In cells: the step that is stable for the sum of both scales
+            number = self.scheme.diffusion * self.materials.wave_speed * 0.5 * self.radius * dt / self.dx
+            smooth = table[:, columns] + number * smooth
+        table[:, columns] = smooth
+        store.overwrite(table)
+        self._seen = store.changes
+
+    def operate(self, kind, values, parity=None):
+        """One of the operators of `sph.operators` on `values` (n,) or (n, k) of the particles, in their order; ->
+        (n, k, dim) of gradients [1/cell], (n, k) of all others (Laplacians: [1/cell2])."""
+        values = np.asarray(values)
+        values = values.reshape(len(values), -1)
+        real, numpy_real = runtime.DTYPES[self.precision]
+        n, k = values.shape
+        with runtime.precision(self.precision):
+            if not math.isfinite(self._closed_in):
+                raise ValueError("the particles must be sorted first")
+            fields = ti.ndarray(ti.types.vector(k, real), (max(1, n),))
+            fields.from_numpy(np.ascontiguousarray(values, numpy_real))
+            out = np.zeros((max(1, n), k * results(kind, self.dim)), numpy_real)
+            lists, packs = self._lists, self._packs
+            operator_kernel(self.rows.layout, real, self.width, self.scheme.kernel, self.radius, kind,
+                            tuple(parity or ((),) * k))(
+                packs.table, self.rows.moved, fields, out, lists.entries, lists.runs, lists.n_runs, lists.reals,
+                lists.room, lists.most_runs, self.boundary.dummies.first_row, packs.n, packs.shares)
+        return out[:n].reshape(n, k, self.dim) if results(kind, self.dim) > 1 else out[:n]
+
+    def update(self, dt):
+        """Velocity gradients, stresses, places."""
+        lists, packs, store = self._lists, self._packs, self.particles
+        self._update(packs.table, store.reals, store.turn, store.material, self.materials.numbers,
+                     self.materials.law_of, self._speeds, self.rows.source, self.rows.moved, lists.entries, lists.runs,
+                     lists.n_runs, lists.reals, lists.room, lists.most_runs, self._mean_velocity, dt, self.dx,
+                     self._reports, packs.n, packs.shares)
+        report = np.zeros(report_of.N_REPORT)
+        self._reduce(self._reports, packs.n, report)
+        self._read(report)
+
+    @property
+    def impulse(self):
+        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
+        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
+
+    @property
+    def contact_work(self):
+        """Energy that terrain, sides and obstacles took [J]."""
+        return -float(sum(surface.total[-1] for surface in self.surfaces))
+
+    @property
+    def obstacle_totals(self):
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+        return self.boundary.obstacle_totals
+
+    def stable_dt(self):
+        """-> (step for now [s], what limits it), with the margin of cfl."""
+        return self._step_at(self.cfl, self.cfl)
+
+    def critical_dt(self):
+        """-> (longest step that is not unstable [s], what limits it)."""
+        return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
+
+    def _step_at(self, elastic, advective):
+        pushed = max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
+        extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
+        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
+
+    @property
+    def _obstacles(self):
+        return [surface.obstacle for surface in self.surfaces if surface.obstacle is not None]
+
+    @property
+    def _has_dummies(self):
+        return self.boundary.dummies.count > 0
+
+    def _read(self, report):
+        if report[report_of.BAD]:
+            self._fail(int(report[report_of.BAD]) - 1)
+        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
+                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
+                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+        self._deviation = report[report_of.EXCURSION] ** 0.5
+        self.plastic_work += report[report_of.DISSIPATION]
+        self.unconverged += int(report[report_of.UNCONVERGED])
+        self.n_plastic = int(report[report_of.PLASTIC])
+
+    def _fail(self, row):
+        particle, place = self.particles.describe(row)
+        raise SimulationError(
+            f"{particle} is no longer finite or turned inside out, at t = {self.time:.6g} s, step {self.steps},"
+            f" {place}:\nlower solver.cfl or check the stiffness of its material")
+
+    def sort(self):
+        """Bring every particle home to its block and find its neighbours anew; those outside the domain are removed
+        and counted."""
+        store = self.particles
+        with runtime.precision(self.precision):
+            store.sort(math.inf)
+            self._order(store.reals, store.turn, store.start, store.target, store.shares)
+            store.move(store.count)
+            self._follow_blocks()
+            if not self._graded:
+                self._grade()
+
+    def _grade(self):
+        """The velocity gradient that the particles start with, which the damping of disorder takes for order."""
+        self._graded, store = True, self.particles
+        table, columns = store.table(), store.layout.columns
+        velocity = table[:, columns("velocity")]
+        if len(velocity) and np.ptp(velocity, axis=0).any():
+            table[:, columns("affine")] = self.operate("corrected_gradient", velocity).reshape(len(table), -1) / self.dx
+            store.overwrite(table)
+            self._show_rows()
+
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true; they count as removed."""
+        self.particles.remove(gone)
+        self._closed_in = math.inf
+
+    def _follow_blocks(self):
+        """Lists for particles that lie in the order of their blocks."""
+        self._show_rows()
+        self._built = self._show_state()
+        # Told from the mean motion, which brings no two particles closer
+        velocity = self._built["rows"][:, self.dim : 2 * self.dim].astype(np.float64)
+        self._follow_motion(velocity.mean(axis=0) if len(velocity) else np.zeros(self.dim))
+        self._deviation = float(np.linalg.norm(velocity - self._mean, axis=1).max(initial=0.0))
+        self._closed_in = 0.0
+        self._find_neighbours()
+
+    def _show_rows(self):
+        """Rows of the particles, from the store."""
+        store = self.particles
+        self._show(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, self._speeds,
+                   self.rows.source, self.rows.moved, self.dx, store.count)
+        self._seen = store.changes
+
+    def _find_neighbours(self):
+        """Lists for the rows as they are."""
+        boundary, blocks = self.boundary, self.particles.blocks
+        reach = self.radius + SKIN
+        own = Group(-1, blocks)
+        boundary.dummies.place(self.rows, self._built["time"])
+        self._packs = Packs(blocks.start[:-1], np.diff(blocks.start), self.width)
+        self._lists.build(self._packs, self.rows.source, blocks.coordinates, [own, *boundary.dummies.groups],
+                          boundary.mirrors, reach)
+        if boundary.dummies.count:
+            coordinates, first, counts = boundary.dummies.near(blocks, reach)
+            self._dummy_packs = Packs(first, counts, self.width)
+            self._dummy_lists.build(self._dummy_packs, self.rows.source, coordinates, [own], boundary.mirrors, reach)
+        self._corners = int_array(EDGE[self.dim] * blocks.coordinates)
+        met = np.ones(self._packs.n, bool) if self._n_loads else self._lists.meets_surfaces(self._packs)
+        self._tally_of = int_array(np.where(met, np.cumsum(met) - 1, -1))
+        self._n_tallies = int(met.sum())
+        shape = max(1, self._n_tallies), len(self.surfaces) + 1, tally_width(self.dim)
+        self._tallies = ti.ndarray(ti.f64, shape)
+        if self._reports is None or self._reports.shape[0] < self._packs.n:
+            self._reports = ti.ndarray(ti.f64, (int(1.25 * self._packs.n) + 8, report_of.N_REPORT))
+
+    def _show_state(self):
+        """What the lists are made of: rows of the particles now, and the time that obstacles are shown at."""
+        return {"rows": self.rows.source.to_numpy()[: self.particles.count], "time": self._place}
+
+    def _follow_motion(self, mean):
+        self._mean, self._mean_velocity = mean, real_array(mean)
+
+    def set_loads(self, loads):
+        """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
+        rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
+                for centre, radius, acceleration in loads]
+        if bool(rows) != bool(getattr(self, "_n_loads", 0)):
+            self._closed_in = math.inf
+        self._n_loads = len(rows)
+        self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
+
+    def push(self, numbers, gain, mass):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
+        `mass` [kg]; counts as a load."""
+        self.particles.push(numbers, gain)
+        self._loaded += mass * np.asarray(gain)
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    def begin_settling(self):
+        """Before the damped steps of `settling`."""
+
+    def end_settling(self):
+        """After them."""
+        self.keep = 1.0
+
+    def null_space_noise(self, energy):
+        """There is no grid that could miss some of the motion."""
+        return 0.0
+
+    def second_moment(self):
+        """No affine part of the motion carries energy [m2]."""
+        return 0.0
+
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+        self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
+        self._loaded[:], self.weight_impulse[:] = 0.0, 0.0
+        self.boundary.clear()
+
+    @property
+    def bytes(self):
+        """Memory of everything but the particles."""
+        return self.rows.bytes + self._lists.bytes
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
+        return {
+            **self.particles.state(), **self.boundary.state(),
+            "frame": self.frame.bounds, "extremes": asdict(self.extremes), "time": self.time, "steps": self.steps,
+            "loaded": self._loaded.copy(), "weight_impulse": self.weight_impulse.copy(),
+            "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
+            "neighbours": self._neighbour_state(),
+        }
+
+    def _neighbour_state(self):
+        """Rows as they were when the lists were made and as they are, and how far that is; nothing when new lists come
+        next."""
+        if not math.isfinite(self._closed_in):
+            return {}
+        return {"built": self._built["rows"][:, : self.dim].copy(), "time": self._built["time"],
+                "rows": self._show_state()["rows"], "mean": self._mean, "deviation": self._deviation,
+                "closed_in": self._closed_in}
+
+    def restore(self, state):
+        """Take over the `state()` of a solver of the same scene; loads are set apart.
+
+        Raises InputError when it does not fit.
+        """
+        self.frame.check(state["frame"])
+        self.particles.restore(state)
+        self.boundary.restore(state)
+        self.extremes = Extremes(**state["extremes"])
+        self.time, self.steps = state["time"], state["steps"]
+        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
+        self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
+        self.n_plastic = state["n_plastic"]
+        self._closed_in, self._graded = math.inf, True
+        lists = state["neighbours"]
+        if lists:
+            self._restore_rows(lists["rows"], lists["built"])
+            self._built = {"rows": lists["built"], "time": lists["time"]}
+            with runtime.precision(self.precision):
+                self._find_neighbours()
+            self._restore_rows(lists["rows"], lists["rows"][:, : self.dim])
+            self._follow_motion(np.asarray(lists["mean"], float))
+            self._deviation, self._closed_in = lists["deviation"], lists["closed_in"]
+            self._seen = self.particles.changes
+
+    def _restore_rows(self, rows, positions):
+        """Set the rows of the particles, at these positions."""
+        whole = self.rows.source.to_numpy()
+        whole[: len(rows)] = rows
+        whole[: len(rows), : self.dim] = positions
+        self.rows.source.from_numpy(whole)

@@ -1,0 +1,306 @@
+"""From velocities to stresses: velocity gradient, deformation, law, drift of a step.
+
+    A_i = sum_j V_j (v_j - v_i) (x) grad_i W_ij,   K_i = sum_j V_j (x_j - x_i) (x) grad_i W_ij
+    L_i = A_i K_i^-1        "corrected": exact for linear velocities on any arrangement (Bui & Nguyen 2021, Eq. 21)
+    L_i = A_i               "plain"
+    f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f;   x <- x + dt v
+
+Particles with too few neighbours have no inverse: its determinant is kept from falling below LEAST_DETERMINANT, which
+lets their L fade out. K = I of a full neighbourhood. Packs as in the grid's gather (`snowmpm.law_packs`).
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.law_packs import law_functions
+from snowmpm.material_table import DENSITY
+from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.materials.spectral import eigen
+from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.particles import accessors
+from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
+from snowmpm.response import response_functions
+from snowmpm.runtime import plain_compilation
+from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.smoothing import KERNELS
+
+LEAST_DETERMINANT = {2: 0.02, 3: 0.005}
+"""Of K; a corner of a body has about 0.2 and 0.1."""
+
+LARGEST_GROWTH = 2.0
+"""J at which the volume that a particle stands for in sums stops to grow: one that flies alone does not fill the air
+around it."""
+
+REPORT_PARTS = 64
+"""Parts that reports are summed in, each in fixed order, and then added in theirs."""
+
+
+@functools.cache
+def row_functions(layout, row_layout, real, form, epsilon):
+    """`store_row(i, source, x, v, L, tau, ratio, volume, density, speed)`: what a particle shows its neighbours."""
+    dim, at, entries = layout.dim, row_layout.at, row_layout.entries
+
+    @ti.func
+    def artificial_stress(S):
+        """R = -epsilon sum_k <S_k> n_k n_k^T over the principal axes in tension (Gray et al. 2001)."""
+        whole = ti.Vector.zero(real, 4 if ti.static(dim == 2) else 6)
+        for k in ti.static(range(row_layout.n_stress)):
+            whole[entries[k]] = S[k]
+        values, axes = eigen(whole)
+        R = ti.Vector.zero(real, row_layout.n_stress)
+        for k in ti.static(range(row_layout.n_stress)):
+            a, b = ti.static(row_layout.pairs[k])
+            for m in ti.static(range(3)):
+                R[k] -= epsilon * ti.max(0.0, values[m]) * axes[a, m] * axes[b, m]
+        return R
+
+    @ti.func
+    def store_row(i, source: ti.template(), x, v, L, tau, ratio, volume, density, speed):
+        """L: velocity gradient a cell; volume: reference volume in cells."""
+        row = ti.Vector.zero(real, row_layout.source_width)
+        J = ti.min(ratio, LARGEST_GROWTH)
+        scale = J / (density * density) if ti.static(form == "density") else 1.0 / J
+        for a in ti.static(range(dim)):
+            row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
+        for k in ti.static(range(row_layout.n_stress)):
+            row[at["S"] + k] = scale * tau[entries[k]]
+        if ti.static(row_layout.tension):
+            R = artificial_stress(ti.Vector([row[at["S"] + k] for k in ti.static(range(row_layout.n_stress))]))
+            for k in ti.static(range(row_layout.n_stress)):
+                row[at["R"] + k] = R[k]
+        if ti.static(row_layout.ordered):
+            for k in ti.static(range(row_layout.n_stress)):
+                a, b = ti.static(row_layout.pairs[k])
+                row[at["D"] + k] = 0.5 * (L[a, b] + L[b, a])
+        row[at["m"]], row[at["V"]], row[at["z"]] = density * volume, J * volume, density / J * speed
+        source[i] = row
+
+    return store_row
+
+
+@functools.cache
+def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, corrected,
+                   epsilon=0.0):
+    """`update(...)`, the second half of a step, and `show(...)`, which fills the rows from the particle store."""
+    dim, sym_size = layout.dim, layout.sym_size
+    access, at = accessors(layout), layout.offsets
+    pair = pair_functions(row_layout)
+    _, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    stiffens = [function is not None for function in stiffnesses]
+    some_stiffen = any(stiffens)
+    judged, particle = particle_report(real), response_functions(layout, real, stiffnesses, n_parameters)
+    apply_laws = law_functions(layout, real, laws, n_parameters, width)
+    store_row = row_functions(layout, row_layout, real, form, epsilon)
+    symmetric = [(a, b) for a in range(dim) for b in range(a, dim)]
+    number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
+    columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
+               ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
+               ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT))
+
+    @ti.func
+    def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, moved: ti.template()):
+        for lane in range(count):
+            p = first + lane
+            row = moved[p]
+            for a in ti.static(range(dim)):
+                pack["x"][a][lane], pack["v"][a][lane] = row[a], row[dim + a]
+            write_lane(pack["h"], lane, access.load(reals, places, p, at["elastic"], sym_size))
+            write_lane(pack["state"], lane, access.load(reals, places, p, at["state"], layout.state_size))
+            write_lane(pack["ratio"], lane, access.load(reals, places, p, at["volume_ratio"], 1))
+            write_lane(pack["volume"], lane, access.load(reals, places, p, at["volume"], 1))
+        for lane in range(width):
+            for k in ti.static(range(dim * dim)):
+                pack["sums"][k][lane] = 0.0
+            for k in ti.static(range(len(symmetric))):
+                pack["K"][k][lane] = 0.0
+
+    @ti.func
+    def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), entries: ti.template(),
+                reals: ti.template()):
+        sign = pair.signs(reals, c)
+        for e in range(begin, end):
+            row = moved[entries[e]]
+            xj, vj, Vj = pair.place(reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
+            for lane in range(width):
+                d = xj - read_lane(pack["x"], lane)
+                dv = vj - read_lane(pack["v"], lane)
+                near = -Vj * slope_over_r(ti.sqrt(d.norm_sqr()))
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        pack["sums"][a * dim + b][lane] += near * dv[a] * d[b]
+                for k in ti.static(range(len(symmetric))):
+                    pack["K"][k][lane] += near * d[symmetric[k][0]] * d[symmetric[k][1]]
+
+    @ti.func
+    def deform_pack(pack: ti.template(), dt, inverse_dx):
+        for lane in range(width):
+            sums = read_matrix_lane(pack["sums"], lane)
+            L = inverse_dx * sums
+            if ti.static(corrected):
+                K = ti.Matrix.zero(real, dim, dim)
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        K[a, b] = pack["K"][number[a, b]][lane]
+                adjugate, least = ti.Matrix.zero(real, dim, dim), ti.static(LEAST_DETERMINANT[dim])
+                if ti.static(dim == 2):
+                    adjugate = ti.Matrix([[K[1, 1], -K[0, 1]], [-K[0, 1], K[0, 0]]])
+                else:
+                    for a in ti.static(range(3)):
+                        for b in ti.static(range(3)):
+                            p, q, r, s = ti.static((b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3)
+                            adjugate[a, b] = K[p, r] * K[q, s] - K[p, s] * K[q, r]
+                determinant = K[0, 0] * adjugate[0, 0]
+                for b in ti.static(range(1, dim)):
+                    determinant += K[0, b] * adjugate[b, 0]
+                L = (inverse_dx / ti.select(determinant > least, determinant, least)) * (sums @ adjugate)
+            A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
+            write_matrix_lane(pack["L"], lane, L)
+            write_matrix_lane(pack["A"], lane, A)
+            pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
+            for a in ti.static(range(dim)):
+                pack["x"][a][lane] += dt * inverse_dx * pack["v"][a][lane]
+
+    @ti.func
+    def report_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), mean: ti.template(), first,
+                    count, k, reports: ti.template()):
+        bad = 0
+        for lane in range(width):
+            h, v = read_lane(pack["h"], lane), read_lane(pack["v"], lane)
+            one = judged.judge(v, read_matrix_lane(pack["L"], lane), pack["growth"][0][lane], h,
+                               read_lane(pack["tau"], lane), work[lane] * pack["volume"][0][lane], iterations[lane])
+            one[STRAIN] = h.norm_sqr()
+            if ti.static(some_stiffen):
+                one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            one[EXCURSION] = 0.0
+            for a in ti.static(range(dim)):
+                one[EXCURSION] += (v[a] - ti.cast(mean[a], real)) ** 2
+            used = lane < count
+            for c in ti.static(range(N_REPORT)):
+                pack["most"][c][lane] = ti.select(used, one[c], 0.0)
+        total = read_lane(pack["most"], 0)
+        for lane in range(width):
+            if pack["most"][BAD][lane] > 0.0:
+                bad = first + lane + 1
+        for lane in range(1, width):
+            for c in ti.static(range(N_REPORT)):
+                if ti.static(c in SUMMED):
+                    total[c] += pack["most"][c][lane]
+                else:
+                    total[c] = larger(pack["most"][c][lane], total[c])
+        for c in ti.static(range(N_REPORT)):
+            reports[k, c] = ti.cast(total[c], ti.f64)
+        reports[k, BAD] = ti.cast(bad, ti.f64)
+
+    @ti.func
+    def wave_speed(pack: ti.template(), lane, material, speeds: ti.template(), law_of: ti.template()):
+        speed = ti.cast(speeds[material], real)
+        if ti.static(some_stiffen):
+            for k in ti.static(range(len(stiffens))):
+                if ti.static(stiffens[k]):  # noqa: SIM102 (one is compile time)
+                    if law_of[material] == k:
+                        speed = ti.sqrt(pack["wave2"][0][lane])
+        return speed
+
+    @ti.func
+    def write_pack(pack: ti.template(), first, count, reals: ti.template(), places, source: ti.template(),
+                   material: ti.template(), materials: ti.template(), speeds: ti.template(), law_of: ti.template(), dx):
+        for lane in range(count):
+            p = first + lane
+            x, v, tau = read_lane(pack["x"], lane), read_lane(pack["v"], lane), read_lane(pack["tau"], lane)
+            own, ratio = ti.cast(material[p], ti.i32), pack["ratio"][0][lane]
+            access.store(reals, places, p, at["position"], x)
+            particle.store_motion(p, reals, places, v, read_matrix_lane(pack["L"], lane))
+            particle.store_response(p, reals, places, read_lane(pack["h"], lane), tau, read_lane(pack["state"], lane),
+                                    ratio)
+            store_row(p, source, x, v, dx * read_matrix_lane(pack["L"], lane), tau, ratio,
+                      pack["volume"][0][lane] / dx**dim, materials[own, DENSITY],
+                      wave_speed(pack, lane, own, speeds, law_of))
+
+    @ti.func
+    def update_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), k, table: ti.template(),
+                    reals: ti.template(), places, material: ti.template(), materials: ti.template(),
+                    law_of: ti.template(), speeds: ti.template(), source: ti.template(), moved: ti.template(),
+                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), signs: ti.template(), room,
+                    most_runs, mean: ti.template(), dt, dx, reports: ti.template()):
+        first, count = table[k, FIRST], table[k, COUNT]
+        read_pack(pack, first, count, reals, places, moved)
+        begin = k * room
+        for q in range(n_runs[k]):
+            end = k * room + runs[k * most_runs + q, 1]
+            add_run(pack, runs[k * most_runs + q, 0], begin, end, moved, entries, signs)
+            begin = end
+        deform_pack(pack, dt, 1.0 / dx)
+        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
+        report_pack(pack, work, iterations, mean, first, count, k, reports)
+        write_pack(pack, first, count, reals, places, source, material, materials, speeds, law_of, dx)
+
+    @ti.kernel
+    def update(table: ti.types.ndarray(), reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+               materials: ti.types.ndarray(), law_of: ti.types.ndarray(), speeds: ti.types.ndarray(),
+               source: ti.types.ndarray(), moved: ti.types.ndarray(), entries: ti.types.ndarray(),
+               runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
+               most_runs: int, mean: ti.types.ndarray(), dt: real, dx: real, reports: ti.types.ndarray(),
+               n_packs: int, shares: ti.types.ndarray()):
+        if ti.static(width == 1):
+            for k in range(n_packs):
+                blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                work, iterations = blank, count_blank
+                update_pack(pack, work, iterations, k, table, reals, access.places(reals, turn), material, materials,
+                            law_of, speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
+                            reports)
+        else:
+            for i in range(chunks(shares)):
+                if is_worker(i):
+                    begin, end = chunk(i, shares)
+                    places = access.places(reals, turn)
+                    blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
+                    pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                    work, iterations = blank, count_blank
+                    for k in range(begin, end):
+                        update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of,
+                                    speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
+                                    reports)
+
+    @ti.kernel
+    def reduce(reports: ti.types.ndarray(), n_packs: int, report: ti.types.ndarray()):
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            judged.reduce_report(reports, report, n_packs)
+
+    @ti.kernel
+    def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
+             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
+             moved: ti.types.ndarray(),
+             dx: real, count: int):
+        for p in range(count):
+            places = access.places(reals, turn)
+            own = ti.cast(material[p], ti.i32)
+            tau, L = access.load(reals, places, p, at["stress"], sym_size), ti.Matrix.zero(real, dim, dim)
+            slopes = access.load(reals, places, p, at["affine"], dim * dim)
+            for a in ti.static(range(dim)):
+                for b in ti.static(range(dim)):
+                    L[a, b] = slopes[a * dim + b]
+            state = access.load(reals, places, p, at["state"], layout.state_size)
+            speed = ti.cast(speeds[own], real)
+            for k in ti.static(range(len(stiffens))):
+                if ti.static(stiffens[k]):  # noqa: SIM102 (one is compile time)
+                    if law_of[own] == k:
+                        prm = particle.parameters_of(materials, own)
+                        speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
+            store_row(p, source, access.load(reals, places, p, at["position"], dim),
+                      access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
+                      access.load(reals, places, p, at["volume_ratio"], 1)[0],
+                      access.load(reals, places, p, at["volume"], 1)[0] / dx**dim, materials[own, DENSITY], speed)
+            for a in ti.static(range(2 * dim)):
+                moved[p][a] = source[p][a]
+            moved[p][2 * dim] = source[p][row_layout.at["V"]]
+
+    def update_packs(*arguments):
+        with plain_compilation():
+            update(*arguments)
+
+    return update_packs, reduce, show

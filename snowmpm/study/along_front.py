@@ -1,0 +1,157 @@
+"""A scene moved along the Pareto front: what `--fast` and `--accurate` change in it, and what was measured of that.
+
+The moves and what they cost in error are those of `presets`, in problems with known answers; what they save is worked
+out for the scene at hand, from its dimension and time step and the measured cost of a particle-step.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.study import presets
+from snowmpm.study.measurement import read
+from snowmpm.study.presets import FASTER, LESS_ERROR
+from snowmpm.study.variation import LONGEST
+from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
+
+
+@dataclass(frozen=True)
+class Change:
+    """overrides: keys of the scene with their new values; lines: what is said of it."""
+
+    overrides: dict
+    lines: tuple
+
+
+def _check_method(scene, option):
+    if scene.solver.method != "mpm":
+        raise InputError.at("solver.method", scene.solver.method, f'{option} was measured for "mpm" only', scene.source)
+
+
+def faster(scene):
+    """`Change` that makes a scene run FASTER with the least loss that was measured."""
+    _check_method(scene, "--fast")
+    table, limit = _table(scene), coarsest(scene)
+    allowed = [gain for gain in table if gain.move.coarser <= limit]
+    saving = _saving(scene, table)
+    gain = presets.fastest(allowed, saving)
+    lines = _said(scene, gain, saving, "--fast")
+    if saving(gain.move) > 1.0 / FASTER:
+        thin = thinnest(scene)
+        lines.append(f"not {FASTER:g} times: its thinnest part is {thin:.3g} m, which a coarser grid would not resolve")
+    return Change(_overrides(scene, gain.move), tuple(lines))
+
+
+def more_accurate(scene):
+    """`Change` that brings the typical error to LESS_ERROR of what it was, at the least cost that was measured."""
+    _check_method(scene, "--accurate")
+    table = _table(scene)
+    saving = _saving(scene, table)
+    gain = presets.most_accurate(table, saving)
+    lines = _said(scene, gain, saving, "--accurate")
+    if gain.typical > LESS_ERROR:
+        lines.append(f"not {LESS_ERROR:g} of the error: nothing that was measured does that for this choice of solver")
+    return Change(_overrides(scene, gain.move), tuple(lines))
+
+
+def _table(scene):
+    """Moves that change something in this scene. Its own choices stay: one that has cubic splines already moves by the
+    others."""
+    chosen = scene.solver
+    return [gain for gain in presets.gains(read(presets.DATA))
+            if all(getattr(chosen, name) != value for name, value in gain.move.variation.scheme.items())
+            and (gain.move.variation.per_axis == 2 or _per_cell(gain.move, scene) > chosen.particles_per_cell)]
+
+
+def _per_cell(move, scene):
+    return move.variation.per_axis**scene.dimension
+
+
+def _step(scene, move=None):
+    """C of the elastic limit that a scene takes, after a move."""
+    chosen, scheme = scene.solver, move.variation.scheme if move else {}
+    stiffness = max(grain_stiffness(law, scene.dimension) for law in scene.materials.values())
+    own = {name: scheme.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
+    critical = critical_cfl(**own, stiffness=stiffness)
+    usual = chosen.cfl or usual_cfl(critical)
+    return min(usual * (move.variation.step if move else 1.0), max(usual, LONGEST * critical))
+
+
+def _saving(scene, table):
+    """saving(move): time after it over the time before, of as many particles and steps as it leaves, each at the cost
+    that was measured."""
+    cost = presets.costs(table)
+
+    def saving(move):
+        particles = _particles(scene, move) / move.coarser**scene.dimension
+        steps = 1.0 / move.coarser
+        if not scene.solver.dt:
+            steps *= _step(scene) / _step(scene, move)
+        return particles * steps * cost[move.name]
+
+    return saving
+
+
+def _particles(scene, move):
+    """In a cell, over those before."""
+    return _per_cell(move, scene) / scene.solver.particles_per_cell if move.variation.per_axis != 2 else 1.0
+
+
+def _overrides(scene, move):
+    chosen = scene.solver
+    changed = {f"solver.{name}": value for name, value in move.variation.scheme.items()}
+    if move.coarser != 1.0:
+        changed["solver.dx"] = float(f"{chosen.dx * move.coarser:.4g}")
+        if chosen.dt:
+            changed["solver.dt"] = float(f"{chosen.dt * move.coarser:.4g}")
+    if move.variation.per_axis != 2:
+        changed["solver.particles_per_cell"] = _per_cell(move, scene)
+    if not chosen.dt and _step(scene, move) > 1.001 * _step(scene):
+        # Rounded down: it must stay below the critical one
+        changed["solver.cfl"] = float(np.floor(1e3 * _step(scene, move)) / 1e3)
+    return changed
+
+
+def _said(scene, gain, saving, option):
+    before = {"solver.cfl": round(_step(scene), 3)}
+    parts = []
+    for key, value in _overrides(scene, gain.move).items():
+        was = before.get(key, getattr(scene.solver, key.partition(".")[2]))
+        parts.append(f"{key} {_text(was)} -> {_text(value)}")
+    ratio = saving(gain.move)
+    time = f"{1.0 / ratio:.2g} times faster" if ratio < 1.0 else f"{ratio:.2g} times the time"
+    return [f"{option}: {', '.join(parts)}",
+            f"expected: {time}, {presets.in_words(gain.error)} times the error, as measured in {len(gain.error)}"
+            " problems with known answers (median, range)"]
+
+
+def _text(value):
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def thinnest(scene):
+    """Least extent of a body that a grid must resolve [m]; inf where none is known before it is built. A weak layer
+    that is drawn some cells thick follows the grid."""
+    if scene.saw_test:
+        test = scene.saw_test
+        return min((layer.thickness for _, layer in test.layers
+                    if layer is not test.weak_layer or test.weak_layer.cells is None), default=float("inf"))
+    return min((_extent(body.shape) for body in scene.bodies), default=float("inf"))
+
+
+def _extent(shape):
+    if shape.kind == "layer" and shape.top != "file":
+        return shape.top - shape.bottom
+    if shape.kind == "box":
+        return min(hi - lo for lo, hi in zip(shape.min, shape.max, strict=True))
+    if shape.kind == "sphere":
+        return 2.0 * shape.radius
+    if shape.kind == "cylinder":
+        return min(2.0 * shape.radius, shape.height)
+    return float("inf")
+
+
+def coarsest(scene):
+    """Largest factor of dx at which the thinnest part is still a cell thick; 1 where it is less already."""
+    return max(1.0, thinnest(scene) / scene.solver.dx * (1.0 + 1e-9))

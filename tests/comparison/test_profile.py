@@ -1,0 +1,98 @@
+"""Profiles, stress lines and labels of runs that are made up."""
+
+import numpy as np
+import pytest
+
+from snowmpm.comparison import Line, open_cases, profile, stress_along
+from snowmpm.comparison.difference import profile_difference
+from snowmpm.errors import InputError
+from snowmpm.io import RunWriter
+
+SPACING = 0.05
+SCENE = 'name = "made_up"\ngravity = 9.81\n[solver]\nmethod = "mpm"\n'
+
+
+def write(folder, frames, dimension=2, fields=None, **record):
+    """A run of these frames: positions (n, dim)."""
+    record = {"scene": SCENE, "particle_spacing": SPACING, "dx": 2.0 * SPACING, **record}
+    units = dict.fromkeys(fields or (), "Pa")
+    with RunWriter(folder, provenance=record, dimension=dimension, units=units, origin=np.zeros(dimension)) as writer:
+        for i, x in enumerate(frames):
+            writer.history(float(i), {"front": 0.0, "steps": i}, {"front": "m", "steps": "1"})
+            writer.frame(float(i), x, {name: values(x) for name, values in (fields or {}).items()})
+    return folder
+
+
+def block(width, height, depth=None):
+    """Particles of a box with a corner at the origin."""
+    sizes = [width, height] if depth is None else [width, depth, height]
+    axes = [(np.arange(round(size / SPACING)) + 0.5) * SPACING for size in sizes]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def only(*paths):
+    return open_cases([str(path) for path in paths])
+
+
+def test_profile_of_a_box_and_of_a_wedge(tmp_path):
+    box = block(2.0, 1.0)
+    wedge = box[box[:, 1] < 1.0 - 0.5 * box[:, 0]]
+    grains = np.array([[2.5, 0.02], [3.1, 0.02], [0.5, 2.0]])  # roll ahead and fly
+    (case,) = only(write(tmp_path / "run", [box, np.concatenate([wedge, grains])]))
+    found = profile(case, case.run.frame(0))
+    assert (found.start, found.end) == pytest.approx((0.0, 2.0), abs=1e-6)
+    np.testing.assert_allclose(found.top, 1.0, atol=1e-6)
+    np.testing.assert_allclose(found.bottom, 0.0, atol=1e-6)
+    assert (found.back, found.front) == pytest.approx((0.0, 2.0), abs=1e-6)
+    found = profile(case, case.run.frame(1))
+    np.testing.assert_allclose(found.at(np.array([0.5, 1.0])), [0.75, 0.5], atol=SPACING)
+    assert found.end < 2.0 + 1e-6
+    # A twentieth of the depth of 1 m is left at x = 1.9 m
+    assert found.front == pytest.approx(1.9, abs=SPACING)
+
+
+def test_profile_around_a_middle(tmp_path):
+    x = block(4.0, 0.5, 4.0) - np.array([2.0, 2.0, 0.0])
+    disc = x[np.hypot(x[:, 0], x[:, 1]) < 1.5]
+    (case,) = only(write(tmp_path / "run", [disc, disc], dimension=3))
+    found = profile(case, case.run.frame(0), (0.0, 0.0))
+    assert found.along == "r"
+    assert found.front == pytest.approx(1.5, abs=SPACING)
+    np.testing.assert_allclose(found.top, 0.5, atol=1e-6)
+    assert profile(case, case.run.frame(0)).front == pytest.approx(1.5, abs=SPACING)  # a strip along x
+
+
+def test_difference_of_profiles(tmp_path):
+    cases = only(write(tmp_path / "a", [block(2.0, 1.0)] * 2), write(tmp_path / "b", [block(2.0, 0.8)] * 2))
+    one, other = (profile(case, case.run.frame(0)) for case in cases)
+    assert profile_difference(one, one) == 0.0
+    assert profile_difference(one, other) == pytest.approx(0.2)
+
+
+def test_stress_along_lines(tmp_path):
+    """A stress that grows with depth, tension positive in the file."""
+    fields = {"stress": lambda x: np.stack([0.5 * (x[:, 1] - 1.0), 0.0 * x[:, 1], x[:, 1] - 1.0, *[0.0 * x[:, 1]] * 3],
+                                           axis=1)}
+    (case,) = only(write(tmp_path / "run", [block(2.0, 1.0)] * 2, fields=fields))
+    upright = stress_along(case, case.run.frame(0), Line.of("x=1.0"))
+    np.testing.assert_allclose(upright.values["upright"], 1.0 - upright.place, atol=1e-5)
+    np.testing.assert_allclose(upright.values["level"], 0.5 * (1.0 - upright.place), atol=1e-5)
+    level = stress_along(case, case.run.frame(0), Line.of("z = 0.25"))
+    np.testing.assert_allclose(level.values["upright"], 0.75, atol=1.1 * SPACING)
+    assert stress_along(case, case.run.frame(0), Line("x", 7.0)) is None
+    for text in ("y=1", "x", "x=", "z=far", "x=nan"):
+        with pytest.raises(InputError, match="--line"):
+            Line.of(text)
+
+
+def test_labels_tell_runs_apart(tmp_path):
+    frames = [block(0.5, 0.5)] * 2
+    paths = [write(tmp_path / part / "run", frames) for part in ("mpm", "sph")]
+    assert [case.label for case in only(*paths)] == ["mpm/run", "sph/run"]
+    assert [case.label for case in only(paths[0], paths[0] / "run.vtkhdf")] != ["run", "run"]
+
+
+def test_runs_of_different_dimension_are_refused(tmp_path):
+    flat, deep = write(tmp_path / "a", [block(0.5, 0.5)] * 2), write(tmp_path / "b", [block(0.5, 0.5, 0.5)] * 2, 3)
+    with pytest.raises(InputError, match=r"a 3-D run; .* is 2-D"):
+        only(flat, deep)

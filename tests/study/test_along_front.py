@@ -1,0 +1,90 @@
+"""--fast and --accurate: what they change in a scene, and that the package's measurements keep what they promise."""
+
+import numpy as np
+import pytest
+
+from snowmpm.errors import InputError
+from snowmpm.scenes import library, load_scene
+from snowmpm.study import presets
+from snowmpm.study.along_front import coarsest, faster, more_accurate, thinnest
+from snowmpm.study.measurement import read
+
+
+@pytest.fixture(scope="module")
+def table():
+    return presets.gains(read(presets.DATA))
+
+
+def test_the_table_holds_every_move(table):
+    assert [gain.move for gain in table] == list(presets.MOVES)
+    assert all(len(gain.error) == len(presets.PROBLEMS) for gain in table)
+
+
+def test_what_is_promised_was_measured(table):
+    """Of a scene of the program's own choice in which nothing limits the grid."""
+    costs = presets.costs(table)
+
+    def work(move):
+        gain = next(gain for gain in table if gain.move == move)
+        return float(np.median(gain.work)) * costs[move.name]
+
+    assert work(presets.fastest(table, work).move) <= 1.0 / presets.FASTER
+    assert presets.most_accurate(table, work).typical <= presets.LESS_ERROR
+
+
+@pytest.mark.parametrize("name", ["slab_release", "slab_release_2d", "flow_warm_plug", "impact_wall_2d"])
+def test_a_change_is_a_valid_scene_and_says_what_it_does(name):
+    scene = load_scene(name)
+    for change, words in ((faster(scene), "times faster"), (more_accurate(scene), "times the time")):
+        moved = load_scene(name, change.overrides)
+        assert moved != scene
+        for key, value in change.overrides.items():
+            assert key in change.lines[0] and f"{value:g}" in change.lines[0] if isinstance(value, float) else True
+        assert words in change.lines[1] and "times the error" in change.lines[1]
+
+
+def test_fast_is_coarser_or_longer_in_step_and_accurate_is_finer():
+    scene = load_scene("flow_warm_plug")
+    fast, accurate = faster(scene).overrides, more_accurate(scene).overrides
+    assert fast.get("solver.dx", scene.solver.dx) >= scene.solver.dx and fast["solver.cfl"] > 0.4
+    assert accurate.get("solver.dx", scene.solver.dx) <= scene.solver.dx
+
+
+def test_the_grid_does_not_outgrow_the_thinnest_layer():
+    scene = load_scene("slab_release_2d")
+    assert scene.solver.dx * coarsest(scene) <= max(scene.solver.dx, thinnest(scene)) * (1.0 + 1e-6)
+    moved = load_scene("slab_release_2d", faster(scene).overrides)
+    assert moved.solver.dx <= max(scene.solver.dx, thinnest(scene)) * (1.0 + 1e-6)
+
+
+def test_a_layer_that_allows_nothing_is_named():
+    scene = load_scene("slab_release_2d", {"solver.dx": thinnest(load_scene("slab_release_2d"))})
+    assert coarsest(scene) == pytest.approx(1.0)
+    change = faster(scene)
+    assert "solver.dx" not in change.overrides and "thinnest part" in change.lines[-1]
+
+
+def test_what_a_scene_chose_itself_stays():
+    scene = load_scene("slab_release_2d", {"solver.kernel": "cubic", "solver.transfer": "flip"})
+    assert not {"solver.kernel", "solver.transfer"} & (faster(scene).overrides | more_accurate(scene).overrides).keys()
+
+
+def test_a_fixed_step_goes_with_the_grid():
+    scene = load_scene("flow_warm_plug", {"solver.dt": 1e-5})
+    changed = faster(scene).overrides
+    assert "solver.cfl" not in changed
+    assert changed["solver.dt"] / 1e-5 == pytest.approx(changed["solver.dx"] / scene.solver.dx, rel=1e-3)
+
+
+def test_every_scene_of_the_library_can_be_moved():
+    for name in library():
+        scene = load_scene(name)
+        if scene.solver.method == "mpm":
+            load_scene(name, faster(scene).overrides)
+            load_scene(name, more_accurate(scene).overrides)
+
+
+def test_sph_was_not_measured():
+    scene = load_scene("flow_warm_plug", {"solver.method": "sph"})
+    with pytest.raises(InputError, match=r"solver.method.*--fast"):
+        faster(scene)

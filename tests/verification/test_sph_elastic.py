@@ -1,0 +1,126 @@
+"""SPH on elastic problems with exact answers: a bar that vibrates (M4), waves (M8), a bar against a wall (M9).
+
+The viscosity alpha = 0.1 of the default is on: without it a lattice in alternating tension falls apart within a period
+(tensile instability), with it the vibration keeps 99 % of its amplitude.
+"""
+
+import numpy as np
+import pytest
+
+from snowmpm.materials import Elastic
+from snowmpm.study.problems.particle_states import ParticleStates
+from tests.sph.stage import lattice, solver_of
+from tests.verification.test_bar_impact import LAW as BAR
+from tests.verification.test_bar_impact import SPEEDS as IMPACTS
+from tests.verification.test_waves import DX, LAW, SPEEDS, STRAIN, TRAVEL, pulse, set_off
+
+LENGTH, PERIOD = 25.0, 10.0
+
+
+def crossings(times, values):
+    """When a series changes its sign."""
+    n = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    return times[n] - values[n] * (times[n + 1] - times[n]) / (values[n + 1] - values[n])
+
+
+def vibration(cells, side, periods):
+    """-> period of the first mode, amplitude of the mean velocity in the last half period over the first one."""
+    dx = LENGTH / cells
+    positions, volumes = lattice([0.0, 0.0], [LENGTH, 4 * dx], dx)
+    solver = solver_of(positions, volumes, Elastic(density=1.0, youngs_modulus=100.0, poisson_ratio=0.0), dx=dx,
+                       lower=[0.0, 0.0], upper=[2 * LENGTH, 4 * dx], sides=[[side, "open"], ["slip", "slip"]],
+                       velocity=lambda x: np.stack([0.1 * np.sin(np.pi * x[:, 0] / (2 * LENGTH)), 0.0 * x[:, 0]], 1))
+    dt, times, means = 0.3 * dx / 10.0, [], []
+    while solver.time < periods * PERIOD:
+        solver.step(dt)
+        times.append(solver.time - 0.5 * dt)
+        means.append(solver.particles.column("velocity")[:, 0].mean())
+    times, means = np.array(times), np.array(means)
+    return (2.0 * np.diff(crossings(times, means)).mean() / PERIOD,
+            np.abs(means[times > (periods - 0.5) * PERIOD]).max() / means[0])
+
+
+@pytest.mark.parametrize("side", ["stick", "symmetric"])
+def test_period_of_a_bar(side):
+    coarse, fine = vibration(25, side, 1.9), vibration(50, side, 1.9)
+    assert abs(fine[0] - 1.0) < 0.005
+    assert abs(fine[0] - 1.0) < 0.7 * abs(coarse[0] - 1.0)
+    assert 0.98 < fine[1] < 1.001
+
+
+@pytest.mark.slow
+def test_bar_over_ten_periods():
+    period, kept = vibration(50, "stick", 10.0)
+    assert abs(period - 1.0) < 0.005
+    assert 0.9 < kept < 1.001
+
+
+@pytest.mark.parametrize("kind", ["pressure", "shear"])
+def test_a_pulse_keeps_its_speed_and_its_peak(kind):
+    length = 16 / 0.364 * DX
+    positions, volumes = lattice([0.0, 0.0], [3.2, 8 * DX], DX)
+    solver = solver_of(positions, volumes, LAW, dx=DX, lower=[0.0, 0.0], upper=[3.2, 8 * DX],
+                       sides=[["periodic", "periodic"]] * 2)
+    steps = int(np.ceil(TRAVEL / SPEEDS[kind] / (0.3 * DX / LAW.wave_speed())))
+    dt = TRAVEL / SPEEDS[kind] / steps
+    states = set_off(solver, kind, length, 0.5, dt)
+    for _ in range(steps):
+        solver.step(dt)
+    row = np.flatnonzero(states.reference[:, 1] < 0.6 * DX)
+    x = states.reference[row, 0]
+    v = states.column("velocity")[row, int(kind == "shear")] / (STRAIN * SPEEDS[kind])
+    shifts = np.linspace(0.95 * TRAVEL, 1.05 * TRAVEL, 2001)
+    best = shifts[np.argmax([v @ pulse(x - 0.5 - shift, length) for shift in shifts])]
+    assert best / TRAVEL == pytest.approx(1.0, abs=0.01)
+    assert 0.9 < v.max() < 1.001
+
+
+def test_rayleigh_wave():
+    """As `test_waves.test_rayleigh_wave`: the frequency of a standing wave of 32 cells, from the velocity of its mode;
+    the free surface is where the kernel is cut off."""
+    wavelength, depth = 32 * DX, 96 * DX
+    positions, volumes = lattice([0.0, 0.0], [wavelength, depth], DX)
+    k, c = 2 * np.pi / wavelength, SPEEDS["rayleigh"]
+    q, s = (np.sqrt(1.0 - (c / SPEEDS[kind]) ** 2) for kind in ("pressure", "shear"))
+    B = -2.0 * q / (1.0 + s**2)
+
+    def mode(x):
+        z = depth - x[:, 1]
+        return np.stack([np.sin(k * x[:, 0]) * (np.exp(-q * k * z) + s * B * np.exp(-s * k * z)),
+                         -np.cos(k * x[:, 0]) * (q * np.exp(-q * k * z) + B * np.exp(-s * k * z))], axis=1)
+
+    solver = solver_of(positions, volumes, LAW, dx=DX, lower=[0.0, 0.0], upper=[wavelength, 2 * depth],
+                       velocity=lambda x: STRAIN * c * mode(x),
+                       sides=[["periodic", "periodic"], ["stick", "open"]])
+    states = ParticleStates(solver)
+    shape = mode(states.reference)
+    times, amplitudes = [], []
+    dt = 0.3 * DX / LAW.wave_speed()
+    while solver.time < 1.9 * wavelength / c:
+        solver.step(dt)
+        times.append(solver.time - 0.5 * dt)
+        amplitudes.append((states.column("velocity") * shape).sum())
+    found = crossings(np.array(times), np.array(amplitudes))
+    assert wavelength / (2.0 * np.diff(found).mean()) == pytest.approx(c, rel=0.03)
+
+
+@pytest.mark.parametrize(("speed", "alpha", "overshoot"), [(1.0, 1.0, 1.3), (5.0, 1.0, 1.3), (1.0, 0.1, 1.45)])
+def test_bar_against_a_wall(speed, alpha, overshoot):
+    """With alpha = 0.1 the front rings by 40 %, which more viscosity takes away."""
+    dx, high, exact = 0.01, 0.04, IMPACTS[speed][2]
+    positions, volumes = lattice([0.0, 0.0], [1.0, high], dx)
+    solver = solver_of(positions, volumes, BAR, dx=dx, velocity=lambda x: np.tile([-speed, 0.0], (len(x), 1)),
+                       lower=[0.0, 0.0], upper=[2.0, high], sides=[["separate", "open"], ["slip", "slip"]],
+                       scheme={"viscosity": alpha})
+    contact, rows = 2.0 / BAR.wave_speed(), []
+    while solver.time < 1.3 * contact:
+        before, start = solver.impulse[0], solver.time
+        solver.step(solver.stable_dt()[0])
+        rows.append((solver.time, (solver.impulse[0] - before) / (solver.time - start) / high))
+    time, stress = np.array(rows).T
+    assert stress[(time > 0.2 * contact) & (time < 0.8 * contact)].mean() == pytest.approx(exact, rel=0.03)
+    assert stress.max() < overshoot * exact
+    momentum = solver.particles.masses() @ solver.particles.column("velocity")[:, 0]
+    assert 0.9 < momentum / (solver.particles.mass * speed) < 1.0
+    # The wall takes no energy that it did not give: a bar that leaves has what the viscosity left it
+    assert abs(solver.contact_work) < 0.06 * 0.5 * solver.particles.mass * speed**2
