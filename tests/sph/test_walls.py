@@ -1,0 +1,96 @@
+"""Walls of dummies: friction, separation, what comes too close, and the momentum that they give."""
+
+import numpy as np
+import pytest
+
+from snowmpm.frame import Frame
+from snowmpm.materials import DruckerPrager, Elastic
+from snowmpm.sph.boundary import Boundary
+from snowmpm.study.problems.rigid_walls import Plane, block
+from tests.sph.stage import lattice, solver_of
+
+SAND = DruckerPrager(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, friction_angle=30.0)
+STIFF = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
+DX = 0.05
+
+
+def test_dummies_lie_in_layers_along_any_plane():
+    for angle in (0.0, np.radians(30.0), np.radians(45.0)):
+        frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 20.0))
+        ground = Plane(angle, (0.0, 6.0))
+        dummies = Boundary(frame, 3.0, terrain=ground).dummies
+        points = np.concatenate([part.positions for _, part in dummies._parts])
+        volumes = np.concatenate([part.volume for _, part in dummies._parts])
+        depth = -ground.query(points)[0]
+        inside = ((points > 2.0) & (points < 18.0)).all(axis=1)
+        assert set(np.round(depth[inside], 6)) == {0.5, 1.5, 2.5}
+        first = inside & (depth < 1.0)
+        along = np.sort(points[first] @ ground.along)
+        assert np.diff(along).min() > 0.8 and np.diff(along).max() < 1.7
+        assert volumes[first][1:-1].sum() == pytest.approx(np.ptp(along) - np.diff(along)[[0, -1]].mean(), rel=0.05)
+
+
+def slide(friction, slope, time=0.4):
+    """Way of an elastic block down a plane that lies across the lattice, over that of friction-free fall."""
+    ground = Plane(-slope, (0.0, 0.0))
+    positions, volumes = lattice([0.0, 0.0], [12 * DX, 4 * DX], DX)
+    placed = positions[:, :1] * ground.along + positions[:, 1:] * ground.normal
+    solver = solver_of(placed, volumes, STIFF, dx=DX, gravity=[0.0, -9.81], terrain=ground, terrain_contact="separate",
+                       terrain_friction=friction, lower=[-1.0, -2.0], upper=[2.5, 1.0])
+    while solver.time < time:
+        solver.step(solver.stable_dt()[0])
+    velocity = solver.particles.column("velocity").mean(axis=0)
+    return velocity @ ground.along / (9.81 * solver.time), velocity @ ground.normal
+
+
+@pytest.mark.parametrize(("friction", "degrees"), [(0.0, 20.0), (0.3, 30.0), (0.6, 20.0)])
+def test_block_on_an_incline(friction, degrees):
+    """g (sin θ - mu cos θ), none below the angle of friction; at 20 and 30 degrees against the lattice."""
+    slope = np.radians(degrees)
+    gained, normal = slide(friction, slope)
+    assert gained == pytest.approx(max(0.0, np.sin(slope) - friction * np.cos(slope)), abs=0.01)
+    assert abs(normal) < 0.05
+
+
+@pytest.mark.parametrize("walls", ["extrapolated", "copied", "most_compressive"])
+def test_nothing_gets_through(walls):
+    """A block of sand that falls on a wall at 5 m/s (M18f)."""
+    positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX)
+    solver = solver_of(positions, volumes, SAND, dx=DX, velocity=lambda x: np.tile([0.0, -5.0], (len(x), 1)),
+                       gravity=[0.0, -9.81], lower=[-2.0, 0.0], upper=[3.0, 3.0], sides=[["open", "open"],
+                                                                                          ["separate", "open"]],
+                       scheme={"walls": walls})
+    lowest, before = np.inf, solver.particles.mass * np.array([0.0, -5.0])
+    while solver.time < 0.15:
+        solver.step(solver.stable_dt()[0])
+        lowest = min(lowest, solver.particles.positions()[:, 1].min())
+    assert lowest > 0.0 and solver.particles.removed["count"] == 0
+    momentum = solver.particles.masses() @ solver.particles.column("velocity")
+    assert momentum == pytest.approx(before + solver.weight_impulse + solver.impulse, abs=1e-9 * abs(before[1]))
+
+
+def test_a_moving_wall_gives_what_the_body_gains():
+    """A plate that pushes a free block: impulse, work and momentum agree."""
+    positions, volumes = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX)
+    plate = block([-0.02, 4 * DX], [1.0, 0.0], 1.0, "separate", velocity=[1.0, 0.0])
+    solver = solver_of(positions, volumes, STIFF, dx=DX, obstacles=[plate])
+    while solver.time < 0.1:
+        solver.step(solver.stable_dt()[0])
+    momentum = solver.particles.masses() @ solver.particles.column("velocity")
+    impulse, work = solver.obstacle_totals[0, :2], solver.obstacle_totals[0, -1]
+    assert -impulse == pytest.approx(momentum, abs=1e-9)
+    assert momentum[0] > 0.9 * solver.particles.mass
+    assert work == pytest.approx(impulse[0] * 1.0, rel=1e-9)
+
+
+def test_a_wall_that_separates_lets_go_and_one_that_sticks_does_not():
+    speeds = {}
+    for contact in ("separate", "stick"):
+        positions, volumes = lattice([0.0, 0.0], [8 * DX, 4 * DX], DX)
+        solver = solver_of(positions, volumes, STIFF, dx=DX, velocity=lambda x: np.tile([0.0, 1.0], (len(x), 1)),
+                           lower=[-1.0, 0.0], upper=[2.0, 3.0], sides=[["open", "open"], [contact, "open"]])
+        while solver.time < 0.02:
+            solver.step(solver.stable_dt()[0])
+        speeds[contact] = solver.particles.column("velocity")[:, 1].mean()
+    assert speeds["separate"] == pytest.approx(1.0, abs=1e-6)
+    assert speeds["stick"] < 0.5
