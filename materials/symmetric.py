@@ -42,6 +42,7 @@ def invariants(stress):
 
 @ti.func
 def trace(a):
+    """a_ii."""
     return a[0] + a[1] + a[2]
 
 
@@ -85,6 +86,7 @@ def squared(a):
 
 @ti.func
 def determinant(a):
+    """det a."""
     result = a[2] * (a[0] * a[1] - a[3] * a[3])
     if ti.static(a.n == 6):
         result += 2.0 * a[3] * a[4] * a[5] - a[0] * a[4] * a[4] - a[1] * a[5] * a[5]

@@ -7,15 +7,18 @@ from snowmpm.render.compare_plot import ComparedRun, Comparison, render_comparis
 from snowmpm.render.compression_plot import render_compression
 from snowmpm.render.element_plot import ElementCurves, render_element
 from snowmpm.render.history_plot import render_history
+from snowmpm.render.pair import render_pair
 from snowmpm.render.peak_map import render_map
+from snowmpm.render.report import render_report
 from snowmpm.render.run_film import render_run
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.strip import notes_of, render_strip
 from snowmpm.render.thalweg_plot import render_thalweg
+from snowmpm.render.viewer import render_page
 
 PLOTS = {"history": render_history, "compression": render_compression, "saw_test": render_saw_test}
 """Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
 
 __all__ = ["PLOTS", "ComparedRun", "Comparison", "ElementCurves", "notes_of", "render_comparison",
-           "render_compression", "render_element", "render_history", "render_map", "render_run", "render_saw_test",
-           "render_strip", "render_thalweg"]
+           "render_compression", "render_element", "render_history", "render_map", "render_page", "render_pair",
+           "render_report", "render_run", "render_saw_test", "render_strip", "render_thalweg"]

@@ -40,6 +40,11 @@ class Camera:
         factor = 1.0 / self.pixels_per_metre(depth)
         return np.stack([(x - 0.5 * self.size[0]) * factor, (0.5 * self.size[1] - y) * factor, depth], axis=-1)
 
+    def bearing_and_elevation(self):
+        """The direction it stands in, seen from what it shows: "BEARING,ELEVATION" in degrees."""
+        out = -self.axes[2]
+        return f"{np.degrees(np.arctan2(out[0], out[1])):.6f},{np.degrees(np.arcsin(np.clip(out[2], -1.0, 1.0))):.6f}"
+
     def enlarged(self, factor):
         """The same view with `factor` times as many pixels each way."""
         size = (self.size[0] * factor, self.size[1] * factor)

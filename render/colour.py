@@ -70,7 +70,7 @@ def choose_scale(run, field):
     if field == PLAIN or not len(run):
         return None
     if field not in run.field_names:
-        raise InputError.not_in("color", field, [*run.field_names, "speed", PLAIN], file=run.path)
+        raise InputError.not_in("color", field, [*run.field_names, "speed", "fracture", PLAIN], file=run.path)
     sampled = np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round().astype(int))
     values = (run.frame(int(i), [field]).fields[field] for i in sampled)
     numbers = [scalar(v[:: max(1, len(v) // SAMPLED_PARTICLES)]) for v in values]

@@ -16,7 +16,7 @@ def output_kind(output):
     """ ".mp4", ".gif", ".png" or "" for a folder. Raises InputError for another ending."""
     kind = Path(output).suffix.lower()
     if kind not in (*FILMS, ".png", ""):
-        raise InputError.at("output", str(output), "must end in .mp4, .gif or .png, or be a folder")
+        raise InputError.at("output", str(output), "must end in .mp4, .gif, .png or .html, or be a folder")
     return kind
 
 

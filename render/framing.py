@@ -56,7 +56,7 @@ def sample_action(run):
     way = (moving[-1].mean(axis=0) - moving[0].mean(axis=0))[:2]
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     if np.linalg.norm(way) < 0.02 * extent:
-        way = _down(points)
+        way = downhill(points)
     length = np.linalg.norm(way)
     return Action(points, way / length if length > 0.0 else np.array([1.0, 0.0]))
 
@@ -77,7 +77,7 @@ def _sample(run, i, rng):
     return points[chosen], speed[chosen]
 
 
-def _down(points):
+def downhill(points):
     """Plan direction in which the particles lie lower: the way snow at rest would go."""
     plan = np.column_stack([points[:, :2] - points[:, :2].mean(axis=0), np.ones(len(points))])
     slope = np.linalg.lstsq(plan, points[:, 2], rcond=None)[0][:2]

@@ -12,6 +12,8 @@ OVERSAMPLING = 2
 MEADOW = light.decode([0.62, 0.63, 0.54])
 SCREE = light.decode([0.60, 0.57, 0.53])
 ROCK = light.decode([0.47, 0.45, 0.45])
+EARTH = light.decode([0.40, 0.34, 0.29])  # of the walls below the rim
+BEDROCK = light.decode([0.30, 0.29, 0.30])
 CONTOURS = 14  # about so many over the height of the picture
 
 
@@ -37,14 +39,33 @@ def draw_ground(relief, camera, sun):
         return Ground(backdrop, nothing, np.ones(nothing.shape))
     large = camera.enlarged(OVERSAMPLING)
     raster, depth, underside = seen_facets(relief, large)
-    interval = _nice(np.ptp(relief.vertices[:, 2]) / CONTOURS)
+    interval = contour_interval(relief.vertices[:, 2])
     picture = light.sky(large.size)
     picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
     blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)
     small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
+    underside &= raster.facet < relief.ground if relief.ground is not None else True
     slack = np.where(underside.reshape(blocks).any(axis=(1, 3)), -1.0, 1.0)
     return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, interval)
+
+
+def contour_interval(heights):
+    """A round distance in height between contour lines [m], for about CONTOURS of them."""
+    return _nice(np.ptp(heights) / CONTOURS)
+
+
+def ground_colour(relief, vertices, sun):
+    """Light (n, 3) from the ground at vertices (n, 3) on it, lit from `sun`."""
+    slopes = np.gradient(np.where(np.isfinite(relief.heights), relief.heights, np.nanmean(relief.heights)), relief.cell)
+    x, y = vertices[:, 0], vertices[:, 1]
+    down = [-relief.sample(slopes[axis], x, y, 0.0) for axis in (1, 0)]
+    normal = np.column_stack([*down, np.ones(len(x))])
+    normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
+    sunlight = relief.sample(relief.sunlight(sun), x, y, 1.0).astype(np.float32)
+    openness = relief.sample(relief.openness(), x, y, 1.0).astype(np.float32)
+    albedo = _albedo(vertices.astype(np.float32), normal, relief.cell)
+    return albedo * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
 
 
 def seen_facets(relief, camera):
@@ -72,7 +93,33 @@ def _shade(relief, raster, sun, interval):
     sunlight = relief.sample(relief.sunlight(sun), point[:, 0], point[:, 1], 1.0).astype(np.float32)
     openness = relief.sample(relief.openness(), point[:, 0], point[:, 1], 1.0).astype(np.float32)
     albedo = _albedo(point, normal, relief.cell) * (1.0 - 0.4 * _contours(point, raster, interval))[:, None]
-    return albedo * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+    if relief.ground is not None:
+        wall = raster.facet[raster.hit] >= relief.ground
+        albedo[wall] = _strata(point[wall], relief)
+        openness[wall] = 1.0
+    rough = _roughness(point, relief.cell)
+    return albedo * rough[:, None] * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+
+
+def _strata(point, relief):
+    """Earth on rock, with faint layers that follow the ground."""
+    heights = np.where(np.isfinite(relief.heights), relief.heights, ndimage.maximum_filter(
+        np.nan_to_num(relief.heights, nan=-np.inf), 5))
+    below = np.maximum(relief.sample(heights, point[:, 0], point[:, 1], 0.0) - point[:, 2], 0.0) / relief.cell
+    share = np.clip(below / 18.0, 0.0, 1.0)[:, None].astype(np.float32)
+    layers = 1.0 + 0.08 * np.sin(1.3 * below + 1.5 * np.sin(0.31 * below))[:, None]
+    return ((EARTH + share * (BEDROCK - EARTH)) * layers).astype(np.float32)
+
+
+def _roughness(point, cell):
+    """Brightness around 1 of stones and tufts smaller than the cells of the terrain, as if they rose and fell."""
+    table = np.random.default_rng(11).random((256, 256)).astype(np.float32)
+    total = np.ones(len(point), np.float32)
+    for size, weight in ((1.6, 0.30), (0.55, 0.24)):
+        at = np.stack([point[:, 1], point[:, 0]]) / (size * cell)
+        here, there = (ndimage.map_coordinates(table, (at + k) % 255.0, order=1, mode="wrap") for k in (0.0, 0.5))
+        total += weight * (there - here)
+    return total
 
 
 def _albedo(point, normal, cell):

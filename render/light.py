@@ -48,6 +48,15 @@ def illuminate(normals, sun, *, softness, sunlight=1.0, openness=1.0):
     return facing[..., None] * SUN + open_sky[..., None] * SKY + (1.0 - up)[..., None] * GROUND_BOUNCE
 
 
+def shaded(share):
+    """Factor (..., 3) on light that assumed the whole sun, where a share [0, 1] of it comes: blue sky light is left.
+
+    For surfaces already drawn, whose own direction is not known: half of their light is taken to come from the sun.
+    """
+    left = np.array([0.42, 0.48, 0.60], np.float32)
+    return left + np.asarray(share, np.float32)[..., None] * (1.0 - left)
+
+
 def sky(size):
     """(height, width, 3) backdrop, brighter towards the bottom."""
     share = np.linspace(0.0, 1.0, size[1], dtype=np.float32)[:, None, None] ** 0.8

@@ -1,12 +1,13 @@
 """The ground of a run, ready to draw: cut to the region of interest, with smooth normals and a raster of heights."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
 
 from snowmpm.render.raster import rasterise
 
+WALL = 0.04  # height of the walls at the rim, as a share of the region
 CELLS = 360  # of the height raster, along its longer side
 EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 
@@ -15,7 +16,8 @@ EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 class Relief:
     """Ground in a box in plan.
 
-    vertices (n, 3), normals (n, 3) upward, facets (m, 3)
+    vertices (n, 3), normals (n, 3) upward, facets (m, 3); from facet number `ground` on they are walls below the rim,
+             with normals outward, which show that the ground was cut there
     heights  (rows, columns) [m], NaN in holes; row i at y0 + i cell, column j at x0 + j cell
     """
 
@@ -26,6 +28,7 @@ class Relief:
     x0: float
     y0: float
     cell: float
+    ground: int | None = None
 
     def height(self, x, y, outside=-np.inf):
         """Ground height at plan positions, `outside` beyond the box and in holes."""
@@ -87,7 +90,8 @@ def build_relief(terrain, lower, upper):
     raster = rasterise(x, y, vertices[:, 2] - lowest + 1.0, facets, tuple(shape))
     heights = np.full(raster.facet.shape, np.nan)
     heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
-    return Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell)
+    relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))
+    return _with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
 
 
 def _upward(vertices, facets):
@@ -102,6 +106,30 @@ def _upward(vertices, facets):
         weights = np.repeat(cross[:, axis], 3)
         normals[:, axis] = np.bincount(facets.ravel(), weights=weights, minlength=len(vertices))
     return facets, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def _with_walls(relief, height):
+    """The same with walls of a `height` [m] below the rim of the ground."""
+    vertices, normals, facets = relief.vertices, relief.normals, relief.facets
+    edges = np.concatenate([facets[:, [k, (k + 1) % 3]] for k in range(3)])
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    a, b = edges[first[count == 1]].T
+    # An edge runs with the ground on its left, so out is on its right
+    along = vertices[b] - vertices[a]
+    out = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(a))])
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
+    # Facets of several sizes meet at edges of several lengths: with ground on both sides they are no rim
+    beside = 0.5 * (vertices[a] + vertices[b]) + 1.5 * relief.cell * out
+    rim = np.isneginf(relief.height(beside[:, 0], beside[:, 1]))
+    a, b, out = a[rim], b[rim], out[rim]
+    if not len(a):
+        return relief
+    below = [vertices[end] - [0.0, 0.0, height] for end in (a, b)]
+    n, m = len(vertices), len(a)
+    top_a, top_b, low_a, low_b = (n + k * m + np.arange(m) for k in range(4))
+    walls = np.concatenate([np.column_stack([top_a, low_a, top_b]), np.column_stack([top_b, low_a, low_b])])
+    return replace(relief, vertices=np.concatenate([vertices, vertices[a], vertices[b], *below]),
+                   normals=np.concatenate([normals, *[out] * 4]), facets=np.concatenate([facets, walls]))
 
 
 def _touching(vertices, facets, lower, upper):

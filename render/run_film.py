@@ -11,12 +11,14 @@ from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.credit import attribution
 from snowmpm.render.film import open_film, output_kind
+from snowmpm.render.fracture import NAME as FRACTURE
+from snowmpm.render.fracture import Cutaway, WeakLayer
 from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
-from snowmpm.render.snow import draw_snow
+from snowmpm.render.snow import SNOW, draw_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.tracking import plan_track
 
@@ -24,14 +26,18 @@ SIZES = (64, 8192)
 INSET = 0.30  # of the picture's sides
 
 
-def render_run(run_path, output, *, color=None, camera=None, time=None, size=(1280, 720), fps=25, progress=None):
+def render_run(
+    run_path, output, *, color=None, camera=None, time=None, size=(1280, 720), fps=25, cutaway=False, progress=None
+):
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
     run_path   folder or file of the run, or a `snowmpm.io.Run`
     output     .mp4 or .gif: every frame of the run at `fps`; a folder: every frame as a PNG; .png: one of them
-    color      name of a field; "snow" for plain white; by default the speed, on a map whose low end is snow white
+    color      name of a field; "snow" for plain white; "fracture": the weak layer by its damage, all else white; by
+               default the speed, on a map whose low end is snow white
     camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; in 2-D "auto" or "side" (whole)
     time       [s], for .png only: the frame nearest to it, by default the last
+    cutaway    leave out, on the side of the camera, what lies over the weak layer: its damage is seen as it spreads
     size       (width, height) [px];  progress(done, total) is called after each picture
     Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
     """
@@ -41,7 +47,7 @@ def render_run(run_path, output, *, color=None, camera=None, time=None, size=(12
         raise InputError.at("fps", fps, "must be > 0")
     if time is not None and kind != ".png":
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
-    view = view_of(run, _checked_size(size, even=kind == ".mp4"), color, camera)
+    view = view_of(run, checked_size(size, even=kind == ".mp4"), color, camera, cutaway)
     chosen = range(len(run))
     if kind == ".png":
         chosen = [len(run) - 1 if time is None else nearest_frame(run, time)]
@@ -53,11 +59,17 @@ def render_run(run_path, output, *, color=None, camera=None, time=None, size=(12
     return Path(output)
 
 
-def view_of(run, size, color=None, camera=None):
+def view_of(run, size, color=None, camera=None, cutaway=False):
     """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
     if not any(run.n_points(i) for i in range(len(run))):
         raise InputError(f"{run.path}: no frame with particles to draw")
-    return (SectionView if run.dimension == 2 else SpaceView)(run, size, color, camera or "auto")
+    if cutaway and run.dimension == 2:
+        raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
+                         " shows the weak layer")
+    color = FRACTURE if cutaway and color is None else color
+    if run.dimension == 2:
+        return SectionView(run, size, color, camera or "auto")
+    return SpaceView(run, size, color, camera or "auto", cutaway)
 
 
 def nearest_frame(run, time):
@@ -65,7 +77,8 @@ def nearest_frame(run, time):
     return int(np.abs(run.times - time).argmin())
 
 
-def _checked_size(size, even):
+def checked_size(size, even):
+    """Width and height [px] as whole numbers, even ones if asked. Raises InputError for sizes that cannot be drawn."""
     try:
         width, height = (int(side) for side in size)
     except (TypeError, ValueError):
@@ -82,22 +95,33 @@ class _View:
 
     def __init__(self, run, size, color):
         self.run, self.size = run, size
-        self.scale = choose_scale(run, color)
+        self.layer = WeakLayer.of(run) if color == FRACTURE else None
+        self.cut = None
+        self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
         self.title = str(run.provenance.get("scene_name") or run.path.parent.name)
 
+    def fields_of(self, i):
+        """Frame `i` with the fields that its colours need."""
+        names = [] if self.scale is None else [self.scale.field]
+        names += ["material"] if self.layer or self.cut else []
+        known = "identity" in self.run.field_names
+        return self.run.frame(i, dict.fromkeys([*names, *(["identity"] if known else [])]))
+
     def _frame(self, i):
         """(time, what the drawing functions take of frame `i`: points, spacing, colours, identity)."""
-        names = [] if self.scale is None else [self.scale.field]
-        known = "identity" in self.run.field_names
-        frame = self.run.frame(i, dict.fromkeys([*names, *(["identity"] if known else [])]))
+        frame = self.fields_of(i)
         good = np.isfinite(frame.points).all(axis=1)
+        if self.cut:
+            good &= self.cut.shown(frame)
         colours = None
-        if self.scale is not None:
+        if self.layer:
+            colours = self.layer.colours(frame, self.table, SNOW)[good]
+        elif self.scale is not None:
             share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
             colours = self.table[np.round(255 * share).astype(int)]
-        identity = frame.fields["identity"][good] if known else None
+        identity = frame.fields["identity"][good] if "identity" in frame.fields else None
         return frame.time, (frame.points[good], self.spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
@@ -109,16 +133,20 @@ class _View:
 class SpaceView(_View):
     """Three-dimensional runs: the ground is drawn once, the snow of each frame over it."""
 
-    def __init__(self, run, size, color, camera):
+    def __init__(self, run, size, color, camera, cutaway=False, action=None):
+        """action: what the camera has to show, by default that of the run (`framing.sample_action`)."""
         super().__init__(run, size, color)
-        action = sample_action(run)
+        action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
+        self.action, self.relief = action, relief
         self.camera = choose_camera(camera, action, relief, size)
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
         self.sun = light.sun_direction(self.camera.axes, facing)
         self.side = emptier_side(self.camera, action)
         self.ground = draw_ground(relief, self.camera, self.sun)
+        if cutaway:
+            self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
@@ -138,12 +166,13 @@ class SpaceView(_View):
 class SectionView(_View):
     """Plane-strain runs: the section, and an inset with the whole of it when the view is close."""
 
-    def __init__(self, run, size, color, camera):
+    def __init__(self, run, size, color, camera, track=None):
+        """track: the moving view, by default that of the run (`tracking.plan_track`)."""
         super().__init__(run, size, color)
         if camera not in ("auto", "side"):
             raise InputError.at("camera", camera, "must be auto or side for a run in two dimensions")
         self.profile = Profile.of(run.terrain)
-        self.track = plan_track(run, self.profile, self.spacing, size, close=camera == "auto")
+        self.track = track or plan_track(run, self.profile, self.spacing, size, close=camera == "auto")
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""

@@ -4,13 +4,18 @@ import numpy as np
 from scipy import ndimage
 
 from snowmpm.render import light
+from snowmpm.render.shadow import Shadow, sunlit
 from snowmpm.render.splat import splat_balls
 
 SNOW = light.decode([0.955, 0.97, 0.99])
 BALL = 0.80  # radius of a ball in particle spacings: neighbours overlap into a closed surface
 SMOOTHING = 1.7  # of the surface, in ball radii on the picture
-SOFTNESS = 0.45
-EXPOSURE = 0.84  # below the ground's, or fresh snow in the sun would lose its relief
+SOFTNESS = 0.35
+EXPOSURE = 0.86  # below the ground's, or fresh snow in the sun would lose its relief
+LONELY = 6  # particles in three cells each way around one: fewer is spray, drawn smaller than the snow of a surface
+SPRAY = 0.6
+HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is left in snow is blue
+HOLLOWS = ((2.5, 0.30), (7.0, 0.25), (18.0, 0.15))  # widths in those of the surface, and the darkening at each
 
 
 def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None):
@@ -21,7 +26,7 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     """
     x, y, depth = camera.project(points)
     radius = BALL * spacing
-    radius_px = radius * camera.pixels_per_metre(depth)
+    radius_px = radius * camera.pixels_per_metre(depth) * np.where(_crowd(points, spacing) < LONELY, SPRAY, 1.0)
     number, front = splat_balls(x, y, depth, radius, radius_px, camera.size)
     # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
     # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
@@ -31,17 +36,27 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     if not hit.any():
         return ground.light.copy()
     width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
-    picture = ground.light.copy()
+    shadow = Shadow.of(points, radius, sun)
+    # What is seen of the ground from below has no sun that snow could take
+    on_ground = sunlit(shadow, camera, ground.depth, np.isfinite(ground.depth) & (ground.slack >= 0.0), blur=1.5)
+    picture = ground.light * light.shaded(on_ground)
     window = _window(hit, int(8.0 * width) + 4)
     number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]
     surface = _smooth_depth(front, hit, width, 4.0 * radius)
-    shade = EXPOSURE * light.illuminate(_normals(surface, hit, camera, window), sun, softness=SOFTNESS)
-    shade *= (1.0 - _hollows(surface, hit, behind, radius, width))[..., None]
+    corner = (window[0].start, window[1].start)
+    sunlight = sunlit(shadow, camera, surface, hit, corner, blur=max(0.6 * width, 0.8))
+    openness = 1.0 - _hollows(surface, hit, behind, camera, width)
+    normals = _normals(surface, hit, camera, window)
+    shade = EXPOSURE * light.illuminate(normals, sun, softness=SOFTNESS, sunlight=sunlight, openness=openness)
+    shade *= 1.0 - (1.0 - openness)[..., None] * HIDDEN
     seen = number[hit]
-    albedo = np.broadcast_to(SNOW, (len(seen), 3)) if colours is None else colours[seen]
-    lit = np.zeros((*hit.shape, 3), np.float32)
-    speckle = 1.0 if identity is None else grain(identity[seen])[:, None]
-    lit[hit] = albedo * speckle * shade[hit]
+    albedo = np.zeros((*hit.shape, 3), np.float32)
+    albedo[hit] = SNOW if colours is None else colours[seen]
+    if colours is not None:
+        albedo = _even(albedo, hit, 0.5 * width)
+    if identity is not None:
+        albedo[hit] *= grain(identity[seen])[:, None]
+    lit = albedo * shade
     picture[window] = _compose(picture[window], lit, hit, width)
     return picture
 
@@ -91,12 +106,40 @@ def _flatter_difference(point, hit, axis):
     return chosen
 
 
-def _hollows(surface, hit, ground_depth, radius, width):
-    """Darkening [0, 0.3] where the snow lies behind what surrounds it: between clods, at the foot of steps."""
+def _hollows(surface, hit, ground_depth, camera, width):
+    """Share [0, 0.7] of the sky that what stands around hides: between clods, in grooves, at the foot of steps.
+
+    Ambient occlusion on the picture: how far a place lies behind the mean of its surroundings, over their width.
+    """
     scene = np.where(hit, np.minimum(surface, 1e30), ground_depth)
-    scene = np.where(np.isfinite(scene), scene, np.max(scene[np.isfinite(scene)], initial=0.0)).astype(np.float32)
-    behind = scene - ndimage.gaussian_filter(scene, 2.5 * width)
-    return np.where(hit, np.clip(0.06 * behind / radius, 0.0, 0.3), 0.0).astype(np.float32)
+    known = np.isfinite(scene)
+    scene = np.where(known, scene, np.max(scene[known], initial=0.0)).astype(np.float32)
+    metres = 1.0 / float(np.median(camera.pixels_per_metre(surface[hit])))  # of a pixel
+    total = np.zeros(scene.shape, np.float32)
+    for share, most in HOLLOWS:
+        behind = scene - ndimage.gaussian_filter(scene, share * width, truncate=2.5)
+        total += most * np.clip(2.5 * behind / (share * width * metres), 0.0, 1.0)
+    return np.where(hit, np.minimum(total, 0.7), 0.0).astype(np.float32)
+
+
+def _even(colours, hit, width):
+    """Colours averaged within the snow over a few pixels: single particles of another speed are not what is shown."""
+    weight = np.maximum(ndimage.gaussian_filter(hit.astype(np.float32), width), 1e-6)
+    mean = np.stack([ndimage.gaussian_filter(colours[..., k], width) / weight for k in range(3)], axis=-1)
+    return np.where(hit[..., None], mean, 0.0)
+
+
+def _crowd(points, spacing):
+    """Number of particles (n,) in the cube of three cells, each two spacings wide, around each particle."""
+    cell = np.floor((points - points.min(axis=0, initial=np.inf)) / (2.0 * spacing)).astype(np.int64).clip(0, 1 << 20)
+    strides = np.array([1 << 42, 1 << 21, 1], np.int64)
+    keys, place, counts = np.unique(cell @ strides, return_inverse=True, return_counts=True)
+    total = np.zeros(len(keys), np.int64)
+    for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3), axis=-1).reshape(-1, 3):
+        there = keys + step @ strides
+        at = np.searchsorted(keys, there).clip(0, len(keys) - 1)
+        total += np.where(keys[at] == there, counts[at], 0)
+    return total[place]
 
 
 def grain(identity):
@@ -111,5 +154,5 @@ def _compose(behind, lit, hit, width):
     snow = np.stack([ndimage.gaussian_filter(lit[..., k], 0.6) for k in range(3)], axis=-1)
     opacity = np.clip(1.25 * cover, 0.0, 1.0)[..., None]
     shadow = ndimage.gaussian_filter(hit.astype(np.float32), 2.0 + 1.5 * width)
-    shadow = 1.0 - 0.45 * np.clip(shadow, 0.0, 1.0)[..., None] * ~hit[..., None]
+    shadow = 1.0 - 0.3 * np.clip(shadow, 0.0, 1.0)[..., None] * ~hit[..., None]
     return behind * shadow * (1.0 - opacity) + snow / np.maximum(cover, 1e-6)[..., None] * opacity

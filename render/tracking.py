@@ -1,6 +1,6 @@
 """The moving view of a plane-strain run: whole if that shows the snow, else near the motion with an overview inset."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -58,6 +58,16 @@ def plan_track(run, profile, spacing, size, close=True):
     scale = max(scale, min(CLOSE_UP / thickness, 6.0 * scale))
     steady = ndimage.gaussian_filter1d(focus, max(SMOOTHING * len(run), 0.5), axis=0, mode="nearest")
     return Track(steady, scale, tuple(size), True, low, high, falls_left)
+
+
+def joint_track(first, second, shift):
+    """The track that shows both of two runs with the frames of the first; shift (2,): origin of the second to that of
+    the first [m]."""
+    low, high = np.minimum(first.low, second.low + shift), np.maximum(first.high, second.high + shift)
+    if first.close:
+        return replace(first, low=low, high=high, scale=min(first.scale, second.scale) if second.close else first.scale)
+    scale, centre = _whole(low, high, first.size, MARGINS)
+    return replace(first, centres=np.tile(centre, (len(first.centres), 1)), scale=scale, low=low, high=high)
 
 
 def _survey(run, spacing):

@@ -108,6 +108,7 @@ def _suggestion(word, known):
 
 
 def dotted(path):
+    """Keys on the way to a value as one: bodies.0.velocity."""
     return ".".join(str(part) for part in path)
 
 

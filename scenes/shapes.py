@@ -19,6 +19,8 @@ def check_corners(lower, upper):
 
 
 class Box(Spec):
+    """A block along the axes; a rectangle in 2-D."""
+
     kind: Literal["box"]
     min: Vector
     """lower corner [m]"""

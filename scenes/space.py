@@ -20,6 +20,8 @@ AXES = {2: ("x", "z"), 3: ("x", "y", "z")}
 
 @dataclass(frozen=True)
 class Surroundings:
+    """What stands outside a value under validation, and decides whether it is right."""
+
     dimension: int | None = None  # 2, 3, or None: not known (yet)
     base_dir: Path | None = None  # folder that file names are relative to, or None: files are not looked for
 
@@ -79,6 +81,7 @@ def _check_file(value):
 
 
 def zero_vector():
+    """As many zeros as the scene has axes."""
     return (0.0,) * (dimension() or 3)
 
 

@@ -140,6 +140,8 @@ def _refuse_unbuilt(scene):
 
 def _refuse_beyond_sph(scene):
     """What only the grid can do."""
+    if scene.saw_test:
+        raise InputError.at("solver.method", "sph", 'must be "mpm" beside saw_test', scene.source)
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'
@@ -329,14 +331,11 @@ def _run_file(scene, particles):
     return layout.expected_size(scene.dimension, frames, particles, components)
 
 
-def describe(scene):
+def describe(model, solver):
     """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
-    "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "run_time" [s],
-    "domain"}. Raises InputError as `build` does."""
-    model = build(scene)
-    solver = model.solver()
-    check_step(scene, solver)
-    store, counts = solver.particles, np.diff([*model.body_starts, len(model.population.volumes)])
+    "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}."""
+    scene, store = model.scene, solver.particles
+    counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt
     steps = int(np.ceil(scene.end_time / dt))
@@ -355,6 +354,5 @@ def describe(scene):
         "dt": dt,
         "dt_cause": "fixed" if scene.solver.dt else cause,
         "steps": steps,
-        "run_time": steps * (3e-4 + particles * {2: 75e-9, 3: 130e-9}[scene.dimension]),
         "domain": (model.lower.tolist(), model.upper.tolist()),
     }

@@ -61,13 +61,17 @@ class Thalweg:
 def thalweg(top, path, momentum, step, reach):
     """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m].
 
-    It goes on straight, in its last direction, by `reach` [m]. None when nothing moved further than a few steps.
+    Places that lie back along the way are left out. It goes on straight, in its last direction, by `reach` [m]. None
+    when nothing moved further than a few steps.
     """
     carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
     last = np.flatnonzero(carried)[-1] + 1 if carried.any() else 0
     line = [np.asarray(top, float)]
     for place in path[:last][carried[:last]]:
-        if np.linalg.norm(place - line[-1]) > step:
+        onward = place - line[-1]
+        # When the front rests and the rear still moves, the middle of what moves goes back up: not a way of the snow
+        turns_back = len(line) > 1 and onward @ (line[-1] - line[-2]) < 0.0
+        if np.linalg.norm(onward) > step and not turns_back:
             line.append(place)
     if len(line) < 3:
         return None

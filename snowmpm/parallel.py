@@ -40,11 +40,13 @@ def shares(cost):
 
 @ti.func
 def chunks(shares: ti.template()):
+    """Length of the loop whose every SPREAD-th turn is a worker's."""
     return (shares.shape[0] - 1) * SPREAD
 
 
 @ti.func
 def is_worker(i):
+    """Whether turn i of that loop is a worker's."""
     return i % SPREAD == 0
 
 

@@ -56,6 +56,7 @@ def _largest_piece(ice):
 
 
 def main(arguments=None):
+    """Command line: `python -m snowmpm.random_microstructure`."""
     parser = argparse.ArgumentParser(description="Write a made-up microstructure of snow as a voxel image.")
     parser.add_argument("file", type=Path, help=".npz or .npy file")
     parser.add_argument("--size", type=int, nargs="+", required=True, help="voxels along x, (y,) z")

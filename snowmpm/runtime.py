@@ -97,6 +97,7 @@ def threads():
 
 
 def is_started():
+    """Whether Taichi runs."""
     return bool(_started)
 
 

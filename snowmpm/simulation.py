@@ -8,6 +8,7 @@ import numpy as np
 from snowmpm.build import build, check_step, rounded_down
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.failure import likeness
 from snowmpm.fields import ParticleFields
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.settling import settle
@@ -49,6 +50,7 @@ class Simulation:
 
     @property
     def n_particles(self):
+        """Particles that are in the domain now."""
         return self.solver.particles.count
 
     @property
@@ -81,7 +83,11 @@ class Simulation:
                 dt, cause = until - self.time, "output" if until - self.time < 0.99 * dt else cause
             else:
                 dt = (until - self.time) / n
-        self.solver.step(dt)
+        try:
+            self.solver.step(dt)
+        except SimulationError as error:
+            known = likeness(self.scene.solver, self.solver, dt)
+            raise SimulationError(f"{error}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
             self.solver.time = until
         self.dt, self.dt_cause = dt, cause

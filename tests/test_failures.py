@@ -63,7 +63,7 @@ def test_memory_is_asked_before_it_is_taken(command, tmp_path, monkeypatch, caps
 
 
 def test_memory_that_just_suffices(block, monkeypatch):
-    particles = sum(snowmpm.build.describe(block)["particles"].values())
+    particles = len(snowmpm.build.build(block).population.volumes)
     monkeypatch.setattr(memory, "available", lambda: 2 * memory.PER_PARTICLE[2] * particles)
     snowmpm.build.build(block)
     monkeypatch.setattr(memory, "available", lambda: 0.5 * memory.PER_PARTICLE[2] * particles)

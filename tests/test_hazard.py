@@ -52,6 +52,15 @@ def test_areas_and_volumes():
     assert set(found) <= {*hazard.UNITS, *(n for n in found if n.startswith(("area_above", "reach_of")))}
 
 
+def test_the_way_does_not_turn_back_with_what_still_moves_behind():
+    """When the front has come to rest and the rear still creeps, the middle of the motion goes back up the slope."""
+    path = np.column_stack([np.concatenate([np.linspace(45.0, 300.0, 40), np.linspace(290.0, 60.0, 20)]),
+                            np.full(60, 102.5)])
+    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(60, 1e6), CELL, 100.0)
+    assert (np.diff(way.points[:, 0]) > 0.0).all()
+    assert way.points[-1, 0] == pytest.approx(400.0, abs=3.0 * CELL)
+
+
 def test_a_lone_grain_changes_nothing():
     without, with_it = straight_avalanche().numbers, straight_avalanche(lone_grain=True).numbers
     for name in ("runout", "travel_angle", "affected_area", "reach_of_1_kPa"):

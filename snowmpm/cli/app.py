@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli import check, compare, element, gallery, info, listing, maps, new, plot, render, run, study
+from snowmpm.cli import check, compare, element, gallery, info, listing, maps, new, plot, render, report, run, study
 from snowmpm.cli.errors import guarded
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
@@ -35,7 +35,7 @@ def about(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ):
-    pass
+    """What stands before a command."""
 
 
 app.command("run")(guarded(run.run))
@@ -43,6 +43,7 @@ app.command("new")(guarded(new.new))
 app.command("check")(guarded(check.check))
 app.command("list")(guarded(listing.list_library))
 app.command("render")(guarded(render.render))
+app.command("report")(guarded(report.report))
 app.command("plot")(guarded(plot.plot))
 app.command("maps")(guarded(maps.maps))
 app.command("info")(guarded(info.info))

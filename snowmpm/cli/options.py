@@ -11,12 +11,16 @@ from snowmpm.errors import InputError
 
 
 class Backend(str, Enum):
+    """What computes."""
+
     auto = "auto"
     cpu = "cpu"
     cuda = "cuda"
 
 
 class Precision(str, Enum):
+    """Bits of a number."""
+
     f32 = "f32"
     f64 = "f64"
 

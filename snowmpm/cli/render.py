@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.cli import completion
-from snowmpm.cli.options import RunPath
+from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.errors import InputError
 
 Output = Annotated[
@@ -18,14 +18,15 @@ Output = Annotated[
         "-o",
         "--output",
         metavar="FILE",
-        help="A .mp4 or .gif film, a .png picture, or a folder for one PNG a frame; RUN/film.mp4 by default.",
+        help="A .mp4 or .gif film, a .png picture, an interactive .html page, or a folder for one PNG a frame;"
+        " RUN/film.mp4 by default.",
     ),
 ]
 Color = Annotated[
     str | None,
     typer.Option(
         metavar="FIELD",
-        help='Field that colours the snow, or "snow"; its speed by default.',
+        help='Field that colours the snow, "snow", or "fracture" (the weak layer by its damage); its speed by default.',
         autocompletion=completion.fields,
     ),
 ]
@@ -42,31 +43,67 @@ Time = Annotated[
 
 def render(
     run: RunPath,
+    beside: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[RUN2]", help="A second run, shown beside the first.", autocompletion=completion.runs
+        ),
+    ] = None,
     output: Output = None,
     color: Color = None,
     camera: Camera = None,
     time: Time = None,
+    cutaway: Annotated[
+        bool,
+        typer.Option(
+            "--cutaway", help="Leave out, on the near side, what lies over the weak layer: its damage is seen."
+        ),
+    ] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
+    quiet: Quiet = False,
 ):
-    """Draw a run to a film or a picture.
+    """Draw a run to a film, a picture or an interactive page; or two runs side by side.
 
-    Needs no display and no graphics card. Also draws a run that goes on, up to its last frame.
+    Needs no display and no graphics card. Also draws a run that goes on, up to its last frame. A page (-o scene.html)
+    holds all it needs: it opens in any browser, and can be sent.
     """
     shape = _pixels(size)
     from snowmpm.io import Run
 
     opened = Run(run)
-    target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
-    draw(opened, target, color=color, camera=camera, time=time, size=shape, fps=fps)
+    if output and output.suffix.lower() == ".html":
+        _draw_page(opened, output, color, camera, quiet, {"RUN2": beside, "--time": time, "--cutaway": cutaway})
+        return
+    if beside:
+        second = Run(beside)
+        target = output or opened.path.with_name(f"beside_{second.path.resolve().parent.name}.mp4")
+    else:
+        second = None
+        target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
+    draw(opened, target, quiet, second, color=color, camera=camera, time=time, size=shape, fps=fps, cutaway=cutaway)
 
 
-def draw(run, target, quiet=False, **choices):
-    """Draw a run to `target`, say how far it is, and print where the picture went; -> its path."""
-    from snowmpm.render import render_run
+def _draw_page(run, output, color, camera, quiet, others):
+    from snowmpm.render import render_page
+
+    given = [name for name, value in others.items() if value not in (None, False)]
+    if given:
+        raise InputError(f"{', '.join(given)}: not with an interactive page, which shows one run at any time")
+    written = render_page(run, output, color=color, camera=camera)
+    if not quiet:
+        print(written)
+
+
+def draw(run, target, quiet=False, beside=None, **choices):
+    """Draw a run, or two side by side, to `target`, say how far it is, print where the picture went; -> its path."""
+    from snowmpm.render import render_pair, render_run
 
     with _counter(quiet) as progress:
-        written = render_run(run, target, progress=progress, **choices)
+        if beside is None:
+            written = render_run(run, target, progress=progress, **choices)
+        else:
+            written = render_pair(run, beside, target, progress=progress, **choices)
     if not quiet:
         print(written)
     return written

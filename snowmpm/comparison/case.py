@@ -53,6 +53,7 @@ class Case:
 
     @property
     def method(self):
+        """"mpm" or "sph"."""
         return self.scene["solver"]["method"]
 
     @property

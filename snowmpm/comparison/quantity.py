@@ -15,6 +15,7 @@ class Quantity:
 
     @classmethod
     def exact(cls, name, unit, measured, known):
+        """A quantity whose known value is one number."""
         return cls(name, unit, float(measured), float(known), float(known))
 
     @property

@@ -16,6 +16,7 @@ STUDIES = {
     "convergence": "snowmpm.study.convergence",
     "scaling": "snowmpm.study.scaling",
     "presets": "snowmpm.study.presets",
+    "stability": "snowmpm.study.stability",
 }
 """Module of each study."""
 

@@ -47,6 +47,7 @@ class Measurement:
 
     @property
     def key(self):
+        """What tells this measurement from others."""
         return self.problem, self.variation, self.cells
 
 

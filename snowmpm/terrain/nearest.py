@@ -13,6 +13,7 @@ ON_EDGE = 1e-9  # barycentric slack of the vertical line through a point: no gap
 
 @ti.func
 def corner(dim: ti.template(), corners: ti.template(), f, k: ti.template()):
+    """Corner k of facet f, from the table of corners (facets, dim * dim) [m]."""
     return ti.Vector([corners[f, k * dim + j] for j in ti.static(range(dim))])
 
 

@@ -33,7 +33,7 @@ from snowmpm.scenes import material_card
 from snowmpm.timestep import CRITICAL, grain_stiffness
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from tests.mpm.stability import DX, blows_up, lone_grain, spread, stirred
+from snowmpm.study.atlas.stirring import DX, blows_up, lone_grain, spread, stirred
 
 STEPS = 300
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)

@@ -23,7 +23,7 @@ from snowmpm.materials import Elastic
 from snowmpm.timestep import DEFORMATION_LIMIT
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from tests.mpm.stability import DX, motion, spread, stirred
+from snowmpm.study.atlas.stirring import DX, motion, spread, stirred
 
 FLOWS = {"collapse": [[-1.0, 0.0], [0.0, -1.0]], "squeeze": [[-1.0, 0.0], [0.0, 0.0]],
          "shear": [[0.0, 1.0], [0.0, 0.0]], "expansion": [[1.0, 0.0], [0.0, 1.0]]}

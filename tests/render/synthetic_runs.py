@@ -86,6 +86,43 @@ def slab_3d(
     _write(path, 3, positions, frames, duration, gully(cell, hole), volume, {}, 0, origin, drawings)
 
 
+def weak_layer_3d(path, *, spacing=0.5, frames=3):
+    """A slab of 20 m by 12 m on a weak layer on a plane of 30 degrees; the weak layer breaks from its middle outwards
+    along x, and nothing moves. Scene text, bodies and materials as a run has them."""
+    x, y, up = (g.ravel() for g in np.meshgrid(np.arange(0.0, 20.0, spacing), np.arange(-6.0, 6.0, spacing),
+                                               np.arange(0.5 * spacing, 2.0, spacing), indexing="ij"))
+    z = -np.tan(np.radians(30.0)) * x
+    material = np.where(up < 1.0, 1, 0).astype(np.int32)
+    scene = """
+[materials.slab]
+kind = "cohesive_cam_clay"
+[materials.weak]
+kind = "anticrack_cam_clay"
+[[bodies]]
+name = "weak_layer"
+material = "weak"
+shape = { kind = "layer", bottom = 0.0, top = 1.0 }
+[[bodies]]
+name = "slab"
+material = "slab"
+shape = { kind = "layer", bottom = 1.0, top = 2.0 }
+[[events]]
+kind = "cut"
+body = "weak_layer"
+"""
+    corners = np.array([[-20.0, -20.0, 0.0], [40.0, -20.0, 0.0], [40.0, 20.0, 0.0], [-20.0, 20.0, 0.0]])
+    corners[:, 2] = -np.tan(np.radians(30.0)) * corners[:, 0]
+    record = {"scene_name": "cut", "scene": scene, "materials": ["slab", "weak"], "particle_spacing": spacing}
+    with RunWriter(path, provenance=record, terrain=(corners, np.array([[0, 1, 2], [0, 2, 3]])), dimension=3,
+                   units={"damage": "1", "velocity": "m/s"}) as writer:
+        for i in range(frames):
+            reach = 10.0 * i / (frames - 1)
+            damage = ((material == 1) & (np.abs(x - 10.0) < reach)).astype(float)
+            writer.history(float(i), {"max_speed": 1.0 * i, "kinetic_energy": float(i)}, {})
+            writer.frame(float(i), np.column_stack([x, y, z + up]),
+                         {"damage": damage, "material": material, "velocity": np.zeros((len(x), 3))})
+
+
 def _ring(n):
     return np.column_stack([np.arange(n), np.roll(np.arange(n), -1)])
 

@@ -118,12 +118,28 @@ def test_relief_knows_heights_and_holes_and_faces_up():
     terrain = plane(0.5)
     flipped = Terrain(terrain.vertices, terrain.facets[:, ::-1])
     relief = build_relief(flipped, np.array([-20.0, -10.0]), np.array([30.0, 10.0]))
-    assert np.allclose(relief.normals, np.array([0.5, 0.0, 1.0]) / np.hypot(0.5, 1.0))
+    ground = np.unique(relief.facets[: relief.ground])
+    assert np.allclose(relief.normals[ground], np.array([0.5, 0.0, 1.0]) / np.hypot(0.5, 1.0))
     x, y = np.random.default_rng(0).uniform([[-19.0], [-9.0]], [[29.0], [9.0]], (2, 100))
     assert np.allclose(relief.height(x, y), -0.5 * x, atol=1e-4)  # a plane is linear; float32 weights
     assert np.isneginf(relief.height([60.0], [0.0])[0])
     half = build_relief(Terrain(terrain.vertices, terrain.facets[:1]), np.array([-20.0, -20.0]), np.array([20.0, 20.0]))
     assert np.isneginf(half.height([-10.0], [10.0])[0]) and np.isfinite(half.height([10.0], [-10.0])[0])
+
+
+def test_walls_stand_below_the_rim_and_face_outward():
+    relief = build_relief(plane(0.5, 20.0), np.array([-30.0, -30.0]), np.array([30.0, 30.0]))
+    corners = relief.vertices[relief.facets]
+    rim = np.unique(relief.facets[relief.ground :])
+    assert np.allclose(relief.normals[rim, 2], 0.0)
+    middle = relief.vertices[:, :2].mean(axis=0)
+    outward = ((relief.vertices[rim, :2] - middle) * relief.normals[rim, :2]).sum(axis=1)
+    assert (outward > 0.0).all()
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    faces = (cross * relief.normals[relief.facets[:, 0]]).sum(axis=1)
+    assert (faces > 0.0).all()  # walls and ground are seen from their lit side
+    height = relief.vertices[rim, 2] + 0.5 * relief.vertices[rim, 0]
+    assert np.allclose(np.unique(np.round(height, 6)), [-0.04 * np.ptp(relief.vertices[:, :2], axis=0).max(), 0.0])
 
 
 def ridge(side):

@@ -26,16 +26,21 @@ class Answer:
         self.case, self.reference = case, reference
 
     def quantities(self):
+        """Numbers of the run beside known ones, a `Quantity` each."""
         return []
 
     def facts(self):
+        """What else there is to say, by name."""
         return {}
 
     def profile(self):
+        """The known line of the surface, or None."""
         return None
 
     def history(self):
+        """A `History`, or None."""
         return None
 
     def centre(self):
+        """Where distances are measured from, or None."""
         return None

@@ -1,5 +1,7 @@
 """Whether a step is stable: bodies stirred a little, and what becomes of their motion."""
 
+import math
+
 import numpy as np
 
 from snowmpm.errors import SimulationError
@@ -70,13 +72,23 @@ def motion(solver, drift=0.0):
     return 0.5 * float(solver.particles.masses() @ square)
 
 
-def blows_up(solver, energy, dt, steps, drift=0.0, every=25):
-    """Whether the motion grows out of the energy of its stirring within so many steps of dt [s]."""
+def growth(solver, energy, dt, steps, drift=0.0, every=25):
+    """Largest motion over the energy of its stirring within so many steps of dt [s]; infinite when a step fails. Ends
+    where it is beyond GROWTH."""
+    largest = 0.0
     for k in range(steps):
         try:
             solver.step(dt)
         except SimulationError:
-            return True
-        if k % every == every - 1 and not motion(solver, drift) < GROWTH * energy:
-            return True
-    return False
+            return math.inf
+        if k % every == every - 1:
+            ratio = motion(solver, drift) / energy
+            largest = max(largest, ratio if math.isfinite(ratio) else math.inf)
+            if largest >= GROWTH:
+                break
+    return largest
+
+
+def blows_up(solver, energy, dt, steps, drift=0.0, every=25):
+    """Whether the motion grows out of the energy of its stirring within so many steps of dt [s]."""
+    return growth(solver, energy, dt, steps, drift, every) >= GROWTH

@@ -1,0 +1,96 @@
+"""Self-contained HTML: what a page is made of. Every text is escaped, every picture inside, nothing is loaded."""
+
+import base64
+import html
+import os
+from pathlib import Path
+
+FOLDER = Path(__file__).parent / "web"
+TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
+# A page that is shared may not reach out, whatever a name or a file in it holds.
+POLICY = "default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+
+
+def escaped(text):
+    """Any value as text of a page."""
+    return html.escape(str(text), quote=True)
+
+
+def page(title, body, *, whole=False):
+    """A whole page from its title and the HTML of its body; whole: the body fills the window."""
+    style = (FOLDER / "page.css").read_text(encoding="utf-8")
+    kind = ' class="whole"' if whole else ""
+    return (f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+            f"<title>{escaped(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main{kind}>\n{body}\n"
+            f"</main>\n</body>\n</html>\n")
+
+
+def section(title, *parts):
+    """A headed part of a page; nothing when all parts are empty."""
+    inner = "\n".join(part for part in parts if part)
+    return f"<h2>{escaped(title)}</h2>\n{inner}" if inner else ""
+
+
+def table(rows):
+    """Names and values in two columns, from a dictionary of texts; nothing when it is empty."""
+    cells = "".join(f"<tr><td>{escaped(name)}</td><td class=number>{escaped(value)}</td></tr>\n"
+                    for name, value in rows.items())
+    return f"<table>\n{cells}</table>" if cells else ""
+
+
+def numbers(rows):
+    """A few numbers that matter most, large: value by what it is."""
+    return "<div class=numbers>" + "".join(
+        f"<div><b>{escaped(value)}</b><span>{escaped(name)}</span></div>" for name, value in rows.items()) + "</div>"
+
+
+def columns(parts):
+    """Parts side by side where there is room; nothing when there is none."""
+    inner = "\n".join(parts)
+    return f"<div class=columns>{inner}</div>" if inner else ""
+
+
+def note(text, kind="warning"):
+    """A marked line: "warning" or "good"."""
+    return f'<div class="{escaped(kind)}">{escaped(text)}</div>'
+
+
+def listing(text, summary=None):
+    """Text as it is, in a fixed pitch; with a summary it is folded in."""
+    inner = f"<pre>{escaped(text)}</pre>"
+    return inner if summary is None else f"<details><summary>{escaped(summary)}</summary>{inner}</details>"
+
+
+def figure(path, words=""):
+    """A picture or film file with a line below."""
+    path = Path(path)
+    kind = TYPES[path.suffix.lower()]
+    source = f"data:{kind};base64,{encoded(path.read_bytes())}"
+    shown = (f'<video controls loop muted playsinline src="{source}"></video>' if kind.startswith("video")
+             else f'<img alt="{escaped(words)}" src="{source}">')
+    return f"<figure>{shown}<figcaption>{escaped(words)}</figcaption></figure>"
+
+
+def encoded(data):
+    """Bytes as base64 text."""
+    return base64.b64encode(data).decode("ascii")
+
+
+def script(name):
+    """A script of this package, as an element."""
+    return f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
+
+
+def write_page(path, text):
+    """Write a page, which is there complete or not at all; -> its path."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,122 @@
+"""What a scene is made of, in the words of the atlas: cells, contrasts, distances, speeds."""
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from snowmpm.blocks import keys_of
+
+FARTHEST = 3
+"""Cells up to which bodies count as neighbours."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies near each other on one velocity field, or on two (separate); distance: cells between them, 0 where
+    they touch."""
+
+    first: int
+    second: int
+    distance: int
+    separate: bool
+
+
+class SceneFacts:
+    """Numbers of a scene that a border of the atlas can be compared with."""
+
+    def __init__(self, scene, model, solver):
+        self.scene, self.model, self.solver = scene, model, solver
+        self.dx, self.dim = scene.solver.dx, scene.dimension
+
+    @property
+    def per_axis(self):
+        """Particles along each axis of a full cell at the start."""
+        return self.scene.solver.filling ** (1.0 / self.dim)
+
+    @property
+    def spline(self):
+        """Settings of the atlas are named by "quadratic" or "cubic", and "shape" where the gradient is."""
+        return self.scene.solver.kernel + (" shape" if self.scene.solver.gradient == "shape" else "")
+
+    @property
+    def separate(self):
+        return [body.contact == "separate" for body in self.scene.bodies]
+
+    def law(self, body):
+        """Law of a body, as this grid has it."""
+        return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
+
+    def positions(self, body):
+        starts = [*self.model.body_starts, len(self.model.population.volumes)]
+        return self.model.population.positions[starts[body]:starts[body + 1]]
+
+    def thickness(self, body):
+        """Thickness [cells] of a body: of a layer normal to the ground, else its least extent."""
+        shape = self.scene.bodies[body].shape
+        if shape.kind == "layer" and shape.top != "file":
+            return (shape.top - shape.bottom) / self.dx
+        x = self.positions(body)
+        if shape.kind == "layer":
+            return float(self.model.depth / self.dx)
+        return float((np.ptp(x, axis=0) / self.dx + 1.0 / self.per_axis).min())
+
+    def extent(self, body):
+        """Longest extent of a body [cells]."""
+        return float((np.ptp(self.positions(body), axis=0) / self.dx).max())
+
+    @cached_property
+    def pairs(self):
+        """Bodies less than FARTHEST cells apart."""
+        cells = [np.unique(np.floor(self.positions(i) / self.dx).astype(np.int64), axis=0)
+                 for i in range(len(self.scene.bodies))]
+        keys = [np.unique(keys_of(found)) for found in cells]
+        return [Pair(i, j, distance, self.separate[i] or self.separate[j])
+                for i, j in itertools.combinations(range(len(cells)), 2)
+                if (distance := _apart(cells[i], keys[j])) is not None]
+
+    @property
+    def start_speed(self):
+        """Fastest that anything moves at the start, obstacles at any time included [m/s]."""
+        moving = [body.velocity for body in self.scene.bodies]
+        moving += [obstacle.motion.velocity for obstacle in self.scene.obstacles if obstacle.motion]
+        return max((float(np.linalg.norm(velocity)) for velocity in moving), default=0.0)
+
+    @property
+    def fall_speed(self):
+        """What a fall through the whole height of the scene would give [m/s]."""
+        height = float(self.model.upper[-1] - self.model.lower[-1])
+        if self.model.surface is not None:
+            x = self.model.population.positions
+            height = float(x[:, -1].max() - self.model.surface.lower[-1])
+        g = float(np.linalg.norm(self.scene.gravity_vector))
+        return np.sqrt(2.0 * g * min(height, 0.5 * g * self.scene.end_time**2))
+
+    @property
+    def wave_speed(self):
+        return self.solver.materials.wave_speed
+
+    @property
+    def least_strain(self):
+        """Elastic strain [-] that the weight of the snow, or the fastest motion, gives the stiffest material."""
+        stiffest = max(self.model.laws, key=lambda law: law.bulk_modulus)
+        modulus = stiffest.density * stiffest.wave_speed() ** 2
+        g = float(np.linalg.norm(self.scene.gravity_vector))
+        return max(stiffest.density * g * self.model.depth / modulus, self.start_speed / self.wave_speed)
+
+    @property
+    def steps(self):
+        """Steps that the whole scene takes at the size of the first."""
+        return self.scene.end_time / (self.scene.solver.dt or self.solver.stable_dt()[0])
+
+
+def _apart(cells, keys):
+    """Empty cells between one set of cells (n, dim) and another given by its sorted keys, None from FARTHEST on."""
+    dim = cells.shape[1]
+    for distance in range(FARTHEST):
+        reach = range(-distance - 1, distance + 2)
+        for step in itertools.product(reach, repeat=dim):
+            if max(map(abs, step)) == distance + 1 and np.isin(keys_of(cells + np.array(step)), keys).any():
+                return distance
+    return None

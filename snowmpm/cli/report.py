@@ -1,0 +1,33 @@
+"""`snowmpm report`: a run as one page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli.options import Quiet, RunPath
+
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="An .html file; RUN/report.html by default.")
+]
+
+
+def report(
+    run: RunPath,
+    output: Output = None,
+    still: Annotated[
+        bool, typer.Option("--still", help="Without the scene to turn in three dimensions: a smaller file.")
+    ] = False,
+    quiet: Quiet = False,
+):
+    """Write one page about a run: settings, pictures, curves, maps, audit, warnings, how to make it again.
+
+    The page holds all it shows and loads nothing: it opens in any browser, and can be sent and kept.
+    """
+    from snowmpm.io import Run
+    from snowmpm.render import render_report
+
+    opened = Run(run)
+    written = render_report(opened, output or opened.path.with_name("report.html"), interactive=not still)
+    if not quiet:
+        print(written)

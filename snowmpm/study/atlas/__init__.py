@@ -1,0 +1,1 @@
+"""The atlas of failures: where each scheme fails, how, and which settings cure it."""

@@ -1,0 +1,23 @@
+"""All entries of the atlas, by group and by name."""
+
+from snowmpm.study.atlas import (
+    contacts,
+    layers,
+    round_off,
+    softening,
+    sph_lattices,
+    stretching,
+    time_steps,
+    transfers,
+)
+
+GROUPS = {
+    "time steps": time_steps.ENTRIES,
+    "transfers and splines": transfers.ENTRIES,
+    "large deformation": stretching.ENTRIES,
+    "materials and layers": (*layers.ENTRIES, *softening.ENTRIES),
+    "contact": contacts.ENTRIES,
+    "round-off and laws": round_off.ENTRIES,
+    "sums of SPH": sph_lattices.ENTRIES,
+}
+ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}

@@ -1,0 +1,142 @@
+"""Entries: bodies that meet, part, and hit what is rigid."""
+
+import numpy as np
+
+from snowmpm.errors import SimulationError
+from snowmpm.materials import Elastic
+from snowmpm.population import Population
+from snowmpm.solids import Obstacle
+from snowmpm.solids.motion import RigidMotion
+from snowmpm.solids.primitives import BOX
+from snowmpm.solids.shape import SolidShape
+from snowmpm.study.atlas.entry import WORST, Entry
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import Scheme, lattice
+
+DX = 0.05
+ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
+FELT, HELD, THROUGH = 0.01, 0.01, 0.01
+"""Limits of the entries below."""
+
+
+def two_blocks(gap, speed, separate, scheme):
+    """Solver and states of two blocks of 4 x 4 cells, `gap` [cells] apart, each going at `speed` [m/s] to the other,
+    and which particles are of the second; separate: each in a velocity field of its own."""
+    left, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
+    left = left + 0.3 * DX
+    x = np.concatenate([left, left + np.array([(4.0 + gap) * DX, 0.0])])
+    second = np.repeat([False, True], len(left))
+    velocities = np.where(second, -speed, speed)[:, None] * np.array([1.0, 0.0])
+    population = Population(x, np.tile(volumes, 2), 0, velocities, field=second.astype(int) if separate else 0)
+    solver = scheme.solver(population, [ICE], dx=DX, origin=np.full(2, -1.0), lower=np.full(2, -1.0),
+                           upper=np.full(2, 2.0), gravity=np.zeros(2), body_friction=np.zeros((2, 2)))
+    return solver, ParticleStates(solver), second
+
+
+def approach_lost(gap, separate, **scheme):
+    """Share of the speed of approach that two blocks have lost when they should be `gap` [cells] apart, having come
+    from half a cell farther."""
+    speed = 0.005 * ICE.wave_speed()
+    solver, states, second = two_blocks(gap + 0.5, speed, separate, Scheme(**{"transfer": "apic", **scheme}))
+    while solver.time < 0.25 * DX / speed:
+        solver.step(solver.stable_dt()[0])
+    v = states.column("velocity")[:, 0]
+    return 1.0 - (v[~second].mean() - v[second].mean()) / (2.0 * speed)
+
+
+def parting_lost(gap, separate, **scheme):
+    """Share of the speed at which two blocks part that they have lost a cell farther apart, from `gap` [cells] on."""
+    speed = 0.005 * ICE.wave_speed()
+    solver, states, second = two_blocks(gap, -speed, separate, Scheme(**{"transfer": "apic", **scheme}))
+    while solver.time < 0.5 * DX / speed:
+        solver.step(solver.stable_dt()[0])
+    v = states.column("velocity")[:, 0]
+    return 1.0 - (v[second].mean() - v[~second].mean()) / (2.0 * speed)
+
+
+def through_wall(thickness, offset=0.3, **scheme):
+    """Share of the momentum of a block thrown at a wall of `thickness` [cells] that a block at rest on its other side
+    has got; offset: of the wall from a node [cells]."""
+    block, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
+    speed, face = 0.02 * ICE.wave_speed(), (8.0 + offset) * DX
+    x = np.concatenate([block + np.array([face - 4.25 * DX, 0.0]), block + np.array([face + thickness * DX, 0.0])])
+    second = np.repeat([False, True], len(block))
+    middle = np.array([face + 0.5 * thickness * DX, 2 * DX])
+    wall = Obstacle("wall", SolidShape(BOX, middle, np.eye(2), np.array([0.5 * thickness, 20.0]) * DX),
+                    RigidMotion(middle, None), "separate", 0.0)
+    solver = Scheme(**{"transfer": "apic", **scheme}).solver(
+        Population(x, np.tile(volumes, 2), 0, np.where(second[:, None], 0.0, [speed, 0.0])), [ICE], dx=DX,
+        origin=np.full(2, -1.0), lower=np.full(2, -1.0), upper=np.full(2, 2.0), gravity=np.zeros(2), obstacles=[wall])
+    states = ParticleStates(solver)
+    while solver.time < 0.25 * DX / speed + 8 * DX / ICE.wave_speed():
+        solver.step(solver.stable_dt()[0])
+    return np.abs(states.column("velocity")[second, 0].mean()) / speed
+
+
+def impact_failure(mach, cfl, adaptive=True):
+    """Energy at the end over the start of a block of 4 x 4 cells thrown at a wall at `mach` (of its waves), less 1, but
+    for what the wall took; adaptive: by the program's own steps, else by steps that the speed is not heeded in."""
+    x, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
+    speed = mach * ICE.wave_speed()
+    solver = Scheme("apic", cfl=cfl).solver(
+        Population(x + np.array([DX, 0.0]), volumes, 0, np.tile([-speed, 0.0], (len(x), 1))), [ICE], dx=DX,
+        origin=np.zeros(2), lower=np.array([0.0, -1.0]), upper=np.full(2, 2.0), gravity=np.zeros(2),
+        sides=[["separate", "open"], ["open", "open"]])
+    fixed = cfl * DX / ICE.wave_speed()
+    try:
+        for _ in range(400):
+            if solver.time > DX / speed + 8 * DX / ICE.wave_speed():
+                break
+            solver.step(solver.stable_dt()[0] if adaptive else fixed)
+    except SimulationError:
+        return WORST
+    v = solver.particles.column("velocity")
+    start = 0.5 * solver.particles.mass * speed**2
+    gained = 0.5 * float(solver.particles.masses() @ (v**2).sum(axis=1)) / start - 1.0
+    return max(0.0, gained)
+
+
+ENTRIES = (
+    Entry(
+        name="early_contact", title="Bodies that meet before they touch",
+        scene="Two elastic blocks that come towards each other, from half a cell farther",
+        seen="They push each other across the empty cells that both give to: on one velocity field from the width of a"
+             " spline, in fields of their own from about a cell",
+        cure='contact = "separate" of one of the bodies halves it; a smaller solver.dx', parameter="distance left",
+        unit="cells", values=(0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0), fails="below",
+        settings={"shared": {"separate": False}, "shared cubic": {"separate": False, "kernel": "cubic"},
+                  "separate": {"separate": True}, "separate cubic": {"separate": True, "kernel": "cubic"}},
+        symptom="speed of approach lost", limit=FELT, measure=approach_lost, shown="shared",
+        cured="separate"),
+    Entry(
+        name="sticking", title="Bodies that do not part",
+        scene="Two elastic blocks that go away from each other, a cell farther than they were",
+        seen="On one velocity field what lies closer than the width of a spline holds together as if it were one body",
+        cure='contact = "separate" of one of the bodies', parameter="distance at the start", unit="cells",
+        values=(0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0), fails="below",
+        settings={"shared": {"separate": False}, "shared cubic": {"separate": False, "kernel": "cubic"},
+                  "separate": {"separate": True}, "separate cubic": {"separate": True, "kernel": "cubic"}},
+        symptom="speed of parting lost", limit=HELD, measure=parting_lost, shown="shared", cured="separate"),
+    Entry(
+        name="thin_obstacle", title="Walls that snow is felt through",
+        scene="An elastic block thrown at a wall, another one at rest on its other side",
+        seen="Nothing goes through, however thin the wall; but both blocks give to the same nodes, and the one behind"
+             " is pushed",
+        cure="an obstacle that is at least so many cells thick, or a smaller solver.dx",
+        parameter="thickness of the wall", unit="cells",
+        values=(0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0), fails="below",
+        settings={"between nodes": {}, "on a node": {"offset": 0.0}, "cubic": {"kernel": "cubic"}},
+        symptom="share of the momentum felt behind the wall", limit=THROUGH, measure=through_wall,
+        shown="between nodes"),
+    Entry(
+        name="fast_impact", title="Impacts as fast as waves",
+        scene="An elastic block of 4 x 4 cells thrown at a wall (80 m/s of snow with waves of 130 m/s: 0.6)",
+        seen="Steps that heed elastic waves only: particles turn inside out, or fly off with more energy than they had",
+        cure="leave solver.dt out: the adaptive step follows speed and deformation",
+        parameter="speed over that of waves", unit="", values=(0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0),
+        settings={"adaptive 0.4": {"cfl": 0.4}, "adaptive 0.8": {"cfl": 0.8},
+                  "elastic step 0.4": {"cfl": 0.4, "adaptive": False},
+                  "elastic step 0.8": {"cfl": 0.8, "adaptive": False}},
+        symptom="kinetic energy gained", limit=0.05, measure=impact_failure, shown="elastic step 0.8",
+        cured="adaptive 0.4"),
+)

@@ -1,0 +1,83 @@
+"""`snowmpm check` warns of corners of the atlas, names what cures them, and leaves sound scenes alone."""
+
+import pytest
+
+from snowmpm import load_scene
+from snowmpm.advice.report import advise
+from snowmpm.scenes.library import library
+from snowmpm.scenes.schema import Scene
+
+SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
+
+
+def block(solver=None, materials=None, bodies=None, **tables):
+    """A scene of an elastic block of 8 x 4 cells on a floor."""
+    own = {"name": "block", "material": "snow", "shape": {"kind": "box", "min": [0.0, 0.0], "max": [0.8, 0.4]}}
+    return Scene.model_validate({
+        "name": "block", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.1, **(solver or {})},
+        "domain": {"min": [-1.0, 0.0], "max": [3.0, 2.0], "boundary": {"z_min": "stick"}},
+        "materials": {"snow": SNOW, **(materials or {})}, "bodies": [own, *(bodies or [])], **tables})
+
+
+def another(lower, upper, material="snow", **keys):
+    return {"name": "other", "material": material, "shape": {"kind": "box", "min": lower, "max": upper}, **keys}
+
+
+def entries(scene):
+    return {caution.entry: caution for caution in advise(scene).cautions}
+
+
+SOFT, HARD = {**SNOW, "youngs_modulus": 2e4}, {**SNOW, "youngs_modulus": 2e7}
+ABOVE = ([0.0, 0.4], [0.8, 0.8])
+WALL = {"name": "wall", "shape": {"kind": "box", "min": [2.0, 0.0], "max": [2.1, 1.0]}}
+CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
+    "null_space_noise": (dict(solver={"transfer": "flip", "flip_ratio": 1.0}),
+                         dict(solver={"transfer": "aflip", "flip_ratio": 0.97}), "solver.flip_ratio"),
+    "damped_waves": (dict(solver={"transfer": "pic"}), dict(solver={"transfer": "aflip"}), "solver.transfer"),
+    "lost_spin": (dict(solver={"transfer": "flip", "flip_ratio": 0.95}), dict(solver={"transfer": "apic"}),
+                  "solver.transfer"),
+    "cell_crossing": (dict(solver={"particles_per_cell": 1, "gradient": "shape"}),
+                      dict(solver={"particles_per_cell": 4}), "solver.particles_per_cell"),
+    "numerical_fracture": (dict(solver={"particles_per_cell": 1}), dict(solver={"particles_per_cell": 4}),
+                           "solver.particles_per_cell"),
+    "volumetric_locking": (dict(materials={"snow": {**SNOW, "poisson_ratio": 0.499}}),
+                           dict(materials={"snow": {**SNOW, "poisson_ratio": 0.45}}), "materials.snow.poisson_ratio"),
+    "stiffness_contrast": (dict(materials={"ice": HARD}, bodies=[another(*ABOVE, "ice")]),
+                           dict(materials={"ice": SNOW}, bodies=[another(*ABOVE, "ice")]), "bodies (block and other)"),
+    "thin_layer": (dict(materials={"soft": SOFT}, bodies=[another([0.0, 0.4], [0.8, 0.45], "soft")]),
+                   dict(materials={"soft": SOFT}, bodies=[another([0.0, 0.4], [0.8, 0.8], "soft")]),
+                   "bodies.1 (other)"),
+    "early_contact": (dict(bodies=[another([0.95, 0.0], [1.4, 0.4], velocity=[-1.0, 0.0])]),
+                      dict(bodies=[another([0.95, 0.0], [1.4, 0.4], velocity=[-1.0, 0.0], contact="separate")]),
+                      "bodies (block and other)"),
+    "thin_obstacle": (dict(obstacles=[WALL]),
+                      dict(obstacles=[{**WALL, "shape": {**WALL["shape"], "max": [2.4, 1.0]}}]), "obstacles.0 (wall)"),
+    "small_strains": (dict(gravity=0.0, bodies=[another([0.8, 0.0], [1.2, 0.4], velocity=[1e-7, 0.0])]),
+                      dict(gravity=9.81), "solver.precision"),
+}
+
+
+@pytest.mark.parametrize("entry", CORNERS)
+def test_a_corner_is_named_with_what_cures_it(entry):
+    corner, cured, key = CORNERS[entry]
+    found = entries(block(**corner))
+    assert found[entry].key == key and found[entry].cure
+    assert entry not in entries(block(**cured))
+
+
+def test_a_sound_scene_is_left_alone():
+    assert advise(block()).cautions == []
+
+
+FOUR_CELLS = {"softening_on_grid": "four cells carry the shear of the sliding slab; softening tuned to this spacing"}
+JUSTIFIED = {
+    "avalanche_on_raster": {"shallow_flow": "as coarse as maps can afford: halved cells move the run-out by 2 %"},
+    "natural_release": FOUR_CELLS, "remote_trigger_2d": FOUR_CELLS, "skier_trigger": FOUR_CELLS,
+    "slab_release_2d": FOUR_CELLS, "whumpf_2d": FOUR_CELLS,
+}
+"""Cautions that a library scene is right to carry, {scene: {entry: reason}}."""
+
+
+@pytest.mark.parametrize("name", sorted(library()))
+def test_library_scenes(name):
+    assert set(entries(load_scene(name))) == set(JUSTIFIED.get(name, {}))

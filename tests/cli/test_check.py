@@ -1,0 +1,24 @@
+"""`snowmpm check`: what it prints of warnings, payments and savings."""
+
+import json
+
+
+def test_a_sound_scene(call, block):
+    result = call("check", block)
+    assert result.code == 0, result.err
+    for words in ("pays for", "law elastic", "calls of kernels", "warnings: none", "could do without"):
+        assert words in result.out
+
+
+def test_a_doubtful_one_is_warned_of_with_its_cure(call, block):
+    result = call("check", block, "--set", "solver.transfer=pic", "--set", "solver.cfl=0.05")
+    assert result.code == 0
+    assert "atlas: damped_waves" in result.out and 'transfer = "aflip"' in result.out
+    assert "solver.cfl: leave it out" in result.out
+
+
+def test_as_json(call, block):
+    record = json.loads(call("check", block, "--set", "solver.transfer=pic", "--json").out)
+    assert record["run_time"] > 0.0 and {item["entry"] for item in record["cautions"]} >= {"damped_waves", "lost_spin"}
+    assert {item["what"] for item in record["payments"]} >= {"dimension", "output", "law elastic"}
+    assert isinstance(record["savings"], list)

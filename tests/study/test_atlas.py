@@ -1,0 +1,67 @@
+"""The atlas of failures: each failure appears where it is said to, and does not where it is said to be cured."""
+
+import pytest
+
+from snowmpm.borders import SHIPPED, read
+from snowmpm.study.atlas.catalogue import ENTRIES
+from snowmpm.timestep import CRITICAL
+
+BORDERS = read(SHIPPED)
+SLOW = {"shallow_flow"}
+"""Entries whose runs take some ten seconds."""
+ASIDE = 1.04
+"""By which a border, bisected to 2 %, is passed."""
+
+
+def every(names=ENTRIES):
+    return [pytest.param(ENTRIES[name], marks=[pytest.mark.slow] if name in SLOW else [], id=name) for name in names]
+
+
+def around(entry, setting):
+    """Values of the map next to the border of a setting: on the side that holds (None where nothing does), and on the
+    one that fails."""
+    border = BORDERS[entry.name, setting]
+    holding = [value for value in entry.values if not border.failing(value)]
+    failing = [value for value in entry.values if border.failing(value)]
+    above = entry.fails == "above"
+    return (max(holding) if above else min(holding)) if holding else None, min(failing) if above else max(failing)
+
+
+def test_there_are_entries_enough_and_each_is_measured():
+    assert len(ENTRIES) >= 20
+    assert set(BORDERS) == {(name, setting) for name, entry in ENTRIES.items() for setting in entry.settings}
+    for (name, _), border in BORDERS.items():
+        entry = ENTRIES[name]
+        assert (border.title, border.parameter, border.unit, border.cure, border.fails) == (
+            entry.title, entry.parameter, entry.unit, entry.cure, entry.fails)
+        assert (border.lowest, border.highest) == (entry.values[0], entry.values[-1])
+
+
+@pytest.mark.parametrize("scheme", CRITICAL, ids="-".join)
+def test_the_limit_of_the_time_step_is_the_measured_one(scheme):
+    for transfer in ("apic", "pic", "flip", "aflip"):
+        measured = BORDERS["long_step_lone_grain", " ".join((*scheme, transfer))].value
+        assert measured == pytest.approx(CRITICAL[scheme][transfer in ("pic", "flip")], rel=0.03)
+
+
+@pytest.mark.parametrize("entry", every())
+def test_a_failure_appears_where_it_is_said_to(entry):
+    holds, fails = around(entry, entry.shown)
+    assert entry.fails_at(fails, entry.shown)
+    assert holds is None or not entry.fails_at(holds, entry.shown)
+
+
+@pytest.mark.parametrize("entry", every(name for name, entry in ENTRIES.items() if entry.cured))
+def test_a_cured_failure_does_not(entry):
+    _, fails = around(entry, entry.shown)
+    assert not BORDERS[entry.name, entry.cured].failing(fails)
+    assert not entry.fails_at(fails, entry.cured)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "setting"), [key for key, border in BORDERS.items() if border.value is not None])
+def test_every_border_lies_where_it_was_measured(name, setting):
+    entry, border = ENTRIES[name], BORDERS[name, setting]
+    assert not entry.fails_at(border.value, setting)
+    beyond = border.beyond(ASIDE)
+    assert entry.fails_at(min(beyond, border.highest) if entry.fails == "above" else beyond, setting)

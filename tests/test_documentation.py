@@ -1,0 +1,90 @@
+"""Every public name says what it is, and the guides say what is true."""
+
+import ast
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = [path for folder in ("snowmpm", "materials", "scenes", "render")
+           for path in sorted((ROOT / folder).rglob("*.py"))
+           if not any(part.is_symlink() for part in (path, *path.parents))]
+GUIDES = [ROOT / "README.md", *sorted(path for folder in ("scenes", "materials", "render")
+                                      for path in (ROOT / folder).glob("*.md"))]
+
+
+def public(node):
+    return [item for item in node.body if isinstance(item, ast.FunctionDef | ast.ClassDef) and item.name[0] != "_"]
+
+
+def parsed():
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+
+
+def test_every_module_class_and_function_is_documented():
+    bare = []
+    for path, tree in parsed().items():
+        name = path.relative_to(ROOT).as_posix()
+        bare += [] if ast.get_docstring(tree) else [name]
+        bare += [f"{name}: {item.name}" for item in public(tree) if not ast.get_docstring(item)]
+    assert bare == []
+
+
+def exported():
+    """Names that the packages offer: those in the `__all__` of an __init__ file."""
+    names = set()
+    for path in SOURCES:
+        if path.name == "__init__.py":
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__":
+                    names |= {item.value for item in node.value.elts if isinstance(item, ast.Constant)}
+    return names
+
+
+def test_every_member_of_what_the_packages_offer_is_documented():
+    """A method or property has a docstring, or its class tells of it, or a class whose contract it fulfils does."""
+    classes = [item for tree in parsed().values() for item in public(tree) if isinstance(item, ast.ClassDef)]
+    promised = defaultdict(bool)
+    for item in classes:
+        for member in public(item):
+            told = re.search(rf"\b{member.name}\b", ast.get_docstring(item) or "")
+            promised[member.name] |= bool(ast.get_docstring(member) or told)
+    offered = exported()
+    assert {"Run", "Simulation", "Scene", "CohesiveCamClay", "render_run"} <= offered
+    bare = [f"{item.name}.{member.name}" for item in classes if item.name in offered for member in public(item)
+            if not promised[member.name]]
+    assert bare == []
+
+
+def commands(text):
+    """`snowmpm` command lines of a guide, from its code blocks and its code words."""
+    for language, block in re.findall(r"```(\w*)\n(.*?)```", text, re.DOTALL):
+        for line in block.replace("\\\n", " ").split("\n") if language in ("", "sh") else ():
+            yield from re.findall(r"snowmpm [a-z][^#&|]*", line)
+    text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    yield from re.findall(r"`(snowmpm [a-z][^`]*)`", text)
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_and_options_of_a_guide_exist(guide):
+    import typer
+
+    from snowmpm.cli.app import app
+
+    program = typer.main.get_command(app)
+    for command in commands(guide.read_text(encoding="utf-8")):
+        words = command.split()[1:]
+        assert words[0] in program.commands, command
+        known = {option for parameter in program.commands[words[0]].params for option in parameter.opts}
+        for word in words[1:]:
+            option = word.partition("=")[0]
+            assert not option.startswith("-") or option in {*known, "--help"}, command
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_of_a_guide_lead_somewhere(guide):
+    text = guide.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
+        assert target.startswith("http") or (guide.parent / target).exists(), target
