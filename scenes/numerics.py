@@ -44,9 +44,10 @@ class Sph(Spec):
     """smoothing length h over dx [-]; kernels reach 2 h"""
     gradient: Literal["corrected", "plain"] = "corrected"
     """corrected: velocity gradients exact for linear fields, at free surfaces too; plain: as the kernel gives them"""
-    momentum: Literal["density", "volume", "difference"] = "density"
-    """form of the sum of forces: density, stresses over squared densities; volume, the same for neighbours of unlike
-    density; difference, which does not conserve momentum and blows up on irregular particles: for comparison"""
+    momentum: Literal["density", "corrected", "volume", "difference"] = "density"
+    """form of the sum of forces: density, stresses over squared densities; corrected, the same in balance with the
+    corrected gradient, for thin elastic bodies; volume, for neighbours of unlike density; difference, which does not
+    conserve momentum and blows up on irregular particles: for comparison"""
     viscosity: NonNegative = 0.1
     """alpha of the artificial viscosity [-]; more makes run-outs shorter"""
     quadratic_viscosity: NonNegative = 0.0

@@ -139,6 +139,8 @@ def _refuse_unbuilt(scene):
 
 def _refuse_beyond_sph(scene):
     """What only the grid can do."""
+    if scene.saw_test:
+        raise InputError.at("solver.method", "sph", 'must be "mpm" beside saw_test', scene.source)
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'

@@ -67,8 +67,8 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
             Sj, rho, z = ti.Vector.zero(real, n_stress), ti.cast(0.0, real), ti.cast(0.0, real)
             if ti.static(not moved_rows):
                 rho, z = row[at["m"]] / row[at["V"]], row[at["z"]]
-                Sj = pair.tensor(sign, row, at["S"])
-                if ti.static(form == "density"):
+                Sj = pair.symmetric(pair.force(sign, row))
+                if ti.static(form in ("density", "corrected")):
                     Sj *= rho * rho
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
@@ -125,10 +125,15 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
             active = total > LEAST_SHARE
             if code == SEPARATE:
                 active = active and (n.dot(pair.times(S, n)) < 0.0 or slip.dot(n) < 0.0)
-            if ti.static(form == "density"):
+            if ti.static(form in ("density", "corrected")):
                 S /= ti.max(rho * rho, 1e-30)
             for s in ti.static(range(n_stress)):
-                row[at["S"] + s] = ti.select(active, S[s], 0.0)
+                shown = ti.select(active, S[s], 0.0)
+                if ti.static(layout.full):
+                    a, b = ti.static(pairs[s])
+                    row[at["S"] + a * dim + b], row[at["S"] + b * dim + a] = shown, shown
+                else:
+                    row[at["S"] + s] = shown
                 if ti.static(layout.tension):
                     row[at["R"] + s] = 0.0
             row[at["V"]] = ti.select(active, volume, 0.0)

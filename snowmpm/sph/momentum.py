@@ -1,10 +1,13 @@
 """The momentum sum: forces of neighbours and walls on every particle, and the kick of its velocity.
 
     m_i a_i = sum_j m_i m_j (sigma_i / rho_i^2 + sigma_j / rho_j^2 - Pi_ij I) . grad_i W_ij + m_i g        "density"
+    the same with sigma K^-1 for sigma, K that of the velocity gradient (`update`)                         "corrected"
     m_i a_i = sum_j V_i V_j (sigma_i + sigma_j - ...) . grad_i W_ij + m_i g                                "volume"
     m_i a_i = sum_j V_i V_j (sigma_j - sigma_i - ...) . grad_i W_ij + m_i g                                "difference"
 
-The first two are antisymmetric in i and j and conserve momentum to round-off; the last is exact for uniform stress, and
+The first three are antisymmetric in i and j and conserve momentum to round-off; "corrected" does the work of the
+corrected velocity gradient (Bonet & Lok 1999, doi:10.1016/S0045-7825(99)00051-1), and so keeps the stiffness of free
+surfaces, of which the others lose a part. The last is exact for uniform stress, and
 unstable (Bui & Nguyen 2021, Fig. 8): a negative control. Viscosity of Monaghan (1992), of pairs that approach only:
 
     Pi_ij = (-alpha c mu + beta mu^2) / rho,   mu = h v_ij . x_ij / (r^2 + 0.01 h^2)
@@ -57,7 +60,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there is a
     confining pressure, a quadratic viscosity.
     """
-    dim, at, n_stress = layout.dim, layout.at, layout.n_stress
+    dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
     pair = pair_functions(layout)
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
     h = 0.5 * radius
@@ -65,7 +68,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
     n_moment = 1 if dim == 2 else 3
-    columns = (("x", dim), ("v", dim), ("S", n_stress), ("R", n_stress * layout.tension),
+    columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
                ("height", 1), ("cover", 1), ("edge", dim))
@@ -77,8 +80,9 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for a in ti.static(range(dim)):
                 pack["x"][a][lane], pack["v"][a][lane] = row[a], row[dim + a]
                 pack["f"][a][lane], pack["inner"][a][lane], pack["edge"][a][lane] = 0.0, 0.0, 0.0
-            for k in ti.static(range(n_stress)):
+            for k in ti.static(range(n_force)):
                 pack["S"][k][lane] = row[at["S"] + k]
+            for k in ti.static(range(n_stress)):
                 if ti.static(layout.tension):
                     pack["R"][k][lane] = row[at["R"] + k]
                 if ti.static(layout.ordered):
@@ -103,11 +107,10 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         for e in range(begin, end):
             j = entries[e]
             row = source[j]
-            xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.tensor(sign, row, at["S"])
-            Rj = Sj
+            xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
+            Rj, Dj = ti.Vector.zero(real, n_stress), ti.Vector.zero(real, n_stress)
             if ti.static(layout.tension):
                 Rj = pair.tensor(sign, row, at["R"])
-            Dj = Sj
             if ti.static(layout.ordered):
                 Dj = pair.tensor(sign, row, at["D"])
             mj, Vj, zj = row[at["m"]], row[at["V"]], row[at["z"]]
@@ -127,8 +130,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     sum_S = 2.0 * Si
                 elif ti.static(form == "difference"):
                     sum_S = Sj - Si
-                heft = mj
-                if ti.static(form != "density"):
+                heft, pull = mj, pair.act(sum_S, d)
+                if ti.static(form in ("volume", "difference")):
                     heft = Vj * ratio
                 closing = (read_lane(pack["v"], lane) - vj).dot(d)
                 mu = h * ti.select(closing < 0.0, closing, 0.0) / (r2 + soft)
@@ -144,8 +147,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     amplified = f
                     for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
                         amplified *= f
-                    sum_S += amplified * (read_lane(pack["R"], lane) + Rj)
-                force = F * (heft * pair.times(sum_S, d) - push * d)
+                    pull += amplified * pair.times(read_lane(pack["R"], lane) + Rj, d)
+                force = F * (heft * pull - push * d)
                 for a in ti.static(range(dim)):
                     pack[into][a][lane] += force[a]
                 if ti.static(dummies):

@@ -9,7 +9,8 @@ import taichi as ti
 @functools.cache
 def pair_functions(layout):
     """Functions for a `RowLayout`: place, velocity and tensor of a neighbour as a pack sees it (mirrored or not)."""
-    dim, pairs, n_stress = layout.dim, layout.pairs, layout.n_stress
+    dim, pairs, n_stress, force_pairs = layout.dim, layout.pairs, layout.n_stress, layout.force_pairs
+    first = layout.at["S"]
 
     @ti.func
     def signs(reals: ti.template(), c):
@@ -39,4 +40,34 @@ def pair_functions(layout):
                 product[b] += S[k] * d[a]
         return product
 
-    return SimpleNamespace(signs=signs, place=place, vector=vector, tensor=tensor, times=times)
+    @ti.func
+    def force(sign, row):
+        """S of a neighbour, as rows carry it."""
+        return ti.Vector([sign[force_pairs[k][0]] * sign[force_pairs[k][1]] * row[first + k]
+                          for k in ti.static(range(len(force_pairs)))])
+
+    @ti.func
+    def symmetric(S):
+        """The symmetric part of S as rows carry it, packed."""
+        result = ti.Vector.zero(float, n_stress)
+        for k in ti.static(range(n_stress)):
+            if ti.static(layout.full):
+                a, b = ti.static(pairs[k])
+                result[k] = 0.5 * (S[a * dim + b] + S[b * dim + a])
+            else:
+                result[k] = S[k]
+        return result
+
+    @ti.func
+    def act(S, d):
+        """S d of S as rows carry it."""
+        product = d * 0.0
+        if ti.static(layout.full):
+            for k in ti.static(range(len(force_pairs))):
+                product[force_pairs[k][0]] += S[k] * d[force_pairs[k][1]]
+        else:
+            product = times(S, d)
+        return product
+
+    return SimpleNamespace(force=force, symmetric=symmetric, act=act, signs=signs, place=place, vector=vector,
+                           tensor=tensor, times=times)

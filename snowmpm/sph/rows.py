@@ -20,11 +20,18 @@ PLANE = (0, 1, 3)
 
 @dataclass(frozen=True)
 class RowLayout:
-    """Columns of the rows. tension: whether they carry an artificial stress; ordered: whether a stretching."""
+    """Columns of the rows. tension: whether they carry an artificial stress; ordered: whether a stretching; full:
+    whether S is S K^-1, by rows (`update`), which is not symmetric."""
 
     dim: int
     tension: bool = False
     ordered: bool = False
+    full: bool = False
+
+    @property
+    def force_pairs(self):
+        """(a, b) of each entry of S as the rows carry it."""
+        return tuple((a, b) for a in range(self.dim) for b in range(self.dim)) if self.full else self.pairs
 
     @property
     def n_stress(self):
@@ -43,13 +50,12 @@ class RowLayout:
     @property
     def at(self):
         """First column of each part of a source row."""
-        d, n = self.dim, self.n_stress
-        return {"x": 0, "v": d, "S": 2 * d, "m": 2 * d + n, "V": 2 * d + n + 1, "z": 2 * d + n + 2, "R": 2 * d + n + 3,
-                "D": 2 * d + n + 3 + n * self.tension}
+        d, n, f = self.dim, self.n_stress, 2 * self.dim + len(self.force_pairs)
+        return {"x": 0, "v": d, "S": 2 * d, "m": f, "V": f + 1, "z": f + 2, "R": f + 3, "D": f + 3 + n * self.tension}
 
     @property
     def source_width(self):
-        return 2 * self.dim + self.n_stress * (1 + self.tension + self.ordered) + 3
+        return 2 * self.dim + len(self.force_pairs) + self.n_stress * (self.tension + self.ordered) + 3
 
     @property
     def moved_width(self):

@@ -39,7 +39,7 @@ REPORT_PARTS = 64
 
 @functools.cache
 def row_functions(layout, row_layout, real, form, epsilon):
-    """`store_row(i, source, x, v, L, tau, ratio, volume, density, speed)`: what a particle shows its neighbours."""
+    """`store_row(i, source, back, x, v, L, tau, ratio, volume, density, speed)`: what i shows its neighbours."""
     dim, at, entries = layout.dim, row_layout.at, row_layout.entries
 
     @ti.func
@@ -57,17 +57,28 @@ def row_functions(layout, row_layout, real, form, epsilon):
         return R
 
     @ti.func
-    def store_row(i, source: ti.template(), x, v, L, tau, ratio, volume, density, speed):
-        """L: velocity gradient a cell; volume: reference volume in cells."""
+    def store_row(i, source: ti.template(), back, x, v, L, tau, ratio, volume, density, speed):
+        """back: K^-1; L: velocity gradient a cell; volume: reference volume in cells."""
         row = ti.Vector.zero(real, row_layout.source_width)
         J = ti.min(ratio, LARGEST_GROWTH)
-        scale = J / (density * density) if ti.static(form == "density") else 1.0 / J
+        scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J
         for a in ti.static(range(dim)):
             row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
-        for k in ti.static(range(row_layout.n_stress)):
-            row[at["S"] + k] = scale * tau[entries[k]]
+        S = ti.Vector([scale * tau[entries[k]] for k in ti.static(range(row_layout.n_stress))])
+        if ti.static(row_layout.full):
+            whole = ti.Matrix.zero(real, dim, dim)
+            for k in ti.static(range(row_layout.n_stress)):
+                a, b = ti.static(row_layout.pairs[k])
+                whole[a, b], whole[b, a] = S[k], S[k]
+            whole = whole @ back
+            for a in ti.static(range(dim)):
+                for b in ti.static(range(dim)):
+                    row[at["S"] + a * dim + b] = whole[a, b]
+        else:
+            for k in ti.static(range(row_layout.n_stress)):
+                row[at["S"] + k] = S[k]
         if ti.static(row_layout.tension):
-            R = artificial_stress(ti.Vector([row[at["S"] + k] for k in ti.static(range(row_layout.n_stress))]))
+            R = artificial_stress(S)
             for k in ti.static(range(row_layout.n_stress)):
                 row[at["R"] + k] = R[k]
         if ti.static(row_layout.ordered):
@@ -83,7 +94,8 @@ def row_functions(layout, row_layout, real, form, epsilon):
 @functools.cache
 def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, corrected,
                    epsilon=0.0):
-    """`update(...)`, the second half of a step, and `show(...)`, which fills the rows from the particle store."""
+    """`update(...)`, the second half of a step; `reduce(...)` of its reports; `show(...)`, which fills the rows from
+    the particle store, and `correct(...)`, which makes the S of these what a `full` layout wants."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
@@ -98,7 +110,8 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
                ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
-               ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT))
+               ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT),
+               ("back", dim * dim * row_layout.full))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, moved: ti.template()):
@@ -135,27 +148,36 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                     pack["K"][k][lane] += near * d[symmetric[k][0]] * d[symmetric[k][1]]
 
     @ti.func
+    def inverse(K):
+        """K^-1 in a straight line, which fades out where K has none."""
+        adjugate, least = ti.Matrix.zero(real, dim, dim), ti.static(LEAST_DETERMINANT[dim])
+        if ti.static(dim == 2):
+            adjugate = ti.Matrix([[K[1, 1], -K[0, 1]], [-K[0, 1], K[0, 0]]])
+        else:
+            for a in ti.static(range(3)):
+                for b in ti.static(range(3)):
+                    p, q, r, s = ti.static((b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3)
+                    adjugate[a, b] = K[p, r] * K[q, s] - K[p, s] * K[q, r]
+        determinant = K[0, 0] * adjugate[0, 0]
+        for b in ti.static(range(1, dim)):
+            determinant += K[0, b] * adjugate[b, 0]
+        return adjugate / ti.select(determinant > least, determinant, least)
+
+    @ti.func
     def deform_pack(pack: ti.template(), dt, inverse_dx):
         for lane in range(width):
             sums = read_matrix_lane(pack["sums"], lane)
             L = inverse_dx * sums
-            if ti.static(corrected):
+            if ti.static(corrected or row_layout.full):
                 K = ti.Matrix.zero(real, dim, dim)
                 for a in ti.static(range(dim)):
                     for b in ti.static(range(dim)):
                         K[a, b] = pack["K"][number[a, b]][lane]
-                adjugate, least = ti.Matrix.zero(real, dim, dim), ti.static(LEAST_DETERMINANT[dim])
-                if ti.static(dim == 2):
-                    adjugate = ti.Matrix([[K[1, 1], -K[0, 1]], [-K[0, 1], K[0, 0]]])
-                else:
-                    for a in ti.static(range(3)):
-                        for b in ti.static(range(3)):
-                            p, q, r, s = ti.static((b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3)
-                            adjugate[a, b] = K[p, r] * K[q, s] - K[p, s] * K[q, r]
-                determinant = K[0, 0] * adjugate[0, 0]
-                for b in ti.static(range(1, dim)):
-                    determinant += K[0, b] * adjugate[b, 0]
-                L = (inverse_dx / ti.select(determinant > least, determinant, least)) * (sums @ adjugate)
+                back = inverse(K)
+                if ti.static(corrected):
+                    L = inverse_dx * (sums @ back)
+                if ti.static(row_layout.full):
+                    write_matrix_lane(pack["back"], lane, back)
             A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
             write_matrix_lane(pack["L"], lane, L)
             write_matrix_lane(pack["A"], lane, A)
@@ -215,7 +237,10 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
             particle.store_motion(p, reals, places, v, read_matrix_lane(pack["L"], lane))
             particle.store_response(p, reals, places, read_lane(pack["h"], lane), tau, read_lane(pack["state"], lane),
                                     ratio)
-            store_row(p, source, x, v, dx * read_matrix_lane(pack["L"], lane), tau, ratio,
+            back = ti.Matrix.identity(real, dim)
+            if ti.static(row_layout.full):
+                back = read_matrix_lane(pack["back"], lane)
+            store_row(p, source, back, x, v, dx * read_matrix_lane(pack["L"], lane), tau, ratio,
                       pack["volume"][0][lane] / dx**dim, materials[own, DENSITY],
                       wave_speed(pack, lane, own, speeds, law_of))
 
@@ -291,7 +316,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                     if law_of[own] == k:
                         prm = particle.parameters_of(materials, own)
                         speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
-            store_row(p, source, access.load(reals, places, p, at["position"], dim),
+            store_row(p, source, ti.Matrix.identity(real, dim), access.load(reals, places, p, at["position"], dim),
                       access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
                       access.load(reals, places, p, at["volume_ratio"], 1)[0],
                       access.load(reals, places, p, at["volume"], 1)[0] / dx**dim, materials[own, DENSITY], speed)
@@ -299,8 +324,33 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                 moved[p][a] = source[p][a]
             moved[p][2 * dim] = source[p][row_layout.at["V"]]
 
+    @ti.kernel
+    def correct(table: ti.types.ndarray(), source: ti.types.ndarray(), entries: ti.types.ndarray(),
+                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
+                most_runs: int, n_packs: int):
+        """S K^-1 for S in rows that `show` filled."""
+        for k in range(n_packs):
+            for lane in range(table[k, COUNT]):
+                i, K, begin = table[k, FIRST] + lane, ti.Matrix.zero(real, dim, dim), k * room
+                x = ti.Vector([source[i][a] for a in ti.static(range(dim))])
+                for q in range(n_runs[k]):
+                    c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+                    for e in range(begin, end):
+                        row = source[entries[e]]
+                        d = pair.place(signs, c, row) - x
+                        K -= row[row_layout.at["V"]] * slope_over_r(ti.sqrt(d.norm_sqr())) * d.outer_product(d)
+                    begin = end
+                back, S = inverse(K), ti.Matrix.zero(real, dim, dim)
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        S[a, b] = source[i][row_layout.at["S"] + a * dim + b]
+                S = S @ back
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        source[i][row_layout.at["S"] + a * dim + b] = S[a, b]
+
     def update_packs(*arguments):
         with plain_compilation():
             update(*arguments)
 
-    return update_packs, reduce, show
+    return update_packs, reduce, show, correct

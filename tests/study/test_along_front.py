@@ -35,7 +35,7 @@ def test_what_is_promised_was_measured(table):
 @pytest.mark.parametrize("name", ["slab_release", "slab_release_2d", "flow_warm_plug", "impact_wall_2d"])
 def test_a_change_is_a_valid_scene_and_says_what_it_does(name):
     scene = load_scene(name)
-    for change, words in ((faster(scene), "times faster"), (more_accurate(scene), "times the time")):
+    for change, words in ((faster(scene), "times less work"), (more_accurate(scene), "times the work")):
         moved = load_scene(name, change.overrides)
         assert moved != scene
         for key, value in change.overrides.items():

@@ -40,7 +40,7 @@ def vibration(cells, side, periods):
             np.abs(means[times > (periods - 0.5) * PERIOD]).max() / means[0])
 
 
-@pytest.mark.parametrize("side", ["stick", "symmetric"])
+@pytest.mark.parametrize("side", [pytest.param("stick", marks=pytest.mark.slow), "symmetric"])
 def test_period_of_a_bar(side):
     coarse, fine = vibration(25, side, 1.9), vibration(50, side, 1.9)
     assert abs(fine[0] - 1.0) < 0.005
@@ -55,7 +55,7 @@ def test_bar_over_ten_periods():
     assert 0.9 < kept < 1.001
 
 
-@pytest.mark.parametrize("kind", ["pressure", "shear"])
+@pytest.mark.parametrize("kind", [pytest.param("pressure", marks=pytest.mark.slow), "shear"])
 def test_a_pulse_keeps_its_speed_and_its_peak(kind):
     length = 16 / 0.364 * DX
     positions, volumes = lattice([0.0, 0.0], [3.2, 8 * DX], DX)
@@ -75,6 +75,7 @@ def test_a_pulse_keeps_its_speed_and_its_peak(kind):
     assert 0.9 < v.max() < 1.001
 
 
+@pytest.mark.slow
 def test_rayleigh_wave():
     """As `test_waves.test_rayleigh_wave`: the frequency of a standing wave of 32 cells, from the velocity of its mode;
     the free surface is where the kernel is cut off."""
@@ -104,7 +105,9 @@ def test_rayleigh_wave():
     assert wavelength / (2.0 * np.diff(found).mean()) == pytest.approx(c, rel=0.03)
 
 
-@pytest.mark.parametrize(("speed", "alpha", "overshoot"), [(1.0, 1.0, 1.3), (5.0, 1.0, 1.3), (1.0, 0.1, 1.45)])
+@pytest.mark.parametrize(("speed", "alpha", "overshoot"), [
+    (1.0, 1.0, 1.3), pytest.param(5.0, 1.0, 1.3, marks=pytest.mark.slow),
+    pytest.param(1.0, 0.1, 1.45, marks=pytest.mark.slow)])
 def test_bar_against_a_wall(speed, alpha, overshoot):
     """With alpha = 0.1 the front rings by 40 %, which more viscosity takes away."""
     dx, high, exact = 0.01, 0.04, IMPACTS[speed][2]
