@@ -266,7 +266,11 @@ def sph_free_surface(facts):
 
 @rule("sph")
 def sph_tensile(facts):
-    """Materials that bear tension: the strength of cohesive ones, the load of those without an end."""
+    """Materials that bear tension, where nothing acts against it: the strength of cohesive ones, the load of those
+    without an end."""
+    chosen = facts.scene.solver.sph
+    if chosen.disorder_damping > 0.0 or chosen.artificial_stress > 0.0:
+        return
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
         modulus = law.density * law.wave_speed() ** 2
         strength = getattr(law, "cohesion", None)
@@ -282,6 +286,9 @@ def sph_tensile(facts):
 
 @rule("sph")
 def sph_wall(facts):
+    """Fast particles, where no barrier stops them."""
+    if facts.scene.solver.sph.barrier:
+        return
     speed = max(facts.start_speed, facts.fall_speed) / facts.wave_speed
     if border := _beyond("sph_wall", "mirrored", speed):
-        yield _of(border, "solver.sph.walls", speed)
+        yield _of(border, "solver.sph.barrier", speed)

@@ -10,11 +10,15 @@ from snowmpm.scenes.schema import Scene
 SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 
 
+FLUFFY, SOFT, HARD = ({**SNOW, "youngs_modulus": E} for E in (5e3, 2e4, 2e7))
+
+
 def block(solver=None, materials=None, bodies=None, **tables):
     """A scene of an elastic block of 8 x 4 cells on a floor."""
     own = {"name": "block", "material": "snow", "shape": {"kind": "box", "min": [0.0, 0.0], "max": [0.8, 0.4]}}
     return Scene.model_validate({
-        "name": "block", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.1, **(solver or {})},
+        "name": "block", "dimension": 2, "end_time": tables.pop("end_time", 1.0),
+        "solver": {"dx": 0.1, **(solver or {})},
         "domain": {"min": [-1.0, 0.0], "max": [3.0, 2.0], "boundary": {"z_min": "stick"}},
         "materials": {"snow": SNOW, **(materials or {})}, "bodies": [own, *(bodies or [])], **tables})
 
@@ -27,7 +31,6 @@ def entries(scene):
     return {caution.entry: caution for caution in advise(scene).cautions}
 
 
-SOFT, HARD = {**SNOW, "youngs_modulus": 2e4}, {**SNOW, "youngs_modulus": 2e7}
 ABOVE = ([0.0, 0.4], [0.8, 0.8])
 WALL = {"name": "wall", "shape": {"kind": "box", "min": [2.0, 0.0], "max": [2.1, 1.0]}}
 CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
@@ -52,6 +55,14 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
                       "bodies (block and other)"),
     "thin_obstacle": (dict(obstacles=[WALL]),
                       dict(obstacles=[{**WALL, "shape": {**WALL["shape"], "max": [2.4, 1.0]}}]), "obstacles.0 (wall)"),
+    "sph_pairing": (dict(solver={"method": "sph", "sph": {"kernel": "cubic_spline"}}), dict(solver={"method": "sph"}),
+                    "solver.sph.kernel"),
+    "sph_free_surface": (dict(solver={"method": "sph", "sph": {"gradient": "plain"}}), dict(solver={"method": "sph"}),
+                         "solver.sph.gradient"),
+    "sph_tensile": (dict(solver={"method": "sph", "sph": {"disorder_damping": 0.0}}), dict(solver={"method": "sph"}),
+                    "materials.snow"),
+    "sph_wall": (dict(solver={"method": "sph", "sph": {"barrier": False}}, materials={"snow": FLUFFY}, end_time=2.0),
+                 dict(solver={"method": "sph"}, materials={"snow": FLUFFY}, end_time=2.0), "solver.sph.barrier"),
     "small_strains": (dict(gravity=0.0, bodies=[another([0.8, 0.0], [1.2, 0.4], velocity=[1e-7, 0.0])]),
                       dict(gravity=9.81), "solver.precision"),
 }
