@@ -114,7 +114,7 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
-    sph: Sph = Sph()
+    sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
 
     @property

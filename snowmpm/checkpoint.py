@@ -111,10 +111,11 @@ def check(saved, scene):
 
 def differences(before, scene):
     """(key, value before, value now) of what a resolved scene, as text, does not share with a scene, but for FREE_KEYS;
-    None for a key that is not there. Of files only the names count."""
+    None for a key that is not there. Of files only the names count; choices of SPH only where SPH solves."""
     before, now = _flat(tomllib.loads(before)), _flat(tomllib.loads(scene.to_toml()))
+    idle = ("solver.sph",) if before.get("solver.method") == now.get("solver.method") == "mpm" else ()
     for key in dict.fromkeys([*before, *now]):
-        free = any(key == name or key.startswith(f"{name}.") for name in FREE_KEYS)
+        free = any(key == name or key.startswith(f"{name}.") for name in (*FREE_KEYS, *idle))
         if not free and before.get(key) != now.get(key):
             yield key, before.get(key), now.get(key)
 

@@ -14,6 +14,13 @@ REAL = Path(__file__).parents[1] / ".." / "shared" / "data" / "terrain"
 FIRST = {"end_time": 0.02, "output.interval": 0.01, "initial.stress": "geostatic"}
 SHORT = {"end_time": 4e-6, "output.interval": 2e-6, "initial.stress": "none"}
 COARSE = {
+    "column_collapse_2d": {"solver.dx": 0.025},
+    "column_collapse_3d": {"solver.dx": 0.05},
+    "elastic_beam": {"solver.dx": 0.1 / 3},
+    "flume_impact": {"solver.dx": 0.05},
+    "oedometer": {"solver.dx": 0.25, "initial.stress": "isotropic"},
+    "sand_between_plates": {"solver.dx": 0.02},
+    "slope_failure": {"solver.dx": 1.0},
     "slab_release_2d": {"solver.dx": 0.2},
     "remote_trigger_2d": {"solver.dx": 0.2},
     "whumpf_2d": {"solver.dx": 0.2},
@@ -49,6 +56,19 @@ def test_library_scene_takes_its_first_steps(name, tmp_path):
     assert run.history["momentum_residual"][-1] < 1e-5  # float32
     assert run.history["unconverged"][-1] == 0
     assert run.history["mass"][-1] == pytest.approx(run.history["mass"][0], rel=1e-12)
+
+
+BOTH = ("column_collapse_2d", "column_collapse_3d", "elastic_beam", "flume_impact", "oedometer", "sand_between_plates",
+        "slope_failure", "slab_release_2d")
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_library_scene_takes_its_first_steps_by_sph(name, tmp_path):
+    changes = {**FIRST, **COARSE[name], "solver.method": "sph"}
+    run = snowmpm.run(snowmpm.load_scene(name, changes), tmp_path)
+    assert len(run) == 3 and run.complete
+    assert np.isfinite(run.frame(-1).points).all() and len(run.frame(-1)) == run.summary["particles"]
+    assert run.history["momentum_residual"][-1] < 1e-5  # float32
 
 
 def moved_release(tmp_path, name, shift):

@@ -62,7 +62,8 @@ class Found:
         first, frame = run.frame(0), run.frame(self.frame_number)
         centre = self.answer.centre() if self.answer else None
         self.first, self.profile = profile(case, first, centre), profile(case, frame, centre)
-        self.line = Line.of(line) if line else Line("x", float(case.positions(first)[:, 0].mean()))
+        middle = round(float(case.positions(first)[:, 0].mean()), 6) + 0.0  # no minus in front of a zero
+        self.line = Line.of(line) if line else Line("x", middle)
         self.stress = stress_along(case, frame, self.line)
         self.quantities = self.answer.quantities() if self.answer and run.complete else []
         self.curve = self.answer.history() if self.answer and run.complete else None

@@ -1,0 +1,61 @@
+"""Sand that runs down a flume against a wall (G5), by MPM and by SPH: the force on the wall.
+
+From the run file alone: what bed, wall and weight gave is the momentum that the sand has; the force at rest lies
+between Coulomb's wedges over the heap that the run leaves (`snowmpm.comparison.answers.wall_thrust`); neither it nor
+the largest force depends on the resolution.
+"""
+
+import numpy as np
+import pytest
+
+import snowmpm
+from snowmpm.comparison import Case
+from snowmpm.comparison.answers import answer_of
+from snowmpm.scenes import load_scene
+
+SOFT = 5.4e5
+"""Young's modulus [Pa] of the sand here: a fortieth of the published one, under which the heap settles by 1 %."""
+
+WINDOW = 0.1
+"""Time [s] over which the largest force is a mean: single grains that arrive are no force of the flow."""
+
+
+def impact(folder, method, spacing):
+    """Answer of a run with particles at this distance [m]."""
+    changes = {"solver.method": method, "solver.dx": spacing if method == "sph" else 2.0 * spacing, "end_time": 2.0,
+               "materials.sand.youngs_modulus": SOFT}
+    return answer_of(Case(method, snowmpm.run(load_scene("flume_impact", changes), folder)))
+
+
+def largest_force(answer):
+    wall = answer.case.run.obstacles["wall"]
+    time = np.arange(0.0, wall.time[-1] - WINDOW, 0.01)
+    impulse = np.interp(time + WINDOW, wall.time, wall.impulse[:, 0]) - np.interp(time, wall.time, wall.impulse[:, 0])
+    return float(impulse.max() / WINDOW)
+
+
+@pytest.mark.parametrize("method", ["mpm", pytest.param("sph", marks=pytest.mark.slow)])
+def test_force_on_the_wall(method, tmp_path):
+    answer = impact(tmp_path, method, 0.025)
+    assert abs(answer.momentum_gap()) < 0.03
+    low, high = answer.bounds()
+    assert low < answer.thrust() < high
+    # All of it is there, behind the wall, and at rest
+    history = answer.case.run.history
+    assert history["mass"][-1] == history["mass"][0]
+    assert history["kinetic_energy"][-1] < 1e-3 * history["kinetic_energy"].max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["mpm", "sph"])
+def test_force_at_half_the_spacing(method, tmp_path):
+    coarse, fine = impact(tmp_path / "coarse", method, 0.025), impact(tmp_path / "fine", method, 0.0125)
+    assert fine.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
+    assert largest_force(fine) == pytest.approx(largest_force(coarse), rel=0.05)
+
+
+@pytest.mark.slow
+def test_both_methods_find_the_same_force(tmp_path):
+    mpm, sph = (impact(tmp_path / method, method, 0.0167) for method in ("mpm", "sph"))
+    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
+    assert largest_force(sph) == pytest.approx(largest_force(mpm), rel=0.1)
