@@ -11,8 +11,11 @@ from .symmetric import invariants
 REDO = -2
 """Iterations of a straight-line update (`Law.lanes`) that `update` has to do instead."""
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+LARGEST = 1e12
+"""More is no number of a material in SI units, and what is made of it might not fit a float32."""
+
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """What is wrong with a scene, in one or two lines: file, key, value and what is allowed."""
 
+import functools
 import re
 
 from snowmpm.errors import did_you_mean
@@ -40,7 +41,7 @@ def describe(error, data, model, file):
 
     file: name that stands before each line.
     """
-    schema = model.model_json_schema()
+    schema = _schema(model)
     # A key that is not known usually explains the one that is missing.
     order = {"extra_forbidden": 0, "unexpected_keyword_argument": 0, "missing": 2, "missing_keyword_only_argument": 2}
     problems = error.errors(include_url=False)
@@ -54,6 +55,11 @@ def describe(error, data, model, file):
     if len(lines) > MAX_LINES:
         lines = [*lines[: MAX_LINES - 1], f"{lines[MAX_LINES - 1]} (and {len(lines) - MAX_LINES} more)"]
     return "\n".join(lines)
+
+
+@functools.cache
+def _schema(model):
+    return model.model_json_schema()
 
 
 def _line(problem, data, schema):

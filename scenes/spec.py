@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 
@@ -12,8 +12,19 @@ class Spec(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
+SIZES = (1e-12, 1e12)
+"""What the numbers of a scene may be in size, beside 0: nothing of snow, in SI units, is smaller or larger, and what is
+made of them still fits a float32 or a grid."""
+
+
+def _check_size(value):
+    if value and not SIZES[0] <= abs(value) <= SIZES[1]:
+        raise refuse(f"out of reach: sizes of numbers are from {SIZES[0]:g} to {SIZES[1]:g}")
+    return value
+
+
 # Strict: "0.1" and true are not numbers; TOML's nan and inf are none either.
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(_check_size)]
 Positive = Annotated[Number, Field(gt=0.0)]
 NonNegative = Annotated[Number, Field(ge=0.0)]
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]

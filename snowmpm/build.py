@@ -5,11 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm import memory, runtime
 from snowmpm.blocks import MOST_FIELDS
 from snowmpm.errors import InputError
 from snowmpm.events import make_event
 from snowmpm.initial_stress import geostatic_stress, overburden
+from snowmpm.io import layout
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.saw_test.saw import Saw
@@ -270,9 +271,12 @@ def _uniform_pressure(model):
 
 
 def _give_stress(model, tau):
-    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it."""
-    population = model.population
-    if model.scene.dimension == 2:
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it.
+
+    Raises InputError for a material that cannot carry it.
+    """
+    scene, population = model.scene, model.population
+    if scene.dimension == 2:
         # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
         components = [(0, 0), (1, 1), (2, 2), (0, 1)]
     else:
@@ -280,6 +284,10 @@ def _give_stress(model, tau):
     for m, law in enumerate(model.laws):
         own = population.material == m
         elastic = law.h_from_stress(tau[own])
+        if not np.isfinite(elastic).all():
+            name, load = list(scene.materials)[m], np.abs(tau[own]).max()
+            raise InputError(f"{scene.source}: materials.{name}: too soft for initial.stress ="
+                             f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa')
         for c, (i, j) in enumerate(components):
             population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
 
@@ -301,6 +309,9 @@ def check_step(scene, solver):
         allowed = f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {solver.scheme_name}"
         raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
     fixed, (limit, cause) = chosen.dt, solver.critical_dt()
+    if not limit > 0.0:
+        raise InputError(f"{scene.source}: no time step is stable ({cause} limit: {limit} s): the numbers of a material"
+                         " or a velocity are out of reach")
     if fixed and fixed > limit:
         allowed = (f"unstable: must be at most {rounded_down(limit)} s here ({cause} limit);"
                    " leave it out for an adaptive step")
@@ -313,10 +324,17 @@ def rounded_down(limit):
     return f"{np.floor(limit / scale * (1.0 + 1e-12)) * scale:.3g}"
 
 
+def _run_file(scene, particles):
+    """Expected size of the run file [bytes]."""
+    frames = 1 + max(1, round(scene.end_time / scene.output.interval))
+    components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in scene.output.fields)
+    return layout.expected_size(scene.dimension, frames, particles, components)
+
+
 def describe(model, solver):
-    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory" [bytes], "bytes_per_particle",
-    "fields", "dt" [s], "dt_cause", "steps", "domain"}."""
-    scene = model.scene
+    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
+    "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}."""
+    scene, store = model.scene, solver.particles
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.stable_dt()
     dt = scene.solver.dt or dt
@@ -327,7 +345,10 @@ def describe(model, solver):
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": solver.particles.mass,
         "blocks": len(solver.particles.blocks),
-        "memory": int(solver.particles.bytes_per_particle * particles + solver.bytes),
+        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, store.layout.width,
+                                solver.bytes),
+        "run_file": _run_file(scene, particles),
+        "checkpoint": particles * store.layout.width * store.numpy_dtype().itemsize + 8 * particles,
         "bytes_per_particle": solver.particles.bytes_per_particle,
         "fields": dict(solver.particles.layout.sizes),
         "dt": dt,

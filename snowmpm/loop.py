@@ -1,7 +1,9 @@
 """The run loop: steps, frames, checkpoints, progress."""
 
 import contextlib
+import itertools
 import time as clock
+import warnings
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -157,15 +159,21 @@ def _save(simulation, recorder, checkpoints, phases):
 def _loop(simulation, recorder, checkpoints, phases, progress, interruption):
     scene, report = simulation.scene, Progress(end_time=simulation.scene.end_time)
     n_frames = max(1, round(scene.end_time / scene.output.interval))
-    times = [*(i * scene.output.interval for i in range(1, n_frames)), scene.end_time]
+    times = itertools.chain((i * scene.output.interval for i in range(1, n_frames)), [scene.end_time])
     # With slack: the end that a finished run had, 0.3, is not before 12 intervals of 0.025.
-    frame_times = [time for time in times if time > simulation.time + 1e-9 * max(1.0, time)]
+    begun = simulation.time
+    frame_times = (time for time in times if time > begun + 1e-9 * max(1.0, time))
     start = said = clock.perf_counter()
+    unconverged = simulation.solver.unconverged
     for next_frame in frame_times:
         # A checkpoint is a state between steps whose frame, if it has one, is written.
         while simulation.time < next_frame:
             simulation.step(until=next_frame)
             recorder.watch()
+            if simulation.solver.unconverged > unconverged == 0:
+                unconverged = simulation.solver.unconverged
+                warnings.warn(f"a return map did not converge at t = {simulation.time:.6g} s: its stress is the best"
+                              f" that was found;\nthe history counts them (unconverged); {checkpoints}", stacklevel=3)
             now = clock.perf_counter()
             if progress and now - said > PROGRESS_INTERVAL:
                 said = now

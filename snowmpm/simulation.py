@@ -13,6 +13,9 @@ from snowmpm.fields import ParticleFields
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.settling import settle
 
+COLLAPSE = 1e-5
+"""Share of the first time step below which a run comes to no end, but to nonsense."""
+
 
 class Simulation:
     """A scene in motion.
@@ -33,7 +36,7 @@ class Simulation:
         self.model = build(scene)
         self.solver = self.model.solver()
         self.events = self.model.events()
-        self.dt, self.dt_cause = 0.0, "elastic"
+        self.dt, self.dt_cause, self._first_dt = 0.0, "elastic", None
         check_step(scene, self.solver)
         if scene.initial.stress == "settle" and not settled:
             self.settle()
@@ -127,7 +130,13 @@ class Simulation:
                 raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit"
                                       f" is {rounded_down(limit)} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
-        return self.solver.stable_dt()
+        dt, cause = self.solver.stable_dt()
+        self._first_dt = self._first_dt or dt
+        if not dt > COLLAPSE * self._first_dt:
+            raise SimulationError(f"the time step fell to {dt:.3g} s at t = {self.time:.6g} s, by the {cause} limit,"
+                                  f" from {self._first_dt:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
+                                  " than anything real; lower solver.cfl or check the material")
+        return dt, cause
 
     def settle(self):
         """Relax to rest under gravity (`snowmpm.settling`). Raises SimulationError when it does not settle."""

@@ -178,6 +178,9 @@ class SortedParticles(ParticleStore):
         reals = state["reals"]
         if reals.shape[1:] != (self.layout.width,) or reals.dtype != self.numpy_dtype:
             raise InputError("the particles of the checkpoint carry other columns: it is from another version")
+        starts = state["start"]
+        if not (len(reals) == len(state["labels"]) == starts[-1] <= self.capacity and (np.diff(starts) > 0).all()):
+            raise InputError("the particles of the checkpoint are not in the order of its blocks")
         self.replace(reals, state["labels"])
         self._follow(BlockMap(state["keys"], np.diff(state["start"]), self.dim, self._period), state["excursion"])
         self.sorts, self.mass, self.removed = state["sorts"], state["mass"], dict(state["removed"])

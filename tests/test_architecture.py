@@ -27,21 +27,23 @@ FOLDERS = {
 # except those that put a simulation together.
 MAY_IMPORT = {
     "errors": set(),
+    "memory": {"errors"},
     "materials": set(),
     "scenes": {"materials", "errors"},
-    "io": {"errors"},
+    "io": {"memory", "errors"},
     "compression": set(),
     "comparison": {"materials", "io", "errors"},
     "render": {"compression", "io", "errors"},
     "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
-    "terrain": {"common", "errors"},
-    "seeding": {"terrain", "common", "errors"},
+    "terrain": {"common", "memory", "errors"},
+    "seeding": {"terrain", "common", "memory", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
     "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
     "sph": {"materials", "common", "errors"},
     "composition": {
         "errors",
+        "memory",
         "common",
         "materials",
         "scenes",
@@ -57,6 +59,7 @@ MAY_IMPORT = {
     },
     "study": {
         "errors",
+        "memory",
         "common",
         "materials",
         "scenes",

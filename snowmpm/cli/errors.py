@@ -5,6 +5,7 @@ import inspect
 import os
 import sys
 import traceback
+import warnings
 from typing import Annotated
 
 import typer
@@ -41,7 +42,10 @@ def guarded(command):
     @functools.wraps(command)
     def call(*args, debug, **options):
         try:
-            return command(*args, **options)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
+                warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
+                return command(*args, **options)
         except typer.Exit:
             raise
         except BrokenPipeError:

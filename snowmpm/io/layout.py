@@ -41,6 +41,17 @@ HDF5_VERSIONS = ("v110", "v110")
 SMALL_CHUNK_ROWS = 64
 LARGE_CHUNK_ROWS = 65536
 
+STORED_SHARE = {2: 0.6, 3: 0.72}
+"""Of the particles' numbers, what is left of them compressed, by dimension of the scene (measured: 0.45 to 0.95)."""
+
+OVERHEAD = 300_000
+"""Bytes of a run file without its particles, about."""
+
+
+def expected_size(dimension, frames, particles, components):
+    """About how many bytes a run file takes; components: numbers of a particle in a frame, its position included."""
+    return int(OVERHEAD + STORED_SHARE[dimension] * 4 * components * particles * frames)
+
 
 def chunk_rows(n_points):
     """Rows of one point-data chunk: a whole step while it is small, so that a step costs one chunk a field."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError, did_you_mean
 from snowmpm.io import layout
 from snowmpm.io.obstacles import read_obstacles
@@ -18,6 +19,9 @@ from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
 
 ATTEMPTS = 50
+
+FRAME_DATA = ("/VTKHDF/Points", "/VTKHDF/PointData", "/VTKHDF/Vertices")
+"""What is read frame by frame, or never."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ class Run:
         if int(attributes["format_version"]) > layout.FORMAT_VERSION:
             version = int(attributes["format_version"])
             raise InputError(f"{self.path}: format version {version}; this program reads up to {layout.FORMAT_VERSION}")
+        _check_contents(h5, self.path)
         self.dimension = int(attributes["dimension"])
         self.origin = np.array(attributes["origin"])
         self.complete = bool(attributes["complete"])
@@ -105,12 +110,15 @@ class Run:
                     result = action(h5)
                     if snapshot.is_current():
                         return result
-            except (OSError, KeyError, ValueError, RuntimeError) as error:
+            except InputError:
+                raise
+            except Exception as error:  # damaged bytes fail in HDF5, NumPy and JSON in a dozen ways
                 failure = error
             else:
                 failure = None
             if failure is not None and not self._being_written():
-                raise InputError(f"{self.path}: not a readable run file ({failure})") from failure
+                reason = " ".join(str(failure).split())[:200]
+                raise InputError(f"{self.path}: not a readable run file ({reason})") from failure
             clock.sleep(0.02)
         raise InputError(f"{self.path}: is being written faster than it can be read; try again later")
 
@@ -140,6 +148,9 @@ class Run:
 
         def action(h5):
             root = h5["VTKHDF"]
+            rows = [root["Points"], *(root["PointData"][name] for name in names)]
+            size = sum(n * data.dtype.itemsize * (data.shape[1] if data.ndim > 1 else 1) for data in rows)
+            memory.require(size, f"{self.path}: frame {i}", "fewer fields need less")
             points = root["Points"][start : start + n]
             return points, {name: root["PointData"][name][start : start + n] for name in names}
 
@@ -173,7 +184,10 @@ class Run:
     @cached_property
     def summary(self):
         path = self.path.with_name(layout.SUMMARY_FILE)
-        return json.loads(path.read_text()) if path.exists() else {}
+        try:
+            return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        except (OSError, ValueError, RecursionError) as error:
+            raise InputError(f"{path}: not readable ({error})") from None
 
 
 def _runs_near(path):
@@ -181,6 +195,24 @@ def _runs_near(path):
     folder = Path(path).parent
     runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
     return did_you_mean(str(Path(path)), runs)
+
+
+def _check_contents(h5, path):
+    """Refuse what no run file of this program has: links to elsewhere, and tables that would fill the memory."""
+    groups = [h5]
+    while groups:
+        group = groups.pop()
+        for name in group:
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise InputError(f"{path}: {group.name}/{name} is a link to elsewhere, which no run file has")
+            item = group[name]
+            if isinstance(item, h5py.Group):
+                groups.append(item)
+                continue
+            if item.external or item.is_virtual:
+                raise InputError(f"{path}: {item.name} lies in another file, which no run file has")
+            if not item.name.startswith(FRAME_DATA):
+                memory.require(item.nbytes, f"{path}: {item.name}", "it is not what this program writes")
 
 
 def _read_terrain(h5):

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
 from snowmpm.seeding.lattice import SAMPLINGS, unit_points
 from snowmpm.seeding.layers import layer_seeds
@@ -51,7 +52,8 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
 
 def _filled(shape, spacing, sampling, rng, key):
     """Points of a lattice fitted to the shape's box that lie in the shape; each has the same share of its volume."""
-    counts = np.maximum(np.round(shape.size / spacing), 1).astype(int)
+    counts = np.maximum(np.round(shape.size / spacing), 1)
+    memory.require(memory.PER_PARTICLE[len(counts)] * shape.volume / spacing ** len(counts), f"{key}: its particles")
     points = shape.origin + (unit_points(counts, sampling, rng) * (shape.size / counts)) @ shape.axes
     if shape.contains is not None:
         points = points[shape.contains(points)]

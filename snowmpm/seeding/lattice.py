@@ -2,9 +2,12 @@
 
 import numpy as np
 
+from snowmpm import memory
+
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
 # First diameter of random discs by dimension, in mean spacings; they fill up at 0.75, 0.83 and 0.90, but ever slower.
 DIAMETERS = {1: 0.6, 2: 0.7, 3: 0.7}
+POINT_BYTES = 80  # while they are made and those outside are taken out
 SAMPLINGS = ("regular", "jittered", "poisson")
 
 
@@ -13,8 +16,9 @@ def unit_points(counts, sampling, rng):
 
     regular: centres of the unit cells, last axis fastest; jittered: each moved by at most a quarter in each direction;
     poisson: random with a least distance (random sequential discs). An axis with one cell keeps its centre under
-    `poisson`.
+    `poisson`. InputError: more of them than the memory holds.
     """
+    memory.require(POINT_BYTES * np.prod(np.asarray(counts, float)), "shape: its lattice of points")
     counts = np.asarray(counts, int)
     if sampling == "poisson":
         return _poisson(counts, rng)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
 from snowmpm.seeding.profile_layer import profile_layer
 from snowmpm.seeding.regions import regions_of
@@ -23,6 +24,8 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key):
     for region in regions_of(getattr(spec, "region", None), surface, base_dir, f"{key}.region"):
         upper = _top(bottom, top, region, key)
         _check_thickness(bottom, upper, dx, key)
+        count = region.area() * (upper - bottom) / spacing**surface.dim
+        memory.require(memory.PER_PARTICLE[surface.dim] * count, f"{key}: its particles")
         build = profile_layer if surface.dim == 2 else terrain_layer
         x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng)
         positions.append(x)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
-from snowmpm.seeding.lattice import sub_layers, unit_points
+from snowmpm.seeding.lattice import POINT_BYTES, sub_layers, unit_points
 
 SMOOTHING = 2.0  # cells: normals are taken from heights this far to each side, so kinks of the ground become bends
 WIDENINGS = 6  # how often that width may be doubled where a thick layer would fold in a hollow
@@ -24,6 +25,8 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
     overlap between columns or stacked layers. The plan area of the region is met exactly.
     """
     n_rows, thickness, spacing = sub_layers(bottom, top, spacing, 3)
+    box = np.prod(region.upper - region.lower) / spacing**2
+    memory.require(POINT_BYTES * box * n_rows, f"{region.label}: the lattice over it")
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)
     unit = unit_points((*lattice.counts, n_rows), sampling, rng)
     plan = lattice.plan(unit[:, :2])

@@ -1,10 +1,13 @@
 """Voxel images: what a body of two phases is made of, from a file."""
 
+import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageSequence
 
+from snowmpm import memory
 from snowmpm.errors import InputError
 from snowmpm.terrain.load import existing
 
@@ -26,8 +29,11 @@ def read_voxels(spec, dim, base_dir, key):
         raise InputError.at(f"{key}.file", str(spec.file), f"must end in {', '.join(ENDINGS)}")
     try:
         voxels = _raw(path, spec.counts, key) if ending == ".raw" else _read(path, ending, dim)
-    except (OSError, ValueError, SyntaxError) as error:
-        raise InputError.at(f"{key}.file", str(spec.file), f"cannot be read as a voxel image ({error})") from None
+    except InputError:
+        raise
+    except Exception as error:  # damaged files fail in NumPy, zipfile and Pillow in a dozen ways
+        reason = " ".join(str(error).split())[:120]
+        raise InputError.at(f"{key}.file", str(spec.file), f"cannot be read as a voxel image ({reason})") from None
     if voxels.ndim != dim or 0 in voxels.shape:
         raise InputError.at(f"{key}.file", str(spec.file),
                             f"must have {dim} axes in a {dim}-D scene, and has {' x '.join(map(str, voxels.shape))}"
@@ -37,10 +43,14 @@ def read_voxels(spec, dim, base_dir, key):
 
 def _read(path, ending, dim):
     if ending == ".npy":
-        return np.load(path, allow_pickle=False)
+        # Mapped: a header that promises more than the file holds takes no memory
+        return np.array(np.load(path, mmap_mode="r", allow_pickle=False))
     if ending == ".npz":
-        with np.load(path, allow_pickle=False) as archive:
-            return archive[archive.files[0]]
+        with zipfile.ZipFile(path) as archive:
+            first = archive.infolist()[0]
+            memory.require(2.0 * first.file_size, f"shape.file = {path.name!r}", "fewer voxels need less")
+            with archive.open(first) as file:
+                return np.lib.format.read_array(io.BytesIO(file.read()), allow_pickle=False)
     with Image.open(path) as image:
         pages = np.stack([np.asarray(page) for page in ImageSequence.Iterator(image)])
     if dim == 2 and len(pages) == 1:

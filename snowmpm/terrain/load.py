@@ -1,10 +1,12 @@
 """From the terrain table of a scene to the surface."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.terrain.defects import defects
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.plane import plane_facets
 from snowmpm.terrain.profile import drawn_out, profile_facets
@@ -69,16 +71,25 @@ def _mesh(spec, base_dir, dimension, box):
         surface = TerrainSurface.of(vertices, triangles)
     except InputError:
         raise InputError.at("terrain.file", str(path), "has no triangles with an area") from None
+    _tell(path, defects(vertices, triangles, surface))
     return surface if box is None else surface.clipped(*box)
 
 
 def _dem(spec, base_dir, dimension, box):
     path = existing(spec.file, base_dir, "terrain.file")
     box = _common(box, getattr(spec, "region", None))
-    vertices, triangles = raster_facets(read_raster(path, box))
+    raster = read_raster(path, box)
+    missing = int(np.isnan(raster.z).sum())
+    _tell(path, [f"{missing} of {raster.z.size} cells without data, where nothing is carried"] if missing else [])
+    vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
     return TerrainSurface.of(vertices, triangles)
+
+
+def _tell(path, found):
+    if found:
+        warnings.warn(f'terrain.file = "{path}": {"; ".join(found)}', stacklevel=2)
 
 
 def _common(box, region):

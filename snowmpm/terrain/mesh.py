@@ -1,12 +1,17 @@
 """Triangles from a mesh file: STL, OBJ, PLY."""
 
+import logging
 from pathlib import Path
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.terrain.topology import LARGEST
 
 SUFFIXES = (".stl", ".obj", ".ply")
+BYTES_PER_BYTE = 25
+"""Memory that a mesh takes while it is read and welded, over the size of its file."""
 
 
 def mesh_facets(path, key="terrain.file"):
@@ -18,8 +23,10 @@ def mesh_facets(path, key="terrain.file"):
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError.at(key, str(path), "must be an .stl, .obj or .ply file")
+    memory.require(BYTES_PER_BYTE * _size(path), f'{key} = "{path}"', "a mesh of fewer triangles needs less")
     import trimesh  # slow to import
 
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it prints tracebacks of what it could not read
     try:
         with open(path, "rb") as file:
             mesh = trimesh.load(
@@ -32,7 +39,18 @@ def mesh_facets(path, key="terrain.file"):
     faces = getattr(mesh, "faces", None)
     if faces is None or len(faces) == 0:
         raise InputError.at(key, str(path), "has no triangles")
-    vertices = np.asarray(mesh.vertices, float)
-    if not np.isfinite(vertices).all():
-        raise InputError.at(key, str(path), "has a vertex that is not a finite number")
-    return vertices, np.asarray(faces)
+    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(faces)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise InputError.at(key, str(path), "must have vertices of three coordinates and triangles of three corners")
+    if not (np.abs(vertices) <= LARGEST).all():
+        raise InputError.at(key, str(path), "has a vertex that is not a finite number, or out of reach")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError.at(key, str(path), "has a triangle with a corner that it does not have")
+    return vertices, faces
+
+
+def _size(path):
+    try:
+        return Path(path).stat().st_size
+    except OSError:  # said by what reads it
+        return 0

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm import memory
+
+BYTES_PER_ENTRY = 40  # of the table while it is made
 MAX_BINS_PER_FACET = 4  # keeps the table small where facets are small and far between
 
 
@@ -50,6 +53,8 @@ def bin_facets(vertices, facets, size=None):
     last = np.clip(np.floor((high - lower) / size).astype(np.int64), 0, shape - 1)
     span = last - first + 1
     repeats = span.prod(axis=1)
+    memory.require(BYTES_PER_ENTRY * float(repeats.sum(dtype=float)), "terrain: the table of its facets",
+                   "facets that differ less in size need less")
     item = np.repeat(np.arange(len(facets)), repeats)
     rank = np.arange(len(item)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     if d == 1:

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
 
+BYTES_PER_CELL = 60  # of the part of a raster that is read, while it is
 HEADER = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 
 
@@ -66,8 +68,10 @@ def read_ascii_grid(path, box=None, key="terrain.file"):
     except KeyError as error:
         missing = f"is not an ESRI ASCII grid: header line {error.args[0]!r} is missing"
         raise InputError.at(key, str(path), missing) from None
-    if nx < 1 or ny < 1 or not (dx > 0 and dy > 0):
+    if nx < 1 or ny < 1 or not (0 < dx < np.inf and 0 < dy < np.inf):
         raise InputError.at(key, str(path), "header must have positive ncols, nrows and cellsize")
+    if nx * ny > Path(path).stat().st_size:
+        raise InputError.at(key, str(path), f"is too short for the {nx} x {ny} values that its header promises")
     x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)
     columns, rows = _window(x, box, 0), _window(y, box, 1)
     body = lines[n:]
@@ -103,9 +107,12 @@ def read_geotiff(path, box=None, key="terrain.file"):
                 raise InputError.at(key, str(path), "must be a raster with north up, not rotated")
             if source.crs is not None and source.crs.is_geographic:
                 raise InputError.at(key, str(path), "is in degrees: project it to metres first")
+            memory.require(8.0 * (nx + ny), f'{key} = "{path}"', "it is not a raster of elevations")
             x = t.c + t.a * (np.arange(nx) + 0.5)
             y = t.f + t.e * (np.arange(ny)[::-1] + 0.5)
             columns, rows = _window(x, box, 0), _window(y, box, 1)
+            size = float(rows.stop - rows.start) * (columns.stop - columns.start)
+            memory.require(BYTES_PER_CELL * size, f'{key} = "{path}"', "terrain.region or domain cut it")
             window = Window.from_slices((ny - rows.stop, ny - rows.start), (columns.start, columns.stop))
             z = source.read(1, window=window, masked=True).astype(float).filled(np.nan)[::-1]
             no_data = source.nodata

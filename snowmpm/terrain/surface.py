@@ -33,8 +33,8 @@ class TerrainSurface:
         """
         vertices = np.ascontiguousarray(vertices, dtype=np.float64)
         facets = np.asarray(facets)
-        if not np.isfinite(vertices).all():
-            raise InputError("terrain: a vertex has a coordinate that is not a finite number")
+        if not (np.abs(vertices) <= topology.LARGEST).all():
+            raise InputError("terrain: a vertex has a coordinate that is not a finite number, or out of reach")
         vertices, facets = topology.tidied(vertices, facets)
         if len(facets) == 0:
             raise InputError("terrain: the surface has no facet with an area")

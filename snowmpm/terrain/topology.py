@@ -7,6 +7,7 @@ edge in 3-D, so that one text serves both. All arrays: vertices (n, dim) [m], fa
 import numpy as np
 
 WELD = 1e-9  # of the surface's size: vertices closer than this are one (STL repeats each vertex per triangle)
+LARGEST = 1e12  # m: coordinates beyond are an error of the file, and squares of them must fit a number
 FLAT = 1e-12  # of the surface's size squared (3-D) or size (2-D): facets smaller than this are dropped
 
 

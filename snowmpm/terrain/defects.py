@@ -1,0 +1,52 @@
+"""What is wrong with a terrain that can still be used: said, so that nobody is surprised."""
+
+import numpy as np
+from scipy.sparse import coo_array, csgraph
+
+from snowmpm.terrain import topology
+
+
+def defects(vertices, facets, surface):
+    """Texts on what `surface` (`TerrainSurface`), made of raw vertices (n, 3) and triangles (m, 3), leaves open or put
+    right: holes, triangles that faced the other way, triangles twice or without area."""
+    found = []
+    if holes := n_holes(surface):
+        found.append(f"{_count(holes, 'hole')}, where nothing is carried")
+    if flipped := n_flipped(vertices, facets, surface):
+        found.append(f"{_count(flipped, 'triangle')} that faced the other way, turned")
+    if dropped := len(facets) - len(surface.facets):
+        found.append(f"{_count(dropped, 'triangle')} twice or without area, left out")
+    return found
+
+
+def n_holes(surface):
+    """Closed lines of border edges inside an open surface: all of them but the outer one of each part."""
+    joint, _, n_joints = topology.joints(surface.facets, len(surface.vertices))
+    count = np.bincount(joint.ravel(), minlength=n_joints)
+    border = count[joint] == 1
+    start, end = surface.facets[border], np.roll(surface.facets, -1, axis=1)[border]
+    if surface.closed or not len(start):
+        return 0
+    n = len(surface.vertices)
+    line = _parts(n, start, end)
+    part = _parts(n, surface.facets.ravel(), np.roll(surface.facets, -1, axis=1).ravel())
+    return len(np.unique(line[start])) - len(np.unique(part[start]))
+
+
+def n_flipped(vertices, facets, surface):
+    """Triangles whose normal pointed another way than that of most, where the ground has no overhang."""
+    if surface.closed or (surface.facet_normals[:, -1] <= 0.0).any():
+        return 0
+    a, b, c = (vertices[facets[:, k], :2] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    return int(min((area > 0.0).sum(), (area < 0.0).sum()))
+
+
+def _parts(n, start, end):
+    """Number of the connected part of each of n vertices."""
+    graph = coo_array((np.ones(len(start), np.int8), (start, end)), shape=(n, n))
+    return csgraph.connected_components(graph, directed=False)[1]
+
+
+def _count(n, noun):
+    return f"{n} {noun}" + ("s" if n > 1 else "")

@@ -1,0 +1,58 @@
+"""A terrain that is not what it should be is used as far as it goes, and said."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import trimesh
+
+from snowmpm.terrain import load_terrain
+
+
+@pytest.fixture
+def tilted():
+    """(vertices (36, 3), triangles (50, 3)) of a slope."""
+    x, y = np.meshgrid(np.arange(6.0), np.arange(6.0), indexing="ij")
+    i = np.arange(30).reshape(5, 6)[:, :5].ravel()
+    triangles = np.concatenate([np.stack([i, i + 6, i + 7], 1), np.stack([i, i + 7, i + 1], 1)])
+    return np.column_stack([x.ravel(), y.ravel(), 3.0 - 0.5 * x.ravel()]), triangles
+
+
+def warned(recwarn, tmp_path, vertices, triangles):
+    trimesh.Trimesh(vertices, triangles, process=False).export(tmp_path / "slope.stl")
+    surface = load_terrain(SimpleNamespace(kind="mesh", file="slope.stl"), tmp_path)
+    return surface, [str(one.message).partition(": ")[2] for one in recwarn if one.category is UserWarning]
+
+
+def test_a_good_mesh_is_read_in_silence(recwarn, tmp_path, tilted):
+    assert warned(recwarn, tmp_path, *tilted)[1] == []
+
+
+def test_all_the_other_way_is_only_another_convention(recwarn, tmp_path, tilted):
+    assert warned(recwarn, tmp_path, tilted[0], tilted[1][:, ::-1])[1] == []
+
+
+def test_holes(recwarn, tmp_path, tilted):
+    vertices, triangles = tilted
+    middle = np.flatnonzero((np.abs(vertices[triangles].mean(axis=1)[:, :2] - 2.5) < 0.5).all(axis=1))
+    surface, told = warned(recwarn, tmp_path, vertices, np.delete(triangles, middle, axis=0))
+    assert told == ["1 hole, where nothing is carried"]
+    assert np.isnan(surface.height([[2.5, 2.5]])).all()
+
+
+def test_flipped_and_repeated(recwarn, tmp_path, tilted):
+    vertices, triangles = tilted
+    triangles[3:7] = triangles[3:7, ::-1]
+    surface, told = warned(recwarn, tmp_path, vertices, np.concatenate([triangles, triangles[10:13]]))
+    assert told == ["4 triangles that faced the other way, turned; 3 triangles twice or without area, left out"]
+    assert (surface.facet_normals[:, 2] > 0).all() and len(surface.facets) == 50
+
+
+def test_no_data(recwarn, tmp_path):
+    rows = np.full((5, 5), 2.0)
+    rows[2, 3] = -9999
+    text = "ncols 5\nnrows 5\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
+    (tmp_path / "dem.asc").write_text(text + "\n".join(" ".join(f"{v:g}" for v in row) for row in rows) + "\n")
+    load_terrain(SimpleNamespace(kind="dem", file="dem.asc"), tmp_path)
+    assert [str(one.message).partition(": ")[2] for one in recwarn if one.category is UserWarning] == [
+        "1 of 25 cells without data, where nothing is carried"]

@@ -1,0 +1,71 @@
+"""What goes wrong in a run is found at once and said in two lines, with the last checkpoint."""
+
+from pathlib import Path
+
+import pytest
+
+import snowmpm
+import snowmpm.build
+from snowmpm import memory
+from snowmpm.cli.app import app
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.scenes import load_scene
+
+BLOCK = Path(__file__).parent / "cli" / "block.toml"
+
+
+@pytest.fixture
+def block():
+    return load_scene(BLOCK)
+
+
+def test_collapse_of_the_time_step(block, tmp_path, monkeypatch):
+    stable = MpmSolver.stable_dt
+    monkeypatch.setattr(MpmSolver, "stable_dt",
+                        lambda self: (stable(self)[0] * (1e-6 if self.steps > 5 else 1.0), "advective"))
+    with pytest.raises(SimulationError, match=r"step fell to .* advective limit.*\n.*; last checkpoint: .* t = 0 s"):
+        snowmpm.run(block, tmp_path)
+    assert len(snowmpm.Run(tmp_path)) >= 1
+
+
+def test_a_time_step_that_is_no_number(block, tmp_path, monkeypatch):
+    stable = MpmSolver.stable_dt
+    monkeypatch.setattr(MpmSolver, "stable_dt",
+                        lambda self: (stable(self)[0] if self.steps < 5 else float("nan"), "elastic"))
+    with pytest.raises(SimulationError, match="time step fell to nan s"):
+        snowmpm.run(block, tmp_path)
+
+
+def test_an_unconverged_return_map_is_told_once(block, tmp_path, monkeypatch):
+    step = MpmSolver.step
+
+    def failing(self, dt):
+        step(self, dt)
+        self.unconverged += 1
+
+    monkeypatch.setattr(MpmSolver, "step", failing)
+    with pytest.warns(UserWarning, match=r"return map did not converge at t = .*\n.*checkpoint") as told:
+        run = snowmpm.run(block, tmp_path)
+    assert sum("return map" in str(one.message) for one in told) == 1
+    assert run.history["unconverged"][-1] > 1
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_memory_is_asked_before_it_is_taken(command, tmp_path, monkeypatch, capsys):
+    """A scene of 4e11 particles is refused at once, whatever the machine."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        app([command, str(BLOCK), "--set", "solver.dx=1e-6", "--set", "bodies.0.shape.max=[1.0,1.1]"])
+    message = capsys.readouterr().err
+    assert end.value.code == 2 and not any(tmp_path.iterdir())
+    assert "its particles: needs about" in message and "are free; a coarser solver.dx needs less" in message
+
+
+def test_memory_that_just_suffices(block, monkeypatch):
+    particles = len(snowmpm.build.build(block).population.volumes)
+    monkeypatch.setattr(memory, "available", lambda: 2 * memory.PER_PARTICLE[2] * particles)
+    snowmpm.build.build(block)
+    monkeypatch.setattr(memory, "available", lambda: 0.5 * memory.PER_PARTICLE[2] * particles)
+    with pytest.raises(InputError, match=r"bodies\.0 \(block\): shape: its particles: needs about"):
+        snowmpm.build.build(block)
