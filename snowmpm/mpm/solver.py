@@ -1,31 +1,26 @@
 """Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
-from dataclasses import asdict, replace
-
 import numpy as np
 import taichi as ti
 
 from snowmpm import report as report_of
 from snowmpm import runtime
-from snowmpm.arrays import real_array
-from snowmpm.errors import SimulationError
 from snowmpm.mpm.body_contact import BodyContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.stencil import STENCILS
-from snowmpm.timestep import FLIGHT_LIMIT, Extremes, critical_cfl, grain_stiffness, stable_step, usual_cfl
+from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
 
 
-class MpmSolver:
-    """Particles, their grid, and one step of both.
+class MpmSolver(Solver):
+    """Particles, their grid, and one step of both."""
 
-    particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
-    [N s], `contact_work` and `plastic_work` [J], `unconverged` return maps.
-    """
+    BAD = "is no longer finite, turned inside out or crossed more than a cell in a step"
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
@@ -43,8 +38,6 @@ class MpmSolver:
         """
         self.dim = dim = len(origin)
         self.dx, self.precision = dx, precision
-        self.gravity = np.asarray(gravity, float)
-        self._gravity = real_array(self.gravity)
         self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
@@ -63,21 +56,12 @@ class MpmSolver:
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, home_limit=STENCILS[kernel].home_limit, second_moment=self.second_moment(), period=period,
             keep_block_of=self.atomic)
-        self.materials = self.particles.materials
-        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
-                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self._begin(population, gravity)
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
         self._bind_kernels()
         self._reports = self._impulses = None
         self._follow_blocks()
-        self.time, self.steps = 0.0, 0
-        self.keep = 1.0
-        """Share of a node's velocity kept each step: below 1 only while an initial state settles."""
-        self._loaded = np.zeros(dim)
-        self.weight_impulse = np.zeros(dim)
-        self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
-        self.set_loads([])
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -89,14 +73,7 @@ class MpmSolver:
             self.particles_to_grid(dt)
             self.update_grid(dt)
             self.grid_to_particles(dt)
-        self.weight_impulse += dt * self.particles.mass * self.gravity
-        self.time += dt
-        self.steps += 1
-
-    @property
-    def impulse(self):
-        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
-        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
+        self._advance_clock(dt)
 
     @property
     def contact_work(self):
@@ -141,36 +118,14 @@ class MpmSolver:
                      grid.n_tiles, work)
         self._read(report)
 
-    def stable_dt(self):
-        """-> (step for now [s], what limits it), with the margin of cfl."""
-        return self._step_at(self.cfl, self.cfl)
-
-    def critical_dt(self):
-        """-> (longest step that is not unstable [s], what limits it)."""
-        return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
-
-    def _step_at(self, elastic, advective):
-        pushed = max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
-        extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
-        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
+    @property
+    def _pushing_speed(self):
+        """Of the fastest obstacle [m/s]."""
+        return max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
 
     def _read(self, report):
-        if report[report_of.BAD]:
-            self._fail(int(report[report_of.BAD]) - 1)
-        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
-                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
-                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+        super()._read(report)
         self.particles.drift = report[report_of.EXCURSION]
-        self.plastic_work += report[report_of.DISSIPATION]
-        self.unconverged += int(report[report_of.UNCONVERGED])
-        self.n_plastic = int(report[report_of.PLASTIC])
-
-    def _fail(self, row):
-        particle, place = self.particles.describe(row)
-        raise SimulationError(
-            f"{particle} is no longer finite, turned inside out or crossed more than a cell in a step, at"
-            f" t = {self.time:.6g} s, step {self.steps}, {place}:\n"
-            "lower solver.cfl or check the stiffness of its material")
 
     def sort(self):
         """Bring every particle home to its block; those outside the domain are removed and counted."""
@@ -226,19 +181,6 @@ class MpmSolver:
         density = mass / np.where(volume > 0.0, volume, 1.0)
         return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density)
 
-    def set_loads(self, loads):
-        """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on grid nodes."""
-        rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
-                for centre, radius, acceleration in loads]
-        self._n_loads = len(rows)
-        self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
-
-    def push(self, numbers, gain, mass):
-        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
-        `mass` [kg]; counts as a load."""
-        self.particles.push(numbers, gain)
-        self._loaded += mass * np.asarray(gain)
-
     # ---- reading ----------------------------------------------------------------------------------------------
 
     def second_moment(self):
@@ -264,42 +206,27 @@ class MpmSolver:
 
     def restart_clock(self):
         """Time zero is now: totals start again."""
-        self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
-        self._loaded[:] = 0.0
+        super().restart_clock()
         for surface in self.surfaces:
             surface.total[:] = 0.0
         if self.grid.bodies:
             self.grid.bodies.lost[:] = 0.0
-        self.weight_impulse[:] = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        return {
-            **self.particles.state(),
-            "frame": self.frame.bounds, "extremes": asdict(self.extremes),
-            "time": self.time, "steps": self.steps,
-            "loaded": self._loaded.copy(), "surfaces": np.array([surface.total for surface in self.surfaces]),
-            "weight_impulse": self.weight_impulse.copy(),
-            "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1),
-            "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
-        }
+        return {**super().state(), "surfaces": np.array([surface.total for surface in self.surfaces]),
+                "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
 
         Raises InputError when it does not fit.
         """
-        self.frame.check(state["frame"])
-        self.particles.restore(state)
+        super().restore(state)
         self._follow_blocks()
-        self.extremes = Extremes(**state["extremes"])
-        self.time, self.steps = state["time"], state["steps"]
-        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
         if self.grid.bodies:
             self.grid.bodies.lost[:] = state["lost_between_bodies"]
-        self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
-        self.n_plastic = state["n_plastic"]

@@ -10,7 +10,6 @@ advanced from the same level, which is forward Euler and blows up.
 """
 
 import math
-from dataclasses import asdict, replace
 
 import numpy as np
 import taichi as ti
@@ -19,9 +18,9 @@ from snowmpm import report as report_of
 from snowmpm import runtime
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
-from snowmpm.errors import SimulationError
 from snowmpm.frame import Frame
 from snowmpm.materials.packs import LANES
+from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.extrapolation import extrapolation_kernel
@@ -30,7 +29,6 @@ from snowmpm.sph.neighbours import Group, NeighbourLists, Packs, order_kernel
 from snowmpm.sph.operators import operator_kernel, results
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.update import update_kernels
-from snowmpm.timestep import FLIGHT_LIMIT, Extremes, stable_step
 
 SKIN = 0.4
 """Cells beyond the support that lists of neighbours reach: they are made anew when two particles may have come closer
@@ -48,14 +46,14 @@ def critical_cfl(viscosity, disorder_damping):
     return min(0.9, 0.9 / max(0.64 * viscosity + 1.22 * disorder_damping, 1e-9))
 
 
-class SphSolver:
+class SphSolver(Solver):
     """Particles, their neighbours, and one step of both.
 
-    particles: `SortedParticles`, a particle a cell of dx. Totals since the start: `impulse` of terrain, sides and loads
-    and `weight_impulse` [N s], `contact_work` and `plastic_work` [J], `unconverged` return maps.
+    particles: `SortedParticles`, a particle a cell of dx.
     """
 
     method = "sph"
+    BAD = "is no longer finite or turned inside out"
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
                  terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None):
@@ -67,8 +65,6 @@ class SphSolver:
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
-        self.gravity = np.asarray(gravity, float)
-        self._gravity = real_array(self.gravity)
         self.width = width or (1 if runtime.backend() == "cuda" else LANES)
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
@@ -80,20 +76,12 @@ class SphSolver:
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, home_limit=1.0, second_moment=0.0, period=period)
-        self.materials = self.particles.materials
-        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
-                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
         self.boundary = Boundary(frame, self.radius, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
                                  first_row=self.particles.capacity)
         self.surfaces = self.boundary.surfaces
+        self._begin(population, gravity)
         self._bind()
-        self.time, self.steps = 0.0, 0
-        self.keep = 1.0
-        """Share of the velocity kept each step: below 1 only while an initial state settles."""
-        self._loaded, self.weight_impulse = np.zeros(dim), np.zeros(dim)
-        self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
-        self.set_loads([])
         self._closed_in, self._graded = math.inf, False
         self._mean = np.zeros(dim)
 
@@ -141,11 +129,8 @@ class SphSolver:
             self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
             self.regularise(dt)
             self.update(dt)
-        pushed = max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
-        self._closed_in += dt / self.dx * max(2.0 * self._deviation, self.extremes.speed + pushed)
-        self.weight_impulse += dt * self.particles.mass * self.gravity
-        self.time += dt
-        self.steps += 1
+        self._closed_in += dt / self.dx * max(2.0 * self._deviation, self.extremes.speed + self._pushing_speed)
+        self._advance_clock(dt)
 
     @property
     def _place(self):
@@ -222,11 +207,6 @@ class SphSolver:
         self._read(report)
 
     @property
-    def impulse(self):
-        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
-        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
-
-    @property
     def contact_work(self):
         """Energy that terrain, sides and obstacles took [J]."""
         return -float(sum(surface.total[-1] for surface in self.surfaces))
@@ -237,18 +217,10 @@ class SphSolver:
         the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
         return self.boundary.obstacle_totals
 
-    def stable_dt(self):
-        """-> (step for now [s], what limits it), with the margin of cfl."""
-        return self._step_at(self.cfl, self.cfl)
-
-    def critical_dt(self):
-        """-> (longest step that is not unstable [s], what limits it)."""
-        return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
-
-    def _step_at(self, elastic, advective):
-        pushed = max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
-        extremes = replace(self.extremes, speed=max(pushed, self.extremes.speed))
-        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
+    @property
+    def _pushing_speed(self):
+        """Of the fastest obstacle [m/s]."""
+        return max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
 
     @property
     def _obstacles(self):
@@ -259,21 +231,8 @@ class SphSolver:
         return self.boundary.dummies.count > 0
 
     def _read(self, report):
-        if report[report_of.BAD]:
-            self._fail(int(report[report_of.BAD]) - 1)
-        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
-                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
-                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+        super()._read(report)
         self._deviation = report[report_of.EXCURSION] ** 0.5
-        self.plastic_work += report[report_of.DISSIPATION]
-        self.unconverged += int(report[report_of.UNCONVERGED])
-        self.n_plastic = int(report[report_of.PLASTIC])
-
-    def _fail(self, row):
-        particle, place = self.particles.describe(row)
-        raise SimulationError(
-            f"{particle} is no longer finite or turned inside out, at t = {self.time:.6g} s, step {self.steps},"
-            f" {place}:\nlower solver.cfl or check the stiffness of its material")
 
     def sort(self):
         """Bring every particle home to its block and find its neighbours anew; those outside the domain are removed
@@ -351,18 +310,10 @@ class SphSolver:
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
-        rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
-                for centre, radius, acceleration in loads]
-        if bool(rows) != bool(getattr(self, "_n_loads", 0)):
-            self._closed_in = math.inf
-        self._n_loads = len(rows)
-        self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
-
-    def push(self, numbers, gain, mass):
-        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
-        `mass` [kg]; counts as a load."""
-        self.particles.push(numbers, gain)
-        self._loaded += mass * np.asarray(gain)
+        before = bool(getattr(self, "_n_loads", 0))
+        super().set_loads(loads)
+        if bool(self._n_loads) != before:
+            self._closed_in = math.inf  # packs that loads push want a tally
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -383,8 +334,7 @@ class SphSolver:
 
     def restart_clock(self):
         """Time zero is now: totals start again."""
-        self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
-        self._loaded[:], self.weight_impulse[:] = 0.0, 0.0
+        super().restart_clock()
         self.boundary.clear()
 
     @property
@@ -395,14 +345,8 @@ class SphSolver:
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
-        """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        return {
-            **self.particles.state(), **self.boundary.state(),
-            "frame": self.frame.bounds, "extremes": asdict(self.extremes), "time": self.time, "steps": self.steps,
-            "loaded": self._loaded.copy(), "weight_impulse": self.weight_impulse.copy(),
-            "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
-            "neighbours": self._neighbour_state(),
-        }
+        """All that a bitwise continuation needs, by name: particles, blocks, clock, totals, lists."""
+        return {**super().state(), **self.boundary.state(), "neighbours": self._neighbour_state()}
 
     def _neighbour_state(self):
         """Rows as they were when the lists were made and as they are, and how far that is; nothing when new lists come
@@ -418,14 +362,8 @@ class SphSolver:
 
         Raises InputError when it does not fit.
         """
-        self.frame.check(state["frame"])
-        self.particles.restore(state)
+        super().restore(state)
         self.boundary.restore(state)
-        self.extremes = Extremes(**state["extremes"])
-        self.time, self.steps = state["time"], state["steps"]
-        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
-        self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
-        self.n_plastic = state["n_plastic"]
         self._closed_in, self._graded = math.inf, True
         lists = state["neighbours"]
         if lists:
