@@ -14,6 +14,8 @@ SOFTNESS = 0.35
 EXPOSURE = 0.86  # below the ground's, or fresh snow in the sun would lose its relief
 LONELY = 6  # particles in three cells each way around one: fewer is spray, drawn smaller than the snow of a surface
 SPRAY = 0.6
+SCATTERED = np.array([0.16, 0.18, 0.21], np.float32)  # share of the shade that snow itself lights up
+READABLE = np.array([0.28, 0.28, 0.30], np.float32)  # the same where colours must be told in the shade
 HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is left in snow is blue
 HOLLOWS = ((2.5, 0.30), (7.0, 0.25), (18.0, 0.15))  # widths in those of the surface, and the darkening at each
 
@@ -48,6 +50,8 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     openness = 1.0 - _hollows(surface, hit, behind, camera, width)
     normals = _normals(surface, hit, camera, window)
     shade = EXPOSURE * light.illuminate(normals, sun, softness=SOFTNESS, sunlight=sunlight, openness=openness)
+    fill = SCATTERED if colours is None else READABLE
+    shade += fill * (1.0 - np.minimum(shade, 1.0))
     shade *= 1.0 - (1.0 - openness)[..., None] * HIDDEN
     seen = number[hit]
     albedo = np.zeros((*hit.shape, 3), np.float32)

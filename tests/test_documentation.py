@@ -62,7 +62,7 @@ def commands(text):
     """`snowmpm` command lines of a guide, from its code blocks and its code words."""
     for language, block in re.findall(r"```(\w*)\n(.*?)```", text, re.DOTALL):
         for line in block.replace("\\\n", " ").split("\n") if language in ("", "sh") else ():
-            yield from re.findall(r"snowmpm [a-z][^#&|]*", line)
+            yield from re.findall(r"(?:^|&& )\s*(snowmpm [a-z][^#&|]*)", line)
     text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     yield from re.findall(r"`(snowmpm [a-z][^`]*)`", text)
 

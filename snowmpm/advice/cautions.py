@@ -59,6 +59,7 @@ def _of(border, key, value, what=None):
 
 @rule("mpm")
 def null_space_noise(facts):
+    """Motion that the grid does not see, which FLIP's share lets grow."""
     solver = facts.scene.solver
     if "flip" in solver.transfer:
         setting = "flip cubic" if solver.transfer == "flip" and solver.kernel == "cubic" else solver.transfer
@@ -79,6 +80,7 @@ def damped_waves(facts):
 
 @rule("mpm")
 def lost_spin(facts):
+    """Turning that transfers without an affine part take away."""
     solver = facts.scene.solver
     if solver.transfer in ("pic", "flip"):
         ratio = solver.flip_ratio if solver.transfer == "flip" else 0.0
@@ -88,6 +90,7 @@ def lost_spin(facts):
 
 @rule("mpm")
 def cell_crossing(facts):
+    """Jumps of the stress when a particle crosses into the next cell."""
     solver = facts.scene.solver
     basis = "cubic shape" if solver.kernel == "cubic" else f"quadratic {solver.gradient}"
     if border := _beyond("cell_crossing", basis, 1.0 / facts.per_axis):
@@ -106,6 +109,7 @@ def numerical_fracture(facts):
 
 @rule("mpm")
 def volumetric_locking(facts):
+    """Too stiff an answer of nearly incompressible or dilating snow, with many particles in a cell."""
     solver = facts.scene.solver
     many = solver.kernel == "quadratic" and solver.gradient == "affine" and facts.per_axis > 2.5
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
@@ -118,6 +122,7 @@ def volumetric_locking(facts):
 
 @rule("mpm")
 def stiffness_contrast(facts):
+    """A stiff body on a soft one within a cell or two."""
     for pair in facts.pairs:
         if pair.distance == 0 and not pair.separate:
             first, second = (facts.law(body).youngs_modulus for body in (pair.first, pair.second))
@@ -173,6 +178,7 @@ def early_contact(facts):
 
 @rule("mpm")
 def thin_obstacle(facts):
+    """An obstacle thinner than the grid can keep snow from passing."""
     setting = "cubic" if facts.scene.solver.kernel == "cubic" else "between nodes"
     for i, obstacle in enumerate(facts.model.obstacles):
         thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
@@ -218,6 +224,7 @@ def _is_binary_stl(path):
 
 @rule("mpm")
 def small_strains(facts):
+    """Strains so small that the precision does not carry them."""
     if facts.least_strain > 0.0:
         precision = facts.scene.solver.precision
         if border := _beyond("small_strains", precision, facts.least_strain):
@@ -250,6 +257,7 @@ def softening_on_grid(facts):
 
 @rule("sph")
 def sph_pairing(facts):
+    """Particles that pair under compression, with this kernel and this many neighbours."""
     chosen = facts.scene.solver.sph
     if border := _beyond("sph_pairing", chosen.kernel.replace("_", " "), chosen.smoothing):
         yield _of(border, "solver.sph.kernel", chosen.smoothing)
@@ -257,6 +265,7 @@ def sph_pairing(facts):
 
 @rule("sph")
 def sph_free_surface(facts):
+    """Stresses at a free surface with gradients that are not corrected."""
     chosen = facts.scene.solver.sph
     if chosen.gradient == "plain":
         setting = min((1.2, 1.5, 2.0), key=lambda h: abs(h - chosen.smoothing))

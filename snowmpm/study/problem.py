@@ -17,8 +17,8 @@ class Problem:
 
     error(scheme, cells, *, per_axis, **options): solves it and gives the relative error; options: which of those of a
     `Variation` it knows. order: at which the error falls with dx where it does, by the problem's own tests; None where
-    none is claimed. cells: coarse to fine, of the full form; quick: of the short one, which leaves out a problem without
-    any. usual: cells that a user would take.
+    none is claimed. cells: coarse to fine, of the full form; quick: of the short one, which leaves out a problem with
+    none. usual: cells that a user would take.
     """
 
     name: str

@@ -216,3 +216,24 @@ def test_help_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+def test_two_runs_beside_each_other_pages_and_reports(call, block, tmp_path, monkeypatch):
+    # What is drawn is tested where it is made; here: that it is asked for, of these runs, with these choices.
+    asked = []
+    for name in ("render_pair", "render_page", "render_report"):
+        monkeypatch.setattr(f"snowmpm.render.{name}", lambda *a, name=name, **k: asked.append((name, a, k)) or a[-1])
+    for folder in ("one", "two"):
+        assert call("run", block, "-o", folder, "--quiet").code == 0
+    assert call("render", "one", "two", "-o", "both.mp4", "--color", "density").code == 0
+    assert call("render", "one", "two").code == 0
+    assert call("render", "one", "-o", "one.html", "--camera", "side").code == 0
+    assert call("report", "one", "--still").code == 0
+    names, places, choices = zip(*asked, strict=True)
+    assert names == ("render_pair", "render_pair", "render_page", "render_report")
+    assert [str(place[-1]) for place in places] == [
+        "both.mp4", str(snowmpm.Run("one").path.with_name("beside_two.mp4")), "one.html",
+        str(snowmpm.Run("one").path.with_name("report.html"))]
+    assert (choices[0]["color"], choices[2]["camera"], choices[3]["interactive"]) == ("density", "side", False)
+    refused = call("render", "one", "two", "-o", "one.html")
+    assert (refused.code, "RUN2" in refused.err) == (2, True)

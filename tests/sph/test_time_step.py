@@ -1,4 +1,4 @@
-"""How long a step may be: free elastic blocks of disordered particles in random motion, at the critical C and beyond."""
+"""How long a step may be: free elastic blocks of disordered particles in random motion, at the critical C and above."""
 
 import numpy as np
 import pytest

@@ -9,8 +9,6 @@ from snowmpm.timestep import CRITICAL
 BORDERS = read(SHIPPED)
 SLOW = {"shallow_flow"}
 """Entries whose runs take some ten seconds."""
-ASIDE = 1.04
-"""By which a border, bisected to 2 %, is passed."""
 
 
 def every(names=ENTRIES):
@@ -63,5 +61,5 @@ def test_a_cured_failure_does_not(entry):
 def test_every_border_lies_where_it_was_measured(name, setting):
     entry, border = ENTRIES[name], BORDERS[name, setting]
     assert not entry.fails_at(border.value, setting)
-    beyond = border.beyond(ASIDE)
+    beyond = border.beyond(1.0 + 2.0 * entry.resolution)
     assert entry.fails_at(min(beyond, border.highest) if entry.fails == "above" else beyond, setting)

@@ -9,7 +9,7 @@ import pytest
 
 from snowmpm.materials import Elastic
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, solver_of
+from tests.sph.stage import lattice, nearest, solver_of
 from tests.verification.test_bar_impact import LAW as BAR
 from tests.verification.test_bar_impact import SPEEDS as IMPACTS
 from tests.verification.test_waves import DX, LAW, SPEEDS, STRAIN, TRAVEL, pulse, set_off
@@ -127,3 +127,35 @@ def test_bar_against_a_wall(speed, alpha, overshoot):
     assert 0.9 < momentum / (solver.particles.mass * speed) < 1.0
     # The wall takes no energy that it did not give: a bar that leaves has what the viscosity left it
     assert abs(solver.contact_work) < 0.06 * 0.5 * solver.particles.mass * speed**2
+
+
+def collide(**scheme):
+    """Two rings (inner radius 3, outer 4, dx = 0.1; mu / K = 0.46) that meet at 0.059 of the sound speed (Gray et al.
+    2001): -> pieces afterwards, mean velocity of the left one over that of before, least spacing [dx]."""
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    law, dx = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3), 0.1
+    sound = np.sqrt(law.bulk_modulus / law.density)
+    square, volumes = lattice([-4.0, -4.0], [4.0, 4.0], dx)
+    radius = np.hypot(*square.T)
+    ring = (radius < 4.0) & (radius > 3.0)
+    positions = np.concatenate([square[ring] - [4.3, 0.0], square[ring] + [4.3, 0.0]])
+    speed = 0.0295 * sound * 2.0
+    solver = solver_of(positions, np.concatenate([volumes[ring]] * 2), law, dx=dx, scheme=scheme,
+                       velocity=lambda x: np.stack([-np.sign(x[:, 0]) * speed, 0.0 * x[:, 0]], axis=1))
+    while solver.time < 80.0 / sound:
+        solver.step(solver.stable_dt()[0])
+    left = solver.particles.labels()[:, 1] < ring.sum()
+    near = cKDTree(solver.particles.positions()).sparse_distance_matrix(cKDTree(solver.particles.positions()), 1.6 * dx)
+    return (connected_components(near)[0], solver.particles.column("velocity")[left, 0].mean() / speed,
+            float(nearest(solver).min()))
+
+
+@pytest.mark.slow
+def test_rings_that_collide_bounce_instead_of_breaking():
+    """M18c: without artificial stress they break where they are bent. They part after the end of the run, when one
+    piece by nearness is two rings that still touch."""
+    pieces, velocity, spacing = collide(artificial_stress=0.5)
+    assert pieces <= 2 and velocity < -0.4 and spacing > 0.8
+    assert collide()[0] > 4

@@ -1,13 +1,15 @@
 """The page of the atlas, written from its borders."""
 
 from snowmpm.study.atlas.catalogue import GROUPS
+from snowmpm.study.atlas.entry import RESOLUTION
 
 HEAD = """# Where schemes fail: an atlas
 
 Written by `snowmpm study stability` from what it measured. {n} failures: the smallest scene that shows each, what is
 seen, which settings cure it, and from where on. A border is where the symptom passes the limit that is given, bisected
-to 2 %; runs are in double precision and plane strain, on one thread, and give the same numbers each time. `snowmpm
-check` warns of scenes that lie beyond a border, and a run that fails says which entry it looks like.
+to 2 % where nothing else is said; runs are in double precision and plane strain, on one thread, and give the same
+numbers each time. `snowmpm check` warns of scenes that lie beyond a border, and a run that fails says which entry it
+looks like.
 """
 
 
@@ -39,6 +41,8 @@ def _section(entry, borders, symptoms):
     rows = "".join(f"| {setting} | {verdict(borders[entry.name, setting])} |"
                    f" {max(symptoms[entry.name, setting].values()):.2g} |\n"
                    for setting in entry.settings if (entry.name, setting) in borders)
+    if entry.resolution != RESOLUTION:
+        limit += f"; border to {entry.resolution:.2g} of itself"
     return (f"\n### {entry.title} (`{entry.name}`)\n\n"
             f"Scene: {entry.scene}.\n\nSeen: {entry.seen}.\n\nCured by: {entry.cure}.\n\n"
             f"Symptom: {limit}. Over: {entry.parameter}{f' [{entry.unit}]' if entry.unit else ''}.\n\n"

@@ -169,7 +169,8 @@ ENTRIES = (
                   "flip 0.99": {"transfer": "flip", "flip_ratio": 0.99},
                   "aflip 0.97": {"transfer": "aflip", "flip_ratio": 0.97},
                   "aflip 0.99": {"transfer": "aflip", "flip_ratio": 0.99}},
-        symptom="energy lost in a period", limit=LOST, measure=wave_lost, shown="pic", cured="aflip 0.99"),
+        symptom="energy lost in a period", limit=LOST, measure=wave_lost, shown="pic", cured="aflip 0.99",
+        resolution=0.08),  # a strip of another length has its particles elsewhere in their cells
     Entry(
         name="lost_spin", title="Spin that the transfer takes",
         scene="A free disc of 5 cells in radius that turns, for a hundredth of a turn",
