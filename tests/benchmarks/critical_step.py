@@ -22,7 +22,6 @@ double precision, 2-D and some 3-D:
 import argparse
 import csv
 import itertools
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +29,8 @@ import numpy as np
 from snowmpm import runtime
 from snowmpm.materials import Elastic
 from snowmpm.scenes import material_card
-from snowmpm.timestep import CRITICAL, grain_stiffness
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 from snowmpm.study.atlas.stirring import DX, blows_up, lone_grain, spread, stirred
+from snowmpm.timestep import CRITICAL, grain_stiffness
 
 STEPS = 300
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)

@@ -1,0 +1,39 @@
+"""Many runs in one process: memory stays flat and nothing stays open."""
+
+import gc
+import os
+from pathlib import Path
+
+import pytest
+
+import snowmpm
+from snowmpm.scenes import load_scene
+
+PROC = Path("/proc/self")
+
+
+def memory():
+    """Resident memory of this process [bytes]."""
+    gc.collect()
+    return int((PROC / "statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def handles():
+    """(open files, threads) of this process."""
+    return len(os.listdir(PROC / "fd")), len(os.listdir(PROC / "task"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PROC.exists(), reason="asked of Linux")
+@pytest.mark.xfail(strict=True, reason="0.14 MiB stay behind with each run, 4 % from the 20th to the 80th: no Python"
+                   " object stays (counted), no file and no thread, so it is held inside Taichi or by the allocator")
+def test_memory_is_flat(tmp_path):
+    """Within 2 %, and with it the handles."""
+    scene = load_scene(Path(__file__).with_name("killed.toml"), {"end_time": 0.002})
+    before = None
+    for i in range(220):
+        snowmpm.run(scene, tmp_path)
+        if i == 20:
+            before = memory(), handles()
+    assert handles() == before[1]
+    assert memory() == pytest.approx(before[0], rel=0.02)
