@@ -14,13 +14,13 @@ from snowmpm.study.problems.particle_states import ParticleStates
 from tests.sph.stage import lattice, solver_of
 
 HEAVY = 1e24
-LAWS = {
-    "cohesive_cam_clay": CohesiveCamClay(density=HEAVY, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2,
+LAWS = {name: law.model_copy(update={"density": HEAVY}) for name, law in {  # beyond what a scene may ask for
+    "cohesive_cam_clay": CohesiveCamClay(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2,
                                          cohesion=0.3, hardening=1.0, p0=2e3),
-    "drucker_prager": DruckerPrager(density=HEAVY, youngs_modulus=1e6, poisson_ratio=0.3, friction_angle=30.0),
-    "hypoplastic": Hypoplastic(density=HEAVY, youngs_modulus=20e6, poisson_ratio=0.2, friction_angle=30.0,
+    "drucker_prager": DruckerPrager(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3, friction_angle=30.0),
+    "hypoplastic": Hypoplastic(density=1000.0, youngs_modulus=20e6, poisson_ratio=0.2, friction_angle=30.0,
                                reference_pressure=1e5),
-}
+}.items()}
 STEPS, TIME = 40, 1.0
 RATE = {2: np.array([[-0.01, 0.02], [0.005, -0.03]]),
         3: np.array([[-0.01, 0.02, 0.0], [0.005, -0.03, 0.01], [0.0, -0.01, -0.02]])}
