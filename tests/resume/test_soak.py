@@ -25,8 +25,7 @@ def handles():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not PROC.exists(), reason="asked of Linux")
-@pytest.mark.xfail(strict=True, reason="0.14 MiB stay behind with each run, 4 % from the 20th to the 80th: no Python"
-                   " object stays (counted), no file and no thread, so it is held inside Taichi or by the allocator")
+@pytest.mark.xfail(strict=True, reason="0.14 MiB stay behind with each run, 4 % from the 20th to the 80th; not traced")
 def test_memory_is_flat(tmp_path):
     """Within 2 %, and with it the handles."""
     scene = load_scene(Path(__file__).with_name("killed.toml"), {"end_time": 0.002})
