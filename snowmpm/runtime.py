@@ -12,7 +12,9 @@ from types import SimpleNamespace
 import numpy as np
 import taichi as ti
 from taichi.lang import impl, kernel_impl
+from taichi.lang._ndarray import ScalarNdarray
 from taichi.lang.ast import ast_transformer_utils
+from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
@@ -33,6 +35,7 @@ def start(backend="auto", threads=None):
         return _started["backend"]
     _name_lines_only()
     _read_sources_once()
+    _free_vector_arrays()
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     threads = threads or _cores()
@@ -71,6 +74,17 @@ def _read_sources_once():
     kernel_impl.getsourcelines = functools.cache(kernel_impl.getsourcelines)
     kernel_impl.getsourcefile = functools.cache(kernel_impl.getsourcefile)
     kernel_impl.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
+
+
+def _free_vector_arrays():
+    """Let arrays of vectors and matrices give their memory back when Python forgets them, as those of numbers do.
+
+    Taichi 1.7 keeps them to the end of the program, and a grid that grows with the avalanche makes new ones again and
+    again.
+    """
+    for kind in (VectorNdarray, MatrixNdarray):
+        if "__del__" not in vars(kind):
+            kind.__del__ = ScalarNdarray.__del__
 
 
 def _has_cuda():
