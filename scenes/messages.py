@@ -109,7 +109,12 @@ def _suggestion(word, known):
 
 def dotted(path):
     """Keys on the way to a value as one: bodies.0.velocity."""
-    return ".".join(str(part) for part in path)
+    return printable(".".join(str(part) for part in path))
+
+
+def printable(text):
+    """Text on one line, without what would move a terminal's cursor: such characters as escapes."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def shown(value):
@@ -117,9 +122,9 @@ def shown(value):
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):
-        text = '"' + value.replace("\n", "\\n") + '"'
+        text = f'"{printable(value)}"'
     elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{key} = {shown(item)}" for key, item in list(value.items())[:5]) + "}"
+        text = "{" + ", ".join(f"{printable(key)} = {shown(item)}" for key, item in list(value.items())[:5]) + "}"
     elif isinstance(value, list | tuple):
         text = "[" + ", ".join(shown(item) for item in value[:20]) + "]"
     else:
