@@ -5,8 +5,9 @@ def real_keys(location, data):
     """Keys of an error's location: without the marks of union members that pydantic puts between them."""
     path, here, after_tag = [], data, True
     for i, part in enumerate(location):
+        table = here if isinstance(here, dict) else {}
         union_member = isinstance(part, str) and (
-            part.startswith("<") or (not after_tag and isinstance(here, dict) and here.get("kind") == part)
+            (part.startswith("<") and part not in table) or (not after_tag and table.get("kind") == part)
         )
         if union_member:
             after_tag = True
