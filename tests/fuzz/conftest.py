@@ -18,7 +18,7 @@ ROOM = 60 << 20  # bytes of memory that are said to be free
 PATIENCE = 60  # s
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def ended_well(tmp_path_factory):
     """ended_well("check", path) -> exit code, after checking how the command ended and what it said."""
 
