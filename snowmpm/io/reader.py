@@ -80,6 +80,8 @@ class Run:
         """Look again: frames and history rows may have come since."""
         for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "hazard", "summary"):
             self.__dict__.pop(name, None)
+        self._checked = False
+        """Whether the file was searched for what may not be in it: once, or a fast writer would always be ahead."""
         self._read(self._read_index)
 
     def _read_index(self, h5):
@@ -89,7 +91,9 @@ class Run:
         if int(attributes["format_version"]) > layout.FORMAT_VERSION:
             version = int(attributes["format_version"])
             raise InputError(f"{self.path}: format version {version}; this program reads up to {layout.FORMAT_VERSION}")
-        _check_contents(h5, self.path)
+        if not self._checked:
+            _check_contents(h5, self.path)
+            self._checked = True
         self.dimension = int(attributes["dimension"])
         self.origin = np.array(attributes["origin"])
         self.complete = bool(attributes["complete"])

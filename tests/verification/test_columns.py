@@ -59,7 +59,7 @@ def test_low_columns(method, spacing, a, tmp_path):
 
 
 TOO_LOW = pytest.mark.xfail(strict=True, reason="14.5 % too low on 20 cells over the half-width, 28.6 % on 10")
-SHORT = pytest.mark.xfail(strict=True, reason="SPH's heap is 13 to 18 % low, at a = 2 and 4 its run-out 16 % short; not traced")
+SHORT = pytest.mark.xfail(strict=True, reason="by SPH 13 to 18 % too low, at a = 2 and 4 16 % too short; not traced")
 
 
 @pytest.mark.slow
