@@ -53,13 +53,18 @@ def _free_memory():
 
 
 def _left_to_group():
-    """Of a container's or batch job's limit (cgroup, version 2 or 1); infinite without one."""
+    """Of a container's or batch job's limit (cgroup, version 2 or 1); infinite without one.
+
+    Files that the system keeps in memory count as used there, but make room when it is wanted.
+    """
     left = float("inf")
-    for folder, limit, used in (("", "memory.max", "memory.current"),
-                                ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes")):
+    for folder, limit, used, cache in (("", "memory.max", "memory.current", "inactive_file"),
+                                       ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes",
+                                        "total_inactive_file")):
         try:
-            values = [(Path("/sys/fs/cgroup", folder) / name).read_text().strip() for name in (limit, used)]
-            left = min(left, int(values[0]) - int(values[1]))
+            texts = [(Path("/sys/fs/cgroup", folder) / name).read_text() for name in (limit, used, "memory.stat")]
+            kept = next((int(line.split()[1]) for line in texts[2].splitlines() if line.startswith(f"{cache} ")), 0)
+            left = min(left, int(texts[0]) - int(texts[1]) + kept)
         except (OSError, ValueError):  # no such group, or "max": no limit
             continue
     return left
