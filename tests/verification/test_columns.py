@@ -15,7 +15,7 @@ Seen, in percent of the law, run-out and height:
 
 The middle of tall columns, which falls freely, comes to rest too low on coarse grids, by an error of first order: a = 4
 is 28.6 % low on cells of 0.02 m, 14.5 % on 0.01 m. SPH's heap is too low since its particles crowd: J is integrated,
-and nothing ties it to how close they are (a twentieth have 1.35 times the neighbours of the start, a = 2 at 0.01 m).
+and nothing ties it to how close they are (a twentieth have 1.35 times the neighbours of the start, a = 2, 0.01 m).
 """
 
 import numpy as np
@@ -60,7 +60,7 @@ def test_low_columns(method, spacing, a, tmp_path):
 
 
 TOO_LOW = pytest.mark.xfail(strict=True, reason="14.5 % too low on 20 cells over the half-width, 28.6 % on 10")
-SHORT = pytest.mark.xfail(strict=True, reason="by SPH 13 to 18 % too low, at a = 2 and 4 16 % too short: particles crowd")
+SHORT = pytest.mark.xfail(strict=True, reason="SPH: 13 to 18 % too low, at a = 2 and 4 16 % too short; particles crowd")
 
 
 @pytest.mark.slow
