@@ -7,10 +7,10 @@
     L_i = W_i + (D_i K_i + K_i D_i)/2   "balanced": D, W the symmetric and skew parts of the corrected one
     f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f;   x <- x + dt v
 
-A = L K for the corrected L, so the balanced stretching has the plain sum's trace: the rate at which the particles around
-one become fewer, which keeps J what a count of them says; and it does the work that the plain sum of forces takes from
-the motion. The corrected one fits a plane through the velocities; what it does not see adds up. In sand that flows,
-particles crowd to one and a half of their number while J says that nothing has happened, no pressure drives them
+A = L K for the corrected L, so the balanced stretching has the plain sum's trace: the rate at which the particles
+around one become fewer, which keeps J what a count of them says; and it does the work that the plain sum of forces
+takes from the motion. The corrected one fits a plane through the velocities; what it does not see adds up. In sand that
+flows, particles crowd to one and a half of their number while J says that nothing has happened, no pressure drives them
 apart, and the heap comes to lie a fifth too low (`tests/sph/test_crowding.py`). The plain spin, W K of a body that
 turns, would strain free surfaces; the balanced one is that of the corrected gradient. With the "corrected" sum of
 forces it is the corrected gradient that is in balance.

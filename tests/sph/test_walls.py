@@ -97,8 +97,8 @@ def test_a_wall_that_separates_lets_go_and_one_that_sticks_does_not():
 
 
 def leaked(barrier, walls):
-    """Particles of soft sand that a wall hit at 10 m/s, nine tenths of its sound speed, does not hold, by a gradient that
-    does not see them crowd."""
+    """Particles of soft sand that a wall hit at 10 m/s, nine tenths of its sound speed, does not hold, by a gradient
+    that does not see them crowd."""
     sand = SAND.model_copy(update={"youngs_modulus": 2e5})
     positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX)
     solver = solver_of(positions, volumes, sand, dx=DX, velocity=lambda x: np.tile([0.0, -10.0], (len(x), 1)),
