@@ -61,7 +61,8 @@ def test_tall_columns(method, a, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "a"), [*(("mpm", a) for a in (0.5, 1.0, 2.0, 4.0, 8.0)), ("sph", 1.0), ("sph", 2.0)])
+@pytest.mark.parametrize(("method", "a"), [*(("mpm", a) for a in (0.5, 1.0, 2.0, 4.0, 8.0)), ("sph", 1.0),
+                                           ("sph", 2.0)])
 def test_half_the_spacing(method, a, tmp_path):
     """On both spacings as the laws say, and on both the same; of low columns from ten cells over 0.1 m."""
     coarse = 0.005 if method == "mpm" and a <= 1.0 else 0.01
