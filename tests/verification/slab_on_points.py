@@ -1,8 +1,8 @@
 """A slab on a layer of material points with a saw through it: what cracks of S3 on slopes are compared with.
 
 The slab is WEAC's Timoshenko `Beam`, here with its inertia, or plane-strain `Elements`. What WEAC takes for springs is
-`Springs` that break at a given energy, or a `Layer` of points of the law itself, one under each node of the slab's lower
-side and strained over the thickness t by its displacement u:
+`Springs` that break at a given energy, or a `Layer` of points of the law itself, one under each node of the slab's
+lower side and strained over the thickness t by its displacement u:
 
     F = 1 + (u / t) x e_z,    traction on the slab -P e_z,   P = tau F^-T
 
