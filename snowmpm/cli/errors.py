@@ -1,9 +1,12 @@
 """What a command does when something goes wrong: one or two lines on stderr and an exit code."""
 
+import contextlib
 import functools
 import inspect
 import os
+import signal
 import sys
+import threading
 import traceback
 import warnings
 from typing import Annotated
@@ -11,6 +14,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.interruption import ENDING
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -33,6 +37,21 @@ def explained(error):
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
 
 
+@contextlib.contextmanager
+def _requests_to_end():
+    """SIGTERM, and the end of a terminal, end a command as Ctrl-C does: nothing half-written is left behind."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in ENDING:
+            if signal.getsignal(number) == signal.SIG_DFL:
+                before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def guarded(command):
     """The command with an option `--debug` and with errors turned into messages and exit codes.
 
@@ -45,7 +64,8 @@ def guarded(command):
             with warnings.catch_warnings():
                 warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
-                return command(*args, **options)
+                with _requests_to_end():
+                    return command(*args, **options)
         except typer.Exit:
             raise
         except BrokenPipeError:
