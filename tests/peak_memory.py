@@ -9,7 +9,8 @@ import tempfile
 from pathlib import Path
 
 import snowmpm
-from snowmpm.build import build, describe
+from snowmpm.build import build
+from snowmpm.description import describe
 from snowmpm.scenes import load_scene
 
 scene = load_scene(sys.argv[1], {"solver.dx": float(sys.argv[2])} if float(sys.argv[2]) else {})

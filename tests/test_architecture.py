@@ -83,8 +83,8 @@ MAY_IMPORT = {
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery",
-                                     "first_scene")),
+    *(f"snowmpm.{name}" for name in ("build", "model", "description", "simulation", "loop", "recorder", "checkpoint",
+                                     "gallery", "first_scene")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
