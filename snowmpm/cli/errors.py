@@ -1,12 +1,9 @@
 """What a command does when something goes wrong: one or two lines on stderr and an exit code."""
 
-import contextlib
 import functools
 import inspect
 import os
-import signal
 import sys
-import threading
 import traceback
 import warnings
 from typing import Annotated
@@ -14,7 +11,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.errors import InputError, SimulationError
-from snowmpm.interruption import ENDING
+from snowmpm.interruption import requests_to_end
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -37,21 +34,6 @@ def explained(error):
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
 
 
-@contextlib.contextmanager
-def _requests_to_end():
-    """SIGTERM, and the end of a terminal, end a command as Ctrl-C does: nothing half-written is left behind."""
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        for number in ENDING:
-            if signal.getsignal(number) == signal.SIG_DFL:
-                before[number] = signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 def guarded(command):
     """The command with an option `--debug` and with errors turned into messages and exit codes.
 
@@ -64,7 +46,7 @@ def guarded(command):
             with warnings.catch_warnings():
                 warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
-                with _requests_to_end():
+                with requests_to_end():
                     return command(*args, **options)
         except typer.Exit:
             raise
@@ -76,6 +58,8 @@ def guarded(command):
             if debug:
                 traceback.print_exception(error)
             code, message = explained(error)
+        # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
+        exec("pass")
         print(message, file=sys.stderr)
         raise typer.Exit(code)
 
