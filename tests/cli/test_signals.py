@@ -18,11 +18,21 @@ from snowmpm.interruption import Interruption
 
 HERE = Path(__file__).parent
 RUN = ["run", str(HERE.parent / "resume" / "killed.toml"), "--backend", "cpu", "--threads", "1", "--set", "end_time=9"]
+HANDLERS = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
 KILLED = {"mpm": RUN, "sph": [*RUN, "--set", "solver.method=sph"],
           "settling": [*RUN, "--set", "initial.stress=settle", "--set", "initial.tolerance=1e-9"]}
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.fixture(autouse=True)
+def usual_handlers():
+    """Those of a program in the foreground: one in the background is told to ignore Ctrl-C."""
+    before = {number: signal.signal(number, handler) for number, handler in HANDLERS.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", HANDLERS)
 def test_a_command_takes_back_what_it_began(tmp_path, capsys, number):
     def command():
         with draft(tmp_path / "film.mp4") as part:
@@ -90,8 +100,7 @@ def test_at_any_moment(commands, tmp_path, name):
     for i in range(6):
         out, number = tmp_path / str(i), dice.choice([signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
         process = subprocess.Popen([sys.executable, "-m", "snowmpm", *line, "-o", str(out / file)], text=True,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
-                                   preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
         time.sleep(dice.uniform(2.0, 14.0))
         os.kill(process.pid, number)
         message = process.communicate(timeout=300)[1]
