@@ -68,8 +68,8 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
                 end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
             if ti.static(steps > 0):
                 p, ratio, iterations = straight_return_to_ellipse(
-                    p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value,
-                    side, start, end, steps
+                    p_trial, shape * shear2, K, shape * prm[5], xi * rate, beta, p_fixed, scale, offset, value, side,
+                    start, end, steps
                 )  # fmt: skip
             else:
                 p, ratio, iterations = return_to_ellipse(

@@ -22,7 +22,7 @@ where the normal becomes purely deviatoric (p = c), so there is always a bracket
 
 import taichi as ti
 
-from .hardening import hardening_value
+from .hardening import hardening_moved, hardening_slope, hardening_value
 from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
@@ -51,7 +51,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
             value = hardening_value(xi * (zeta + rate * x), offset, False)
         iterations += 1
         p0, d, root, w, residual, newton, bend, change, slopes = newton_step(
-            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, hardening_slope(value, offset), x
         )
         step = newton - newton * bend
         small = is_small(change, growth * newton, p0, reach)
@@ -77,22 +77,24 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 
 @ti.func
 def straight_return_to_ellipse(
-    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, n: ti.template()
+    p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, side, start, end, n: ti.template()
 ):
     """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge.
+    growth: d(ξ ζ)/dΔz.
 
     What converged before the last step goes on, by next to nothing.
     """
-    growth = xi * rate
-    x = start
+    x, step = start, 0.0
     p0, d = 0.0, 0.0
+    dvalue = hardening_slope(value, offset)
     reach = 0.0 + ti.static(by_precision(1e30, 1e200))
     iterations, within = -1, 1
     for k in ti.static(range(n)):
         if ti.static(k > 0):
-            value = hardening_value(xi * (zeta + rate * x), offset, True)
+            value, dvalue, right = hardening_moved(value, dvalue, growth * step)
+            within = ti.select(right, within, 0)
         p0, d, root, w, _, newton, bend, change, slopes = newton_step(
-            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, dvalue, x
         )
         step = newton - newton * bend
         done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
@@ -111,14 +113,14 @@ def straight_return_to_ellipse(
 
 
 @ti.func
-def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x):
-    """Newton's step from Δz = x, where v is `value`; growth: dt/dΔz.
+def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, dvalue, x):
+    """Newton's step from Δz = x, where v is `value` and dv/dt is `dvalue`; growth: dt/dΔz.
 
     Returns p₀, d, √(d² + e²), w = p − c, Q, the step, the share of it that the next two orders take away, the change of
     stress in the step, and the first two derivatives of p₀ and of d.
     """
     half_sum, half_gap = 0.5 * (1.0 + beta), 0.5 * (1.0 - beta)
-    p0, dp0 = p_fixed + scale * value, scale * growth * ti.sqrt(offset + value * value)
+    p0, dp0 = p_fixed + scale * value, scale * growth * dvalue
     ddp0 = scale * growth * growth * value
     w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
     d, dd = w + kappa * x, dw + kappa
