@@ -18,7 +18,7 @@ from pydantic import AfterValidator
 
 from .law import NonNegative
 from .precision import by_precision, is_within, larger, smaller
-from .series import SMALL_SINH, cosh_series, sinh_series, straight_exp
+from .series import SMALL_EXP, SMALL_SINH, coshm1_of_square, sinh_ratio, sinh_series, straight_exp
 
 LEAST_RATE = 1e-4
 """Smallest ξ that is not 0: ζ₀ = asinh(p₀/K)/ξ must stay a number to calculate with."""
@@ -49,8 +49,11 @@ def hardening_value(t, o, straight: ti.template()):
     """
     v = 1.0
     if ti.static(straight):
-        t = larger(t, ti.select(o > 0.0, 0.0, -FAINTEST))
-        v = ti.select(o > 0.0, sinh_series(t), straight_exp(smaller(t, ti.static(np.log(by_precision(*LARGEST))))))
+        # A branch on what a pack shares leaves no trace in its loop
+        if o > 0.0:
+            v = sinh_series(larger(t, 0.0))
+        else:
+            v = straight_exp(smaller(larger(t, -FAINTEST), ti.static(np.log(by_precision(*LARGEST)))))
     elif o > 0.0:
         t = larger(t, 0.0)
         if t < SMALL_SINH:
@@ -75,8 +78,9 @@ def hardening_moved(v, slope, s):
 
     v'' = v, so that v(t + s) = v cosh s + v' sinh s for every kind: cheaper than v of another argument.
     """
-    c, d = cosh_series(s), sinh_series(s)
-    return v * c + slope * d, v * d + slope * c, is_within(s, SMALL_SINH)
+    s2 = s * s
+    c, d = coshm1_of_square(s2), s * sinh_ratio(s2)
+    return v + (v * c + slope * d), slope + (v * d + slope * c), is_within(s, SMALL_EXP)
 
 
 @ti.func

@@ -16,7 +16,7 @@ LOG1P = tuple((-1) ** k / (k + 1) for k in range(6))
 EXP = tuple(1.0 / factorial(k) for k in range(14))
 EXPM1 = EXP[1:11]
 SINH = tuple(1.0 / factorial(2 * k + 1) for k in range(7))
-COSH = tuple(1.0 / factorial(2 * k) for k in range(8))
+COSH = tuple(1.0 / factorial(2 * k) for k in range(6))
 
 SMALL_LOG = 0.15
 SMALL_ARTANH = 0.0815  # the argument that `log1p_series` of −SMALL_LOG has
@@ -83,12 +83,6 @@ def coshm1_of_square(x2):
 def sinh_series(x):
     """sinh(x), |x| < SMALL_SINH."""
     return x * power_series(x * x, SINH, 0, 4, 7)
-
-
-@ti.func
-def cosh_series(x):
-    """cosh(x), |x| < SMALL_SINH."""
-    return power_series(x * x, COSH, 0, 5, 8)
 
 
 @ti.func

@@ -13,7 +13,7 @@ import functools
 
 import taichi as ti
 
-from snowmpm.law_packs import law_functions
+from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.materials.spectral import eigen
@@ -111,7 +111,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
                ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
                ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT),
-               ("back", dim * dim * row_layout.full))
+               ("back", dim * dim * row_layout.full), ("held", most_held(laws, sym_size, width)))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, moved: ti.template()):
