@@ -38,7 +38,7 @@ def critical_state_update(return_map):
         zeta, collapsed = state[0], collapsed_of(prm, state)
         work, n_substeps = 0.0, 0
         if ti.static(return_map == "substepped"):
-            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, False)
+            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, "")
             if valid == 1 and is_outside(w, radius, shear2, beta):
                 deviator, volume, zeta, work, n_substeps = substeps(prm, h_new, A, deviator, volume, zeta, collapsed)
                 p_trial, deviator2 = -prm[0] * volume, contract(deviator, deviator)
@@ -83,8 +83,8 @@ def plastic_work(prm, p_trial, p, deviator2, ratio):
 
 
 @functools.cache
-def critical_state_lanes(return_map):
-    """`Stages` of that update for states that are near enough, "implicit" or "frozen".
+def critical_state_lanes(return_map, hardening):
+    """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening.
 
     Held are the iterate of `straight_step`; then 1 if the state could be tried in a straight line, 1 if it yields and
     if it is separated, p and e : e of the trial state, what `return_problem` found, and the tensors h and e of the
@@ -97,7 +97,7 @@ def critical_state_lanes(return_map):
         h_trial, deviator, volume, deviator2, valid = small_elastic_trial(h, A)
         p_trial, zeta = -prm[0] * volume, state[0]
         yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, near, far = return_problem(
-            prm, p_trial, deviator2, zeta, collapsed_of(prm, state), frozen, True
+            prm, p_trial, deviator2, zeta, collapsed_of(prm, state), frozen, hardening
         )
         valid *= ti.select(in_reach(prm[2] * zeta, prm[10]), 1, 0)
         going = ti.cast(valid * yielded * (1 - separated), float)
@@ -185,7 +185,8 @@ class CriticalStateLaw(Law):
 
     @property
     def lanes(self):
-        return None if self.return_map == "substepped" else critical_state_lanes(self.return_map)
+        kind = "sinh" if self.hardening_part.offset else "exponential"
+        return None if self.return_map == "substepped" else critical_state_lanes(self.return_map, kind)
 
     @property
     def hardening_part(self):

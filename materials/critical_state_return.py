@@ -83,7 +83,7 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
     Arguments: see `return_problem`.
     """
     yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, start, end = return_problem(
-        prm, p_trial, deviator2, zeta, collapsed, frozen, False
+        prm, p_trial, deviator2, zeta, collapsed, frozen, ""
     )
     p, ratio, iterations = p_trial, 1.0, 0
     zeta_new, collapsed_end = zeta, collapsed

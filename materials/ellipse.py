@@ -48,7 +48,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
     converged = 0
     while converged == 0 and iterations < MAX_ITERATIONS:
         if iterations > 0:
-            value = hardening_value(xi * (zeta + rate * x), offset, False)
+            value = hardening_value(xi * (zeta + rate * x), offset, "")
         iterations += 1
         p0, d, root, w, residual, newton, bend, change, slopes = newton_step(
             p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, hardening_slope(value, offset), x

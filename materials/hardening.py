@@ -45,15 +45,14 @@ LARGEST = (1e12, 1e100)
 def hardening_value(t, o, straight: ti.template()):
     """v(t). sinh keeps its relative accuracy for small t; v <= LARGEST.
 
-    straight: without a branch or a library, and right only where `in_reach`.
+    straight: "sinh" or "exponential", that kind alone (o tells both apart) without a branch or a library, and right
+    only where `in_reach`; or "".
     """
     v = 1.0
-    if ti.static(straight):
-        # A branch on what a pack shares leaves no trace in its loop
-        if o > 0.0:
-            v = sinh_series(larger(t, 0.0))
-        else:
-            v = straight_exp(smaller(larger(t, -FAINTEST), ti.static(np.log(by_precision(*LARGEST)))))
+    if ti.static(straight == "sinh"):
+        v = sinh_series(larger(t, 0.0))
+    elif ti.static(straight == "exponential"):
+        v = straight_exp(smaller(larger(t, -FAINTEST), ti.static(np.log(by_precision(*LARGEST)))))
     elif o > 0.0:
         t = larger(t, 0.0)
         if t < SMALL_SINH:
