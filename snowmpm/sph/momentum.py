@@ -34,7 +34,7 @@ import taichi as ti
 
 from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import alone, chunk, chunks, is_worker
+from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
 from snowmpm.sph.pairs import pair_functions
@@ -325,12 +325,11 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                         accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
                                    frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
                                    gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            for t in range(n_tallies):
-                for s in range(total.shape[0]):
-                    for q in ti.static(range(dim + n_moment + 1)):
-                        total[s, q] += tallies[t, s, q]
+        ti.loop_config(serialize=ti.static(in_order()))
+        for t in range(n_tallies):
+            for s in range(total.shape[0]):
+                for q in ti.static(range(dim + n_moment + 1)):
+                    total[s, q] += tallies[t, s, q]
 
     def kick_packs(*arguments):
         with plain_compilation():
