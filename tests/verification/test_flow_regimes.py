@@ -1,8 +1,9 @@
 """Four kinds of snow on one slope make four kinds of avalanche (S5).
 
-The library scenes flow_*, at dx = 0.2 m. Published order of the fronts, on a slope whose measures are not: I > II > IV >
-III. A slab that slides is as fast as a block, sqrt(2 g s (sin - mu cos)). It cracks at the arc; the plug does not; warm
-shear snow breaks into granules. tests/benchmarks/flow_regimes.py draws fronts, profiles, pieces and plastic share.
+The library scenes flow_*, at dx = 0.2 m. Published order of the fronts, on a slope whose measures are not:
+I > II > IV > III. A slab that slides is as fast as a block, sqrt(2 g s (sin - mu cos)). It cracks at the arc; the plug
+does not; warm shear snow breaks into granules. tests/benchmarks/flow_regimes.py draws fronts, profiles, pieces and
+plastic share.
 """
 
 import numpy as np
@@ -85,8 +86,8 @@ def test_what_shears_and_what_slides(runs):
 
 
 def test_order_of_the_plastic_shares(runs):
-    """Published at 10 s, on another slope: 77, 34, 26 and 10 % of I, IV, II and III. What counts as plastic is not said;
-    here it is what yields in a step, and what has yielded since the start.
+    """Published at 10 s, on another slope: 77, 34, 26 and 10 % of I, IV, II and III. What counts as plastic is not
+    said; here it is what yields in a step, and what has yielded since the start.
 
     In both the order is the published one while all slide on the slope. In a step 70, 18, 2 and 2 %; since the start
     100, 68, 52 and 44 %: what was published lies between. At 10 s, where all cross the arc, which bends them: 32, 65, 4
