@@ -36,3 +36,15 @@ def test_every_command_that_writes(tmp_path):
         assert (again, after.keys()) == (0, whole.keys()), (name, share, after)
     print({name: f"{count} of 6 disks too small" for name, count in refused.items()})
     assert len(refused) == 11 and min(refused.values()) >= 4
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no file that is always full")
+@pytest.mark.parametrize(("arguments", "stream", "code"), [
+    (["--version"], "stdout", 1), (["list"], "stdout", 1), (["info", "nothing"], "stderr", 2)])
+def test_standard_streams_that_are_full(arguments, stream, code):
+    with open("/dev/full", "w") as full:
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, stream: full}
+        done = subprocess.run([sys.executable, "-m", "snowmpm", *arguments], text=True, check=False, **streams)
+    assert done.returncode == code
+    if stream == "stdout":
+        assert done.stderr == "error: standard output: No space left on device\n"
