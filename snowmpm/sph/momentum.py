@@ -34,7 +34,7 @@ import taichi as ti
 
 from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
 from snowmpm.sph.pairs import pair_functions
@@ -326,12 +326,11 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
 
     @ti.kernel
     def sum_tallies(tallies: ti.types.ndarray(), n_rows: int, total: ti.types.ndarray()):
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            for t in range(n_rows):
-                for s in range(total.shape[0]):
-                    for q in ti.static(range(dim + n_moment + 1)):
-                        total[s, q] += tallies[t, s, q]
+        ti.loop_config(serialize=ti.static(in_order()))
+        for t in range(n_rows):
+            for s in range(total.shape[0]):
+                for q in ti.static(range(dim + n_moment + 1)):
+                    total[s, q] += tallies[t, s, q]
 
     def kick_packs(*arguments):
         with plain_compilation():

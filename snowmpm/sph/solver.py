@@ -66,7 +66,7 @@ class SphSolver(Solver):
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
-        self.width = width or (1 if runtime.backend() == "cuda" else LANES)
+        self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
         self.cfl = cfl or min(USUAL_CFL, USUAL_SHARE * self.critical_cfl)

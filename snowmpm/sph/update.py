@@ -23,11 +23,11 @@ import functools
 
 import taichi as ti
 
-from snowmpm.law_packs import law_functions
+from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.materials.spectral import eigen
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
 from snowmpm.response import response_functions
@@ -124,7 +124,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
                ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
                ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT),
-               ("back", dim * dim * row_layout.full))
+               ("back", dim * dim * row_layout.full), ("held", most_held(laws, sym_size, width)))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, moved: ti.template()):
@@ -308,9 +308,9 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
 
     @ti.kernel
     def reduce(reports: ti.types.ndarray(), n_packs: int, report: ti.types.ndarray()):
-        ti.loop_config(serialize=True)
-        for _ in range(1):
-            judged.reduce_report(reports, report, n_packs)
+        ti.loop_config(serialize=ti.static(in_order()))
+        for k in range(n_packs):
+            judged.add_row(reports, k, report)
 
     @ti.kernel
     def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
