@@ -1,5 +1,7 @@
 """What a command does when something goes wrong: one or two lines on stderr and an exit code."""
 
+import contextlib
+import errno
 import functools
 import inspect
 import os
@@ -11,6 +13,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.interruption import requests_to_end
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -28,7 +31,9 @@ def explained(error):
     if isinstance(error, MemoryError):
         return FAILED, "error: out of memory: a coarser dx or fewer particles_per_cell needs less"
     if isinstance(error, OSError):
-        return FAILED, f"error: {error.filename or 'system'}: {error.strerror or error}"
+        # Every file is named; what is printed has no name
+        where = error.filename or ("standard output" if error.errno == errno.ENOSPC else "system")
+        return FAILED, f"error: {where}: {error.strerror or error}"
     text = " ".join(str(error).split())[:200]
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
 
@@ -45,7 +50,8 @@ def guarded(command):
             with warnings.catch_warnings():
                 warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
-                return command(*args, **options)
+                with requests_to_end():
+                    return command(*args, **options)
         except typer.Exit:
             raise
         except BrokenPipeError:
@@ -56,7 +62,10 @@ def guarded(command):
             if debug:
                 traceback.print_exception(error)
             code, message = explained(error)
-        print(message, file=sys.stderr)
+        # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
+        exec("pass")
+        with contextlib.suppress(OSError):  # nobody can be told, but the exit code tells
+            print(message, file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
     signature = inspect.signature(command)
