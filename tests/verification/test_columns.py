@@ -93,7 +93,9 @@ def test_stiffness_means_nothing(method, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.5, 1.0])
-@pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_round_columns(method, a, tmp_path):
+@pytest.mark.parametrize(("method", "spacing"), [("mpm", 0.00694), ("sph", 0.0125)])
+def test_round_columns(method, spacing, a, tmp_path):
+    """MPM: 14 cells over 0.2 m; on 12 the heap of a = 1 is 12.4 % low, of a lattice 14.6 % low, 15.4 % short."""
     shape = {"kind": "cylinder", "base": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "radius": 0.2, "height": 0.2 * a}
-    agree(collapse(tmp_path, "column_collapse_3d", method, 0.00833, {"bodies.0.shape": shape, "end_time": 0.7, **SOFT}))
+    changes = {"bodies.0.shape": shape, "end_time": 0.7, **SOFT}
+    agree(collapse(tmp_path, "column_collapse_3d", method, spacing, changes))
