@@ -1,10 +1,10 @@
-"""SPH on a cantilever (M11): its first frequency. L = 1 m, t = 0.1 m, 0.5355 Hz for a slender beam, of which shear takes
-1 %.
+"""SPH on a cantilever (M11): its first frequency. L = 1 m, t = 0.1 m, 0.5355 Hz for a slender beam, of which shear
+takes 1 %.
 
 The corrected gradient and the sum of forces in balance with it. At a free surface their fit is one-sided, and sees the
 bending strain of the outer layer nearer the middle than it is: the beam is 9 % too slow with 6 particles across it, 3 %
-with 12 (or 6 % and 2 % with a narrower kernel). The clamp is not what gives way: half of a beam that swings free of any,
-against a mirror, is as slow.
+with 12, less with a narrower kernel. The clamp is not what gives way: half of a beam that swings free of any, against a
+mirror, is as slow.
 """
 
 import numpy as np

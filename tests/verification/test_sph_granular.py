@@ -1,8 +1,8 @@
 """SPH on snow and sand: a slab that slides off over its own grains (M15), an oedometer with a moving wall (M17).
 
-What the slab carries falls with the noise of its stresses, whose directions do not add up: by 8 % with the defaults. The
-means of Bui & Nguyen (Eq. 113: a linear fit every few steps) take it away: 1 %. They also blur what lies between layers,
-and so are no default.
+What the slab carries falls with the noise of its stresses, whose directions do not add up: by 8 % with the defaults.
+The means of Bui & Nguyen (Eq. 113: a linear fit every few steps) take it away: 1 %. They also blur what lies between
+layers, and so are no default.
 """
 
 import numpy as np
