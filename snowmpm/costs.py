@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TABLE = Path(__file__).parent / "study" / "data" / "costs.csv"
-CALL = 3e-4
-"""Seconds of a step that do not go with the number of particles."""
 USUAL_LAW = "cohesive_cam_clay"
 """Law of the steps in the table, half of the particles yielding."""
 
@@ -66,10 +64,15 @@ def block(scheme):
     return 0.0 if scheme.method == "sph" else table()["block", scheme.dimension, scheme.precision, ""]
 
 
+def call(scheme):
+    """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
+    return 1e-9 * table()["call", scheme.dimension, "f32", scheme.method]
+
+
 def step(scheme, particles, blocks, laws):
     """Seconds of a step; particles: of each law, laws: their kinds."""
     ns = sum(n * (transfers(scheme) + law(scheme, kind)) for n, kind in zip(particles, laws, strict=True))
-    return CALL + 1e-9 * (ns + blocks * block(scheme))
+    return call(scheme) + 1e-9 * (ns + blocks * block(scheme))
 
 
 def frame(particles, numbers, dimension):

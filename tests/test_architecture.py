@@ -73,7 +73,7 @@ MAY_IMPORT = {
         "sph",
         "composition",
     },
-    "advice": {"errors", "common", "scenes", "composition"},
+    "advice": {"errors", "common", "scenes", "composition", "study"},
     "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study", "advice"},
 }
 COMPOSITION = {

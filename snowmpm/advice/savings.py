@@ -84,7 +84,7 @@ class Budget:
         if scheme.method == "mpm":
             rows.append(("blocks of the grid", f"{self.blocks}, {self.n / max(1, self.blocks):.0f} particles in each",
                          steps * 1e-9 * self.blocks * costs.block(scheme)))
-        rows.append(("calls of kernels", f"{steps:.0f} steps", steps * costs.CALL))
+        rows.append(("calls of kernels", f"{steps:.0f} steps", steps * costs.call(scheme)))
         rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a particle", self.output))
         found = [Payment(*row, row[2] / self.total) for row in rows]
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)

@@ -64,11 +64,11 @@ def run(
 
     overrides = scene_overrides(settings, precision)
     loaded = load_scene(scene, overrides)
-    if fast or accurate:
-        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, accurate, quiet))
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
+    if fast or accurate:
+        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, accurate, quiet))
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite)
     told = not quiet and not as_json
     if told:
@@ -80,7 +80,7 @@ def run(
 
 def _along_the_front(scene, fast, accurate, quiet):
     """Keys that --fast or --accurate changes, after it has been said which."""
-    from snowmpm.study.along_front import faster, more_accurate
+    from snowmpm.advice.along_front import faster, more_accurate
 
     if fast and accurate:
         raise InputError("--fast and --accurate lead opposite ways: choose one")

@@ -7,7 +7,9 @@ from snowmpm.materials.law import Law
 
 FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "half the step")
 """Variations that are taken to the last grid, where floors and their causes are seen."""
-MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "longest step", "SPH")
+MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "half the step",
+        "longer step", "longest step", "SPH")
+KINDS = ("elastic", "granular", "impact", "damage")
 
 
 @dataclass(frozen=True)
@@ -18,10 +20,11 @@ class Problem:
     error(scheme, cells, *, per_axis, **options): solves it and gives the relative error; options: which of those of a
     `Variation` it knows. order: at which the error falls with dx where it does, by the problem's own tests; None where
     none is claimed. cells: coarse to fine, of the full form; quick: of the short one, which leaves out a problem with
-    none. usual: cells that a user would take.
+    none. usual: cells that a user would take; kind: of KINDS, what its error comes from.
     """
 
     name: str
+    kind: str
     title: str
     what: str
     along: str
