@@ -95,5 +95,5 @@ CATALOGUE = {problem.name: problem for problem in (
             "the height of the slab", anticrack.SLAB, anticrack.collapse_error, None, (10, 14, 20, 28), (), 20,
             dear=True),
     Problem("energy_line", "elastic", "thin strip to its stop (M19)", "way until it stops", "its thickness",
-            energy_line.SOFT, energy_line.run_out_error, None, (1, 2, 4), (), 2, sph=True, dear=True),
+            energy_line.SOFT, energy_line.run_out_error, None, (1, 2, 4), (), 2, dear=True),
 )}
