@@ -44,7 +44,9 @@ class Problem:
         """Cells of the refinement of a variation."""
         if quick:
             return self.quick
-        return self.cells if variation.name in FINEST else self.cells[:-1]
+        if variation.name in FINEST:
+            return self.cells
+        return tuple(cells for cells in self.cells if cells <= max(self.usual, self.cells[-2]))
 
     def takes(self, variation):
         """Whether it can be solved in this variation."""
