@@ -9,6 +9,7 @@ FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "hal
 """Variations that are taken to the last grid, where floors and their causes are seen."""
 MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "half the step",
         "longer step", "longest step", "SPH")
+FOR_THE_STEP = ("program", "cubic", "FLIP 0.99", "half the step", "longer step", "longest step")
 KINDS = ("elastic", "granular", "impact", "damage")
 
 
@@ -37,8 +38,8 @@ class Problem:
     options: frozenset = frozenset()
     sph: bool = False
     """whether SPH can solve it"""
-    dear: bool = False
-    """whether it is solved in the variations MAIN only"""
+    choices: tuple = ()
+    """names of the variations that it is solved in, all for none: MAIN or FOR_THE_STEP where it takes long"""
 
     def grids(self, variation, quick):
         """Cells of the refinement of a variation."""
@@ -52,4 +53,4 @@ class Problem:
         """Whether it can be solved in this variation."""
         if variation.scheme.get("method") == "sph" and not self.sph:
             return False
-        return self.options >= variation.options.keys() and (not self.dear or variation.name in MAIN)
+        return self.options >= variation.options.keys() and (not self.choices or variation.name in self.choices)

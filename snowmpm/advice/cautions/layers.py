@@ -1,5 +1,9 @@
 """Rules: materials and layers that a grid is too coarse for."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from snowmpm.advice.cautions.caution import beyond, rule, worded
 from snowmpm.borders import shipped
 
@@ -75,4 +79,44 @@ def shallow_flow(facts):
     depth = facts.model.depth / facts.dx
     setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(facts.scene.solver.transfer, facts.scene.solver.transfer)
     if border := beyond("shallow_flow", setting, depth):
-        yield worded(border, "solver.dx", depth)
+        found = worded(border, "solver.dx", depth)
+        yield replace(found, cure=_deep_enough(facts.model.depth, setting))
+
+
+def _deep_enough(depth, own):
+    """Settings that put enough cells over a depth [m]."""
+    known = shipped()["shallow_flow", "aflip 0.99"].value, shipped()["shallow_flow", own].value
+    damped = f'solver.transfer = "aflip", flip_ratio = 0.99 and solver.dx = {_below(depth / known[0]):g}'
+    if own == "aflip 0.99" or not known[1]:
+        return damped if own != "aflip 0.99" else f"solver.dx = {_below(depth / known[0]):g}"
+    return f"{damped}; or solver.dx = {_below(depth / known[1]):g} as it is"
+
+
+def _below(length):
+    """A length rounded down to two digits."""
+    unit = 10.0 ** (np.floor(np.log10(length)) - 1)
+    return float(f"{np.floor(length / unit) * unit:.3g}")
+
+
+@rule("mpm")
+def unstable_friction(facts):
+    """Layers of grains that dilate less than they rub, on ground that they may slide on: by their depth at the
+    start."""
+    solver = facts.scene.solver
+    for body, spec in enumerate(facts.scene.bodies):
+        law = facts.law(body)
+        rubs = getattr(law, "friction_angle", None) or (45.0 if law.kind == "mu_i" else 0.0)
+        if spec.shape.kind != "layer" or getattr(law, "dilation_angle", 0.0) >= rubs:
+            continue
+        if border := beyond("unstable_friction", _damping(solver), facts.model.depth / facts.dx):
+            yield worded(border, f"bodies.{body} ({spec.name})", facts.model.depth / facts.dx)
+
+
+def _damping(solver):
+    """Setting of the atlas whose numerical viscosity is that of a solver, or the next one below."""
+    if solver.transfer in ("aflip", "flip"):
+        return f"{solver.transfer} 0.99"
+    if solver.kernel == "cubic":
+        return "cubic"
+    cfl = solver.cfl or 1.0
+    return "apic, cfl 0.1" if cfl <= 0.1 else "apic, cfl 0.2" if cfl <= 0.2 else "apic"

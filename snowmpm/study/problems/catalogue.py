@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.study.problem import Problem
+from snowmpm.study.problem import FOR_THE_STEP, MAIN, Problem
 from snowmpm.study.problems import (
     anticrack,
     bar_vibration,
@@ -76,7 +76,7 @@ CATALOGUE = {problem.name: problem for problem in (
             "its height", column.SOFT, _column, None, (8, 16, 32, 64), (8, 16), 32, frozenset({"offset", "wall"}),
             sph=True),
     Problem("cantilever", "elastic", "hanging cantilever (M11)", "deflection of its end", "its thickness",
-            cantilever.law(), _cantilever, None, (2, 3, 4), (2,), 3, dear=True),
+            cantilever.law(), _cantilever, None, (2, 3, 4), (), 3, choices=MAIN),
     Problem("slab", "granular", "granular slab on a slope (M15)", "acceleration of its surface", "its depth",
             granular_slab.granular(np.arcsin(SINE)), _slab, None, (5, 10, 20, 40), (5, 10, 20), 10,
             frozenset({"offset"}), sph=True),
@@ -84,16 +84,16 @@ CATALOGUE = {problem.name: problem for problem in (
             "half a metre of its way", piston.FIRM, _piston, None, (25, 50, 100, 200), (25, 50), 50,
             frozenset({"return_map"}), sph=True),
     Problem("fresh", "impact", "wave in fresh snow (M10)", "speed, stress and density of the front, root mean square",
-            "half a metre of its way", piston.FRESH, _fresh, None, (13, 25), (), 25, dear=True),
+            "half a metre of its way", piston.FRESH, _fresh, None, (13, 25), (), 25, choices=FOR_THE_STEP),
     Problem("collapse", "granular", "column collapse (G1)", "run-out, against the law of the experiments",
-            "its height", column_collapse.SAND, _collapse, None, (5, 10, 20), (5,), 10, sph=True, dear=True),
+            "its height", column_collapse.SAND, _collapse, None, (5, 10, 20), (), 10, sph=True, choices=MAIN),
     Problem("saw_test", "elastic", "elastic saw test (S1)", "energy release rate and deflection, root mean square",
             "the height of the slab", elastic_saw_test.SLAB, elastic_saw_test.flat_error, None, (10, 20, 40), (),
-            20, dear=True),
+            20, choices=MAIN),
     Problem("anticrack", "damage", "crack in a weak layer (S2, S3)",
             "settlement and work of collapse, root mean square",
             "the height of the slab", anticrack.SLAB, anticrack.collapse_error, None, (10, 14, 20), (), 20,
-            dear=True),
+            choices=FOR_THE_STEP),
     Problem("energy_line", "elastic", "thin strip to its stop (M19)", "way until it stops", "its thickness",
-            energy_line.SOFT, energy_line.run_out_error, None, (1, 2, 4), (), 2, dear=True),
+            energy_line.SOFT, energy_line.run_out_error, None, (1, 2), (), 2, choices=FOR_THE_STEP),
 )}
