@@ -52,11 +52,15 @@ def transfers(scheme):
     return base
 
 
+def usual_law(scheme):
+    """ns of the update of `USUAL_LAW`."""
+    return table()["law", scheme.dimension, scheme.precision, USUAL_LAW]
+
+
 def law(scheme, kind):
-    """ns of a law's update more than that of `USUAL_LAW`; that one's for a law that is not in the table."""
-    found = table()
-    usual = found["law", scheme.dimension, scheme.precision, USUAL_LAW]
-    return found.get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
+    """ns of a law's update more than that of `USUAL_LAW`; none for a law that is not in the table."""
+    usual = usual_law(scheme)
+    return table().get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
 
 
 def block(scheme):

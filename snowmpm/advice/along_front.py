@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from snowmpm.advice.budget import Budget
 from snowmpm.advice.facts import SceneFacts
-from snowmpm.advice.savings import Budget
 from snowmpm.build import build
 from snowmpm.errors import InputError
 from snowmpm.study import presets

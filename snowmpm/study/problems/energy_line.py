@@ -43,6 +43,11 @@ class HockeyStick:
         normal = np.where(on_slope[:, None], self.up, np.where(on_flat[:, None], [0.0, 1.0], arc))
         return distance, normal
 
+    def height(self, x):
+        """z [m] of the ground at x."""
+        bend = RADIUS - np.sqrt(RADIUS**2 - np.clip(x, self.start[0], 0.0) ** 2)
+        return bend + np.tan(DIP) * np.maximum(self.start[0] - x, 0.0)
+
     def way(self, points):
         """Along the surface, 0 where the arc begins [m]."""
         on_slope = (points - self.start) @ self.along
