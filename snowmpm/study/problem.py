@@ -7,8 +7,7 @@ from snowmpm.materials.law import Law
 
 FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "half the step", "longest step")
 """Variations that are taken to the last grid, where floors and their causes are seen."""
-MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "longer step",
-        "longest step", "SPH")
+MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "longest step", "SPH")
 FOR_THE_STEP = ("program", "cubic", "FLIP 0.99", "half the step", "longer step", "longest step")
 KINDS = ("elastic", "granular", "impact", "damage")
 
@@ -47,7 +46,7 @@ class Problem:
             return self.quick
         if variation.name in FINEST:
             return self.cells
-        return tuple(cells for cells in self.cells if cells <= max(self.usual, self.cells[-2]))
+        return tuple(cells for cells in self.cells if cells <= max(self.usual, self.cells[-2:][0]))
 
     def takes(self, variation):
         """Whether it can be solved in this variation."""
