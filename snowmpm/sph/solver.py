@@ -54,6 +54,7 @@ class SphSolver(Solver):
 
     method = "sph"
     BAD = "is no longer finite or turned inside out"
+    DAMPED_IMPULSE = False
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
                  terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None):
