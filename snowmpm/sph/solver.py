@@ -336,7 +336,8 @@ class SphSolver(Solver):
     @property
     def bytes(self):
         """Memory of everything but the particles."""
-        return self.rows.bytes + self._lists.bytes
+        of_dummies = self._dummy_lists.bytes if self._has_dummies else 0
+        return self.rows.bytes + self._lists.bytes + self.boundary.dummies.bytes + of_dummies
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
