@@ -12,6 +12,8 @@ NAMES = ("auto", "top", "side", "front")
 SAMPLED_FRAMES = 16
 SAMPLED_POINTS = 4000
 MOVING = 0.02  # share of the largest speed, and of the sample: less counts as rest
+RIM = (0.03, 0.03, 0.04, 0.04)  # of the picture around the ground, where all of it is shown
+CLOSER = 0.8  # size of the action on the picture, of the one without all the ground, that is worth showing it
 SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 
 
@@ -28,6 +30,10 @@ class Action:
     def showing(self, more):
         """The same with further points (k, 3) to be kept in sight."""
         return Action(np.concatenate([self.points, more]), self.direction)
+
+    def size_in(self, camera):
+        """Pixels that a metre of it has in a picture, halfway from its front to its back."""
+        return float(np.median(camera.pixels_per_metre(camera.project(self.points)[2])))
 
     def box(self):
         """(lower, upper) plan box of the action with its surroundings."""
@@ -105,7 +111,17 @@ def choose_camera(name, action, relief, size):
         for elevation in (24.0, 34.0, 46.0, 60.0)
         for side in (52.0, -52.0, 75.0, -75.0, 28.0, -28.0)
     ]
-    return max(candidates, key=lambda camera: _merit(camera, action, relief, along))
+    return _with_ground(max(candidates, key=lambda camera: _merit(camera, action, relief, along)), action, relief)
+
+
+def _with_ground(camera, action, relief):
+    """The same view from as far as brings all the ground into the picture, where that is little farther."""
+    if relief is None:
+        return camera
+    bearing, elevation = _angles(camera.bearing_and_elevation())
+    everything = np.concatenate([action.points, relief.vertices])
+    whole = fit_camera(everything, bearing, elevation, camera.size, margins=RIM)
+    return whole if CLOSER < action.size_in(whole) / action.size_in(camera) < 1.0 else camera
 
 
 def _merit(camera, action, relief, along):
