@@ -8,7 +8,7 @@ import sys
 from collections import deque
 from contextlib import contextmanager
 
-from snowmpm.cli.wording import count, duration, short
+from snowmpm.cli.wording import count, duration, short, step
 
 LINE_INTERVAL = 10.0  # s of wall time between plain lines
 WINDOW = 20.0  # s of wall time over which the present speed is measured
@@ -146,7 +146,7 @@ class Screen:
         facts = [("time", f"{progress.time:.3f} / {progress.end_time:g} s"), ("particles", count(progress.n_particles)),
                  ("frames", count(progress.frames)), ("max speed", f"{progress.max_speed:.3g} m/s"),
                  ("front", _metres(progress.front)), ("running", duration(progress.wall)),
-                 ("step", f"{short(1e6 * progress.dt)} µs"),
+                 ("step", step(progress.dt)),
                  ("limited by", CAUSES.get(progress.dt_cause, progress.dt_cause)),
                  ("pace", f"{short(self._pace.speed)} particle-steps/s")]
         for k in range(0, len(facts), columns):

@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 
 from snowmpm.cli.progress import Lines, Pace, Screen, display
+from snowmpm.cli.wording import step
 
 
 def state(time, wall, potential):
@@ -48,6 +49,12 @@ def test_no_line_of_the_screen_is_folded_or_cut(screen, width):
     for words in ("limited by fastest particle", "pace 5 M particle-steps/s", "potential lost 2 MJ",
                   "plastic work 1.2 MJ", "contact 0 J", "frames 21"):
         assert words in text, text
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(3.27e-3, "3.27 ms"), (1.25e-4, "125 µs"), (2.0, "2 s"),
+                                                (9.9999e-4, "1 ms"), (4.3e-8, "43 ns")])
+def test_steps_in_units_of_their_size(seconds, words):
+    assert step(seconds) == words
 
 
 def test_screen_before_the_first_step():
