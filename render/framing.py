@@ -125,7 +125,8 @@ def _with_ground(camera, action, relief):
 
 
 def _merit(camera, action, relief, along):
-    """Share of the action in sight, less what departs from the usual stance, plus how much picture it fills."""
+    """Share of the action in sight, less what departs from the usual stance, plus how large it is and how much picture
+    it fills."""
     points = action.points[:: max(1, len(action.points) // 1500)]
     seen = 1.0
     if relief is not None:
@@ -138,7 +139,8 @@ def _merit(camera, action, relief, along):
     out = -camera.axes[2]
     elevation = np.degrees(np.arcsin(out[2]))
     turn = np.degrees(abs((np.arctan2(out[0], out[1]) - along + np.pi) % (2.0 * np.pi) - np.pi))
-    return 3.0 * min(seen, 0.97) + 1.5 * filled.mean() - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
+    large = 0.4 * np.log(action.size_in(camera)) + 1.5 * filled.mean()
+    return 3.0 * min(seen, 0.97) + large - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
 
 
 def emptier_side(camera, action):

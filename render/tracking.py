@@ -10,8 +10,8 @@ from snowmpm.render.overlay import bands
 from snowmpm.render.section import section_camera
 from snowmpm.render.solid import nearby
 
-THINNEST = 8.0  # px: a layer drawn thinner than this asks for a closer view
-CLOSE_UP = 16.0  # px: thickness of the layer in the closer view
+THINNEST = 10.0  # px: a layer drawn thinner than this asks for a closer view
+CLOSE_UP = 24.0  # px: thickness of the layer in the closer view
 SMOOTHING = 0.06  # of the number of frames: the view moves steadily
 MARGINS = (0.06, 0.06, 0.16, 0.14)  # left, right, top, bottom of the picture that stay free, if words need no more
 
