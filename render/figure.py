@@ -1,12 +1,12 @@
 """Matplotlib figures: how their panels look, and how they become files."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.ticker import MaxNLocator
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 ENDINGS = (".png", ".pdf", ".svg")
@@ -39,11 +39,6 @@ def prefixed(*values, unit="Pa"):
 def save(figure, output, dpi):
     """Draw `figure` to `output`, which is there complete or not at all. Returns its path."""
     path = Path(output)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
-    try:
-        FigureCanvasAgg(figure).print_figure(draft, dpi=dpi, bbox_inches="tight", pad_inches=0.15)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with draft(path) as part:
+        FigureCanvasAgg(figure).print_figure(part, dpi=dpi, bbox_inches="tight", pad_inches=0.15)
     return path

@@ -1,11 +1,14 @@
 """Pictures into a file: MP4, GIF, one PNG or a folder of them. An unfinished file never carries the final name."""
 
-import os
+import io
+import struct
 from contextlib import contextmanager
 from pathlib import Path
 
 import imageio.v2 as imageio
+from PIL import Image
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 FILMS = (".mp4", ".gif")
@@ -22,29 +25,38 @@ def output_kind(output):
 
 @contextmanager
 def open_film(output, fps):
-    """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end."""
+    """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end.
+
+    Raises OSError when it cannot be written.
+    """
     path, kind = Path(output), output_kind(output)
     if kind == "":
         path.mkdir(parents=True, exist_ok=True)
         count = iter(range(10**9))
-        yield lambda picture: imageio.imwrite(path / f"frame_{next(count):05d}.png", picture)
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.stem}.unfinished{kind}")
-    try:
-        if kind == ".png":
-            yield lambda picture: imageio.imwrite(draft, picture)
-        else:
-            with _writer(draft, kind, fps) as writer:
+        yield lambda picture: _write_picture(picture, path / f"frame_{next(count):05d}.png")
+    elif kind == ".png":
+        yield lambda picture: _write_picture(picture, path)
+    elif kind == ".gif":
+        # In memory: imageio has all pictures there anyway, and leaves a traceback where it cannot write them
+        film = io.BytesIO()
+        with imageio.get_writer(film, format="GIF", mode="I", duration=1000.0 / fps, loop=0) as writer:
+            yield writer.append_data
+        with draft(path) as part:
+            part.write_bytes(film.getbuffer())
+    else:
+        with draft(path) as part:
+            with _encoder(part, fps) as writer:
                 yield writer.append_data
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+            if not _is_whole(part):
+                raise OSError("ffmpeg left it unfinished")
 
 
-def _writer(path, kind, fps):
-    if kind == ".gif":
-        return imageio.get_writer(path, mode="I", duration=1000.0 / fps, loop=0)
+def _write_picture(picture, path):
+    with draft(path) as part:
+        Image.fromarray(picture).save(part)
+
+
+def _encoder(path, fps):
     options = ["-crf", QUALITY, "-preset", "medium", "-movflags", "+faststart"]
     return imageio.get_writer(
         path,
@@ -55,5 +67,22 @@ def _writer(path, kind, fps):
         pixelformat="yuv420p",
         macro_block_size=2,
         output_params=options,
-        ffmpeg_log_level="error",
+        ffmpeg_log_level="quiet",
     )
+
+
+def _is_whole(path):
+    """Whether the boxes of an MP4 file, each a length and a name, fill it to the end, the index among them.
+
+    ffmpeg's end is not looked at by imageio: on a full disk it leaves a file that no player opens.
+    """
+    size, at, names = path.stat().st_size, 0, set()
+    with open(path, "rb") as file:
+        while at + 8 <= size:
+            file.seek(at)
+            length, name = struct.unpack(">I4s", file.read(8))
+            if length == 1:
+                length = int.from_bytes(file.read(8), "big")
+            names.add(name)
+            at += max(length, 8) if length else size - at
+    return at == size and {b"moov", b"mdat"} <= names

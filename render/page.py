@@ -2,8 +2,9 @@
 
 import base64
 import html
-import os
 from pathlib import Path
+
+from snowmpm.draft import write_text
 
 FOLDER = Path(__file__).parent / "web"
 TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
@@ -85,12 +86,4 @@ def script(name):
 
 def write_page(path, text):
     """Write a page, which is there complete or not at all; -> its path."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
-    return path
+    return write_text(path, text)

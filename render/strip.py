@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.render.run_film import nearest_frame, view_of
 
@@ -24,18 +25,12 @@ def render_strip(run, output, *, times=None, color=None, camera=None, size=(1280
     view = view_of(run, tuple(size), color, camera)
     chosen = dict.fromkeys([len(run) - 1] if times is None else [nearest_frame(run, time) for time in times])
     pictures = [Image.fromarray(view.picture(i)) for i in chosen]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    drafts = [path.with_name(f".{path.stem}.{k}.unfinished.png") for k in range(len(plots) + 1)]
-    try:
-        for plot, draft in zip(plots, drafts[1:], strict=True):
-            plot(run, draft)
-            with Image.open(draft) as drawn:
+    with draft(path) as part:
+        for plot in plots:
+            plot(run, part)
+            with Image.open(part) as drawn:
                 pictures.append(_as_wide(drawn.convert("RGB"), size[0]))
-        _below_each_other(pictures).save(drafts[0], pnginfo=_text(notes or {}), optimize=True)
-        drafts[0].replace(path)
-    finally:
-        for draft in drafts:
-            draft.unlink(missing_ok=True)
+        _below_each_other(pictures).save(part, pnginfo=_text(notes or {}), optimize=True)
     return path
 
 

@@ -42,8 +42,10 @@ class Sph(Spec):
     kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
     """smoothing length h over dx [-]; kernels reach 2 h"""
-    gradient: Literal["corrected", "plain"] = "corrected"
-    """corrected: velocity gradients exact for linear fields, at free surfaces too; plain: as the kernel gives them"""
+    gradient: Literal["balanced", "corrected", "plain"] = "balanced"
+    """of velocities; balanced: conjugate to the sum of forces, so that volumes follow how many particles there are;
+    corrected: exact for linear fields, at free surfaces too, but particles crowd where they flow; plain: as the kernel
+    gives it, which also strains the surface of a body that turns"""
     momentum: Literal["density", "corrected", "volume", "difference"] = "density"
     """form of the sum of forces: density, stresses over squared densities; corrected, the same in balance with the
     corrected gradient, for thin elastic bodies; volume, for neighbours of unlike density; difference, which does not

@@ -2,10 +2,10 @@
 
 import json
 import re
-import shutil
 from pathlib import Path
 from string import Template
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.scenes.library import FOLDER as LIBRARY
 from snowmpm.scenes.loader import find_scene
@@ -37,8 +37,9 @@ def copy_of(scene, name, folder):
             continue
         if here.exists() and here.read_bytes() != there.read_bytes():
             raise InputError(f"{here}: there already, and not the file of {source.name}: choose another folder with -o")
-        here.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(there, here)
+        content = there.read_bytes()
+        with draft(here) as part:
+            part.write_bytes(content)
         copied.append(here)
     return text, copied
 

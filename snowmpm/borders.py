@@ -5,6 +5,8 @@ import functools
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
+from snowmpm.draft import write_table
+
 SHIPPED = Path(__file__).parent / "study" / "data" / "stability_borders.csv"
 """The borders that the program goes by: those of `snowmpm study stability`."""
 
@@ -47,14 +49,8 @@ class Border:
 
 def write(borders, path):
     """Write a table of borders."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Border)])
-        writer.writeheader()
-        for border in borders:
-            row = asdict(border)
-            row["value"] = "" if border.value is None else f"{border.value:.4g}"
-            writer.writerow(row)
+    rows = [{**asdict(border), "value": "" if border.value is None else f"{border.value:.4g}"} for border in borders]
+    write_table(path, [field.name for field in fields(Border)], [row.values() for row in rows])
 
 
 def read(path):

@@ -6,6 +6,7 @@ A picture carries what the page says of its run as text, so that the page can be
 from pathlib import Path
 
 from snowmpm.checkpoint import differences
+from snowmpm.draft import write_text
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.layout import RUN_FILE
@@ -83,9 +84,7 @@ def write_page(folder, in_words):
             missing.append(name)
             sections.append(f"No picture yet: `snowmpm gallery {name}`.\n")
         sections.append(_as_markdown(comment(name)[1:]) + "\n")
-    page = Path(folder) / PAGE
-    page.write_text("\n".join(sections), encoding="utf-8")
-    return page, missing
+    return write_text(Path(folder) / PAGE, "\n".join(sections)), missing
 
 
 def _as_markdown(lines):

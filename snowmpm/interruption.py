@@ -1,9 +1,39 @@
 """Ctrl-C, SIGTERM and the end of a terminal, held back until a step is whole."""
 
+import contextlib
 import signal
 import threading
 
 ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+_requests = []
+
+
+@contextlib.contextmanager
+def requests_to_end():
+    """While it is entered, each of these signals raises KeyboardInterrupt, unless the caller handles or ignores it.
+
+    Each is remembered as well: Python forgets one that comes in a finaliser or a callback, of which compiling a kernel
+    has many, and a run then ends where it would begin (`Interruption`).
+    """
+    before = {}
+    _requests.clear()
+    if threading.current_thread() is threading.main_thread():
+        for number in ENDING:
+            if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+                before[number] = signal.signal(number, _raise)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        _requests.clear()
+
+
+def _raise(number, frame):
+    _requests.append(number)
+    raise KeyboardInterrupt
 
 
 class Interruption:
@@ -13,7 +43,7 @@ class Interruption:
     """
 
     def __init__(self):
-        self.asked = False
+        self.asked = bool(_requests)
         self._before = {}
 
     def __enter__(self):

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 FRACTION_ERROR = 0.05
@@ -65,10 +66,11 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=1)
     chosen = parser.parse_args(arguments)
     voxels = random_microstructure(tuple(chosen.size), chosen.fraction, chosen.correlation, chosen.seed)
-    if chosen.file.suffix == ".npy":
-        np.save(chosen.file, voxels)
-    else:
-        np.savez_compressed(chosen.file, phase=voxels)
+    with draft(chosen.file) as part:
+        if chosen.file.suffix == ".npy":
+            np.save(part, voxels)
+        else:
+            np.savez_compressed(part, phase=voxels)
     print(f"{chosen.file}: {' x '.join(map(str, voxels.shape))} voxels, ice {voxels.mean():.4f}")
 
 

@@ -54,8 +54,8 @@ def _window(solver):
         solver.keep = 1.0 - min(0.5, DAMPING * dt * solver.materials.wave_speed / solver.dx)
         before = solver.impulse
         solver.step(dt)
-        # Damping takes its share of weight and stress alike, and the ground carries what is left
-        carried += (solver.impulse - before) / solver.keep
+        # Damping takes its share of weight and stress alike; the ground of MPM carries what is left
+        carried += (solver.impulse - before) / (solver.keep if solver.DAMPED_IMPULSE else 1.0)
         weight += dt * solver.particles.mass * solver.gravity
         speed = max(speed, float(solver.extremes.speed))
     size = np.linalg.norm(weight)

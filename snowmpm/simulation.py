@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 
-from snowmpm.build import build, check_step, rounded_down
+from snowmpm.build import build
 from snowmpm.diagnostics import Audit
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.failure import likeness
 from snowmpm.fields import ParticleFields
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.settling import settle
+from snowmpm.step_check import check_step, rounded_down
 
 COLLAPSE = 1e-5
 """Share of the first time step below which a run comes to no end, but to nonsense."""

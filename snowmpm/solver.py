@@ -23,6 +23,9 @@ class Solver:
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
 
+    DAMPED_IMPULSE = True
+    """Whether terrain and sides carry what damping leaves, while an initial state settles, or all that there was."""
+
     def _begin(self, population, gravity):
         """Time zero: nothing has happened yet."""
         self.materials = self.particles.materials

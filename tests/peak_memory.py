@@ -1,27 +1,44 @@
-"""Predicted and measured peak of the memory of the first steps of a library scene, on Linux.
+"""Predicted and measured peak of the memory of the first steps of a scene, on Linux.
 
-    python peak_memory.py SCENE DX      -> JSON: predicted, measured [bytes]
+    python peak_memory.py SCENE KEY=VALUE ...      -> JSON: predicted, measured [bytes]
 """
 
 import json
+import multiprocessing
 import sys
 import tempfile
 from pathlib import Path
 
-import snowmpm
-from snowmpm.build import build, describe
+from snowmpm import loop
+from snowmpm.build import build
+from snowmpm.cli.options import setting_values
+from snowmpm.description import describe
 from snowmpm.scenes import load_scene
 
-scene = load_scene(sys.argv[1], {"solver.dx": float(sys.argv[2])} if float(sys.argv[2]) else {})
-model = build(scene)
-described = describe(model, model.solver())
-del model
-# Two frames, some steps, two checkpoints: later ones take no more
-short = load_scene(scene.source, {"solver.dx": scene.solver.dx, "end_time": 10 * described["dt"],
-                                  "output.interval": 5 * described["dt"]})
-short = short.model_copy(update={"initial": short.initial.model_copy(update={"tolerance": 1e3})})
-with tempfile.TemporaryDirectory() as folder:
-    snowmpm.run(short, folder)
-status = Path("/proc/self/status").read_text().splitlines()
-peak = next(int(line.split()[1]) * 1024 for line in status if line.startswith("VmHWM:"))
-print(json.dumps({"predicted": described["memory"], "measured": peak}))
+
+def describe_in_a_child(name, settings, answer):
+    model = build(load_scene(name, settings))
+    answer.put(describe(model, model.solver()))
+
+
+def first_steps(name, settings, described):
+    """Two frames, some steps, two checkpoints: later ones take no more; -> peak [bytes]."""
+    scene = load_scene(name, {**settings, "end_time": 10 * described["dt"], "output.interval": 5 * described["dt"]})
+    scene = scene.model_copy(update={"initial": scene.initial.model_copy(update={"tolerance": 1e3})})
+    with tempfile.TemporaryDirectory() as folder:
+        loop.run(scene, folder)
+    status = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) * 1024 for line in status if line.startswith("VmHWM:"))
+
+
+if __name__ == "__main__":
+    name, settings = sys.argv[1], setting_values(sys.argv[2:])
+    # In a process of its own, or its memory would be measured, too
+    context = multiprocessing.get_context("fork")
+    answer = context.Queue()
+    child = context.Process(target=describe_in_a_child, args=(name, settings, answer))
+    child.start()
+    described = answer.get(timeout=1200)
+    child.join()
+    print(json.dumps({"predicted": described["memory"], "measured": first_steps(name, settings, described),
+                      "particles": sum(described["particles"].values())}))

@@ -27,14 +27,15 @@ FOLDERS = {
 # except those that put a simulation together.
 MAY_IMPORT = {
     "errors": set(),
+    "draft": set(),
     "memory": {"errors"},
     "materials": set(),
-    "scenes": {"materials", "errors"},
-    "io": {"memory", "errors"},
+    "scenes": {"materials", "draft", "errors"},
+    "io": {"memory", "draft", "errors"},
     "compression": set(),
     "comparison": {"materials", "io", "errors"},
-    "render": {"compression", "io", "errors"},
-    "common": {"materials", "errors"},  # the laws declare what a particle carries and reports
+    "render": {"compression", "io", "draft", "errors"},
+    "common": {"materials", "draft", "errors"},  # the laws declare what a particle carries and reports
     "terrain": {"common", "memory", "errors"},
     "seeding": {"terrain", "common", "memory", "errors"},
     "solids": {"seeding", "terrain", "common", "errors"},
@@ -43,6 +44,7 @@ MAY_IMPORT = {
     "sph": {"materials", "common", "errors"},
     "composition": {
         "errors",
+        "draft",
         "memory",
         "common",
         "materials",
@@ -59,6 +61,7 @@ MAY_IMPORT = {
     },
     "study": {
         "errors",
+        "draft",
         "memory",
         "common",
         "materials",
@@ -74,13 +77,14 @@ MAY_IMPORT = {
         "composition",
     },
     "advice": {"errors", "common", "scenes", "composition"},
-    "cli": {"errors", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study", "advice"},
+    "cli": {"errors", "draft", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study",
+            "advice"},
 }
 COMPOSITION = {
     "snowmpm",
     "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "simulation", "loop", "recorder", "checkpoint", "gallery",
-                                     "first_scene")),
+    *(f"snowmpm.{name}" for name in ("build", "model", "description", "simulation", "loop", "recorder", "checkpoint",
+                                     "gallery", "first_scene")),
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

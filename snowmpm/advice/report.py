@@ -5,12 +5,14 @@ from dataclasses import asdict, dataclass
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import Budget
-from snowmpm.build import build, check_step, describe
+from snowmpm.build import build
+from snowmpm.description import describe
+from snowmpm.step_check import check_step
 
 
 @dataclass(frozen=True)
 class Advice:
-    """facts: of `build.describe`, and the run time [s]; lists of `Payment`, `Caution` and `Saving`."""
+    """facts: of `description.describe`, and the run time [s]; lists of `Payment`, `Caution` and `Saving`."""
 
     facts: dict
     payments: list

@@ -8,9 +8,13 @@ so that `--help` and a misspelt option answer at once.
 def main():
     """Entry point of the console script and of `python -m snowmpm`."""
     import os
+    import sys
 
     # The banner that Taichi prints on import would stand in front of every message.
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-    from snowmpm.cli.app import app
-
+    try:
+        from snowmpm.cli.app import app
+    except KeyboardInterrupt:  # Ctrl-C before there is a command
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
     app()

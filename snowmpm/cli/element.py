@@ -1,6 +1,5 @@
 """`snowmpm element`: a material at a single point, in the tests of a laboratory."""
 
-import csv
 import os
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +10,7 @@ from snowmpm.cli import completion
 from snowmpm.cli.options import Backend, Precision, setting_values
 from snowmpm.cli.run import start_taichi
 from snowmpm.cli.table import print_facts
+from snowmpm.draft import write_table, write_text
 from snowmpm.errors import InputError, did_you_mean
 
 MATERIAL = (
@@ -111,14 +111,11 @@ def _write(folder, name, law, measured):
     from snowmpm.scenes.toml import table_text
 
     _check_folder(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     paths = {"table": folder / "table.csv", "plot": folder / "plot.png", "material": folder / "material.toml"}
     columns = measured.table()
-    with paths["table"].open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([f"{column} [{unit}]" if unit else column for column, (unit, _) in columns.items()])
-        writer.writerows(zip(*(_cells(values) for _, values in columns.values()), strict=True))
-    paths["material"].write_text(table_text({"material": law.model_dump(exclude_none=True)}), encoding="utf-8")
+    write_table(paths["table"], [f"{column} [{unit}]" if unit else column for column, (unit, _) in columns.items()],
+                zip(*(_cells(values) for _, values in columns.values()), strict=True))
+    write_text(paths["material"], table_text({"material": law.model_dump(exclude_none=True)}))
     render_element(_curves(name, law, measured, columns), paths["plot"])
     return {kind: str(path) for kind, path in paths.items()}
 

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.interruption import requests_to_end
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -45,7 +46,8 @@ def guarded(command):
             with warnings.catch_warnings():
                 warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
-                return command(*args, **options)
+                with requests_to_end():
+                    return command(*args, **options)
         except typer.Exit:
             raise
         except BrokenPipeError:
@@ -56,6 +58,8 @@ def guarded(command):
             if debug:
                 traceback.print_exception(error)
             code, message = explained(error)
+        # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
+        exec("pass")
         print(message, file=sys.stderr)
         raise typer.Exit(code)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from snowmpm.cli import completion
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 
@@ -60,19 +61,13 @@ def new(
 
     told = []
     if like:
-        folder.mkdir(parents=True, exist_ok=True)
         text, copied = starts.copy_of(like, name, folder)
         told = [str(path) for path in copied]
     elif ground:
         text, told = scene_on_ground(name, file, ground, release, thickness)
     else:
         text = starts.start_from("profile", name=name, file=file)
-    folder.mkdir(parents=True, exist_ok=True)
-    draft = file.with_name(f".{file.name}.part")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        load_scene(draft)
-        draft.replace(file)
-    finally:
-        draft.unlink(missing_ok=True)
+    with draft(file) as part:
+        part.write_bytes(text.encode())
+        load_scene(part)
     print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

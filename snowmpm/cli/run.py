@@ -3,7 +3,6 @@
 import contextlib
 import io
 import os
-import signal
 import sys
 import warnings
 from pathlib import Path
@@ -118,8 +117,6 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True):
     import snowmpm
     from snowmpm.cli.progress import display
 
-    # A request to end is treated like Ctrl-C, so that the run file is closed properly.
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with display(scene.name, lines, quiet) as progress, warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
@@ -130,8 +127,6 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True):
         written = (folder / "run.vtkhdf").exists()
         kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
         raise KeyboardInterrupt(f"interrupted{kept}") from None
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _wall(result):

@@ -63,7 +63,7 @@ def _replacement(path, keep=None):
         if isinstance(error, OSError):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
-    _sync_folder(path.parent)
+    sync_folder(path.parent)
 
 
 def read_archive(path):
@@ -124,7 +124,7 @@ def _digest(arrays):
     return np.frombuffer(digest.digest(), np.uint8)
 
 
-def _sync_folder(folder):
+def sync_folder(folder):
     """Wait until the new names are on the disk, where the system can tell."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)

@@ -1,9 +1,10 @@
 """Maps of a run as GeoTIFF, for a geographic information system. Needs rasterio, from the `gis` extra."""
 
-import os
+import contextlib
 
 import numpy as np
 
+from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 NO_DATA = -9999.0
@@ -33,17 +34,27 @@ def write_geotiff(path, raster, origin, crs=None, description=""):
     profile = {"driver": "GTiff", "width": columns, "height": rows, "count": 1, "dtype": "float32", "nodata": NO_DATA,
                "transform": rasterio.transform.from_origin(west, north, raster.cell, raster.cell),
                "compress": "deflate"}
-    draft = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    values = np.where(np.isfinite(raster.values), raster.values, NO_DATA)[::-1].astype(np.float32)
     try:
         if crs:
             profile["crs"] = rasterio.crs.CRS.from_wkt(crs)
-        with rasterio.open(draft, "w", **profile) as file:
-            file.write(np.where(np.isfinite(raster.values), raster.values, NO_DATA)[::-1].astype(np.float32), 1)
+    except rasterio.errors.CRSError as error:
+        raise InputError(f"{path}: cannot be written ({error})") from None
+    with draft(path) as part, _as_os_error(rasterio.errors.RasterioError):
+        with rasterio.open(part, "w", **profile) as file:
+            file.write(values, 1)
             file.set_band_description(1, description)
             file.units = (raster.units,)
-        os.replace(draft, path)
-    except (rasterio.errors.RasterioError, rasterio.errors.CRSError) as error:
-        raise InputError(f"{path}: cannot be written ({error})") from None
-    finally:
-        draft.unlink(missing_ok=True)
+        # GDAL writes when it closes, and does not say when it could not
+        with rasterio.open(part) as file:
+            if not np.array_equal(file.read(1), values):
+                raise OSError("is not whole")
     return path
+
+
+@contextlib.contextmanager
+def _as_os_error(kind):
+    try:
+        yield
+    except kind as error:
+        raise OSError(str(error)) from error

@@ -20,6 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from snowmpm.errors import InputError
+from snowmpm.io.archive import sync_folder
 
 try:
     import fcntl
@@ -97,6 +98,8 @@ class Journal:
             self._file.close()
             message = f"{path}: another program is writing this run; stop it or choose another folder"
             raise InputError(message) from None
+        if durable:
+            sync_folder(self.path.parent)  # else a power cut may take the journal and leave what it was to complete
         self._counter = 0
         self._finish_for(path)
 

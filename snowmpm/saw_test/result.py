@@ -27,38 +27,38 @@ def result_of(values, *, slab_thickness, saw_speed):
     x, arrival, time = values["x"], values["arrival"], values["time"]
     D, width = slab_thickness, x[1] - x[0] if len(x) > 1 else x[0]
     tip = float(values["tip"][-1])
-    onset = _onset(x, arrival, D, RUNAWAY * saw_speed, width)
+    first = onset(x, arrival, D, RUNAWAY * saw_speed, width)
     found = {"critical_length": None, "crack_length": tip, "runs_to_the_end": bool(tip > x[-1] - D),
              "crack_speed": None, "top_speed": None, "collapse_height": None, "fracture_energy": None,
              "plastic_work": float(values["plastic_work"][-1])}
-    if onset is None:
+    if first is None:
         return found
-    found["critical_length"] = float(np.interp(arrival[onset], time, values["saw"]))
-    own = (np.arange(len(x)) >= onset) & (x < tip) & np.isfinite(arrival)
-    begun = onset + max(1, round(D / width))  # nearer, bins break almost at once
-    passed, one = _front(arrival, onset, FALLS * float(np.median(np.diff(time))))
+    found["critical_length"] = float(np.interp(arrival[first], time, values["saw"]))
+    own = (np.arange(len(x)) >= first) & (x < tip) & np.isfinite(arrival)
+    begun = first + max(1, round(D / width))  # nearer, bins break almost at once
+    passed, one = _front(arrival, first, FALLS * float(np.median(np.diff(time))))
     one &= own
     middle, speed = crack_speed(x[one], passed[one], D)
     ahead = np.isfinite(speed)
     if ahead.any():
-        ahead &= middle > 0.5 * (x[onset] + x[one][-1])
+        ahead &= middle > 0.5 * (x[first] + x[one][-1])
     if ahead.any():
         found["crack_speed"] = float(np.median(speed[ahead]))
         found["top_speed"] = float(np.nanpercentile(speed[(middle > x[begun]) | ahead], 90.0))
-    settled = own & (x < tip - 2.0 * D) & (x > x[onset] + D)
+    settled = own & (x < tip - 2.0 * D) & (x > x[first] + D)
     if settled.any():
         found["collapse_height"] = float(np.nanmedian(values["settlement"][-1][settled]))
         found["fracture_energy"] = float(np.nanmedian(values["fracture_energy"][settled]))
     return found
 
 
-def _front(arrival, onset, tolerance):
-    """When all from bin `onset` to each bin was broken (n,), and which bins the crack from there has reached: a crack
+def _front(arrival, first, tolerance):
+    """When all from bin `first` to each bin was broken (n,), and which bins the crack from there has reached: a crack
     that begins ahead of it, as in its own shear waves, is one with it where it catches up; one from the far end of the
     column, which it meets, is another.
     """
     passed = np.where(np.isfinite(arrival), arrival, -np.inf)
-    passed[onset:] = np.maximum.accumulate(passed[onset:])
+    passed[first:] = np.maximum.accumulate(passed[first:])
     reached = np.flatnonzero(arrival >= passed - tolerance)
     return passed, np.arange(len(arrival)) <= reached.max(initial=-1)
 
@@ -78,7 +78,7 @@ def crack_speed(x, arrival, length):
     return x[whole], speed[whole]
 
 
-def _onset(x, arrival, D, faster_than, width):
+def onset(x, arrival, D, faster_than, width):
     """First bin from which the crack runs by itself; None where there is none."""
     near, far = max(1, round(0.1 / width)), max(2, round(2.0 * D / width))
     for i in np.flatnonzero(np.isfinite(arrival[: len(x) - far])):

@@ -54,6 +54,7 @@ class SphSolver(Solver):
 
     method = "sph"
     BAD = "is no longer finite or turned inside out"
+    DAMPED_IMPULSE = False
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, scheme, cfl=None,
                  terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=(), width=None):
@@ -99,7 +100,7 @@ class SphSolver(Solver):
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
         self._update, self._reduce, self._show, self._correct = update_kernels(
             store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
-            scheme.gradient == "corrected", scheme.artificial_stress)
+            scheme.gradient, scheme.artificial_stress)
         self._order = order_kernel(store.layout)
         self._lists = NeighbourLists(self.dim, self.precision, self.width)
         if self.boundary.dummies.count:

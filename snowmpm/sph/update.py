@@ -1,9 +1,19 @@
 """From velocities to stresses: velocity gradient, deformation, law, drift of a step.
 
     A_i = sum_j V_j (v_j - v_i) (x) grad_i W_ij,   K_i = sum_j V_j (x_j - x_i) (x) grad_i W_ij
-    L_i = A_i K_i^-1        "corrected": exact for linear velocities on any arrangement (Bui & Nguyen 2021, Eq. 21)
-    L_i = A_i               "plain"
+    L_i = A_i K_i^-1                    "corrected": exact for linear velocities on any arrangement (Bui & Nguyen 2021,
+                                        Eq. 21)
+    L_i = A_i                           "plain" (Favero Neto & Borja 2018)
+    L_i = W_i + (D_i K_i + K_i D_i)/2   "balanced": D, W the symmetric and skew parts of the corrected one
     f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f;   x <- x + dt v
+
+A = L K for the corrected L, so the balanced stretching has the plain sum's trace: the rate at which the particles
+around one become fewer, which keeps J what a count of them says; and it does the work that the plain sum of forces
+takes from the motion. The corrected one fits a plane through the velocities; what it does not see adds up. In sand that
+flows, particles crowd to one and a half of their number while J says that nothing has happened, no pressure drives them
+apart, and the heap comes to lie a fifth too low (`tests/sph/test_crowding.py`). The plain spin, W K of a body that
+turns, would strain free surfaces; the balanced one is that of the corrected gradient. With the "corrected" sum of
+forces it is the corrected gradient that is in balance.
 
 Particles with too few neighbours have no inverse: its determinant is kept from falling below LEAST_DETERMINANT, which
 lets their L fade out. K = I of a full neighbourhood. Packs as in the grid's gather (`snowmpm.law_packs`).
@@ -92,10 +102,13 @@ def row_functions(layout, row_layout, real, form, epsilon):
 
 
 @functools.cache
-def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, corrected,
+def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient,
                    epsilon=0.0):
     """`update(...)`, the second half of a step; `reduce(...)` of its reports; `show(...)`, which fills the rows from
-    the particle store, and `correct(...)`, which makes the S of these what a `full` layout wants."""
+    the particle store, and `correct(...)`, which makes the S of these what a `full` layout wants.
+
+    gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress.
+    """
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
@@ -168,18 +181,21 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
         for lane in range(width):
             sums = read_matrix_lane(pack["sums"], lane)
             L = inverse_dx * sums
-            if ti.static(corrected or row_layout.full):
-                K = ti.Matrix.zero(real, dim, dim)
+            K = ti.Matrix.zero(real, dim, dim)
+            if ti.static(gradient != "plain" or row_layout.full):
                 for a in ti.static(range(dim)):
                     for b in ti.static(range(dim)):
                         K[a, b] = pack["K"][number[a, b]][lane]
                 back = inverse(K)
-                if ti.static(corrected):
+                if ti.static(gradient != "plain"):
                     L = inverse_dx * (sums @ back)
                 if ti.static(row_layout.full):
                     write_matrix_lane(pack["back"], lane, back)
-            A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
             write_matrix_lane(pack["L"], lane, L)
+            if ti.static(gradient == "balanced" and not row_layout.full):
+                stretching = 0.5 * (L + L.transpose())
+                L += 0.5 * (stretching @ K + K @ stretching) - stretching
+            A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
             write_matrix_lane(pack["A"], lane, A)
             pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
             for a in ti.static(range(dim)):

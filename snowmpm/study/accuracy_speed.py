@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.study import conclusions
@@ -78,9 +79,7 @@ def report(rows, folder):
         chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
         chart(best, folder / "accuracy_grid.png", "cells", "cells"),
     ]
-    page = folder / "accuracy_speed.md"
-    page.write_text(conclusions.page(rows), encoding="utf-8")
-    return [*charts, page]
+    return [*charts, write_text(folder / "accuracy_speed.md", conclusions.page(rows))]
 
 
 TITLES = {"seconds": "Error against time", "particle_steps": "Error against work", "cells": "Error against the grid"}

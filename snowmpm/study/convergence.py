@@ -6,6 +6,7 @@ that sets measured beside declared.
 
 from pathlib import Path
 
+from snowmpm.draft import write_text
 from snowmpm.study.accuracy_speed import chart, chosen, refined
 from snowmpm.study.measurement import read, write
 from snowmpm.study.pareto import Refinement, merged, orders
@@ -26,8 +27,7 @@ def study(folder, *, quick=False, only=(), say=print):
             if problem.takes(BY_NAME[name]):
                 rows += refined(problem, BY_NAME[name], quick, say)
                 write(rows, path)
-    page = Path(folder) / "convergence.md"
-    page.write_text("\n".join(report(problems, merged(read(path)))) + "\n", encoding="utf-8")
+    page = write_text(Path(folder) / "convergence.md", "\n".join(report(problems, merged(read(path)))) + "\n")
     return [path, chart(merged(rows), Path(folder) / "convergence.png", "cells", "cells"), page]
 
 

@@ -2,8 +2,8 @@
 
 import csv
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 
+from snowmpm.draft import write_table
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.study.stopwatch import Stopwatch
 
@@ -66,14 +66,8 @@ def measure(problem, variation, cells):
 
 def write(rows, path):
     """Table of `Measurement`s as CSV; -> its path."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     names = [f.name for f in fields(Measurement)]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(names)
-        writer.writerows([getattr(row, name) for name in names] for row in rows)
-    return path
+    return write_table(path, names, [[getattr(row, name) for name in names] for row in rows])
 
 
 def read(path):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.study.measurement import measure, read, write
 from snowmpm.study.pareto import merged, noise
@@ -64,9 +65,7 @@ def study(folder, *, quick=False, only=(), say=print):
         for row in moved(CATALOGUE[name], quick, say):
             rows.append(row)
         write(rows, path)
-    page = Path(folder) / "presets.md"
-    page.write_text("\n".join(report(rows)) + "\n", encoding="utf-8")
-    return [path, page]
+    return [path, write_text(Path(folder) / "presets.md", "\n".join(report(rows)) + "\n")]
 
 
 def moved(problem, quick, say):

@@ -4,13 +4,13 @@ A cube (3-D) or square (plane strain) of cohesive snow that shakes in the air, b
 threads as the command was given. Small scenes pay for the launch of the kernels, large ones for the memory.
 """
 
-import csv
 import os
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm import runtime
+from snowmpm.draft import write_table
 from snowmpm.errors import InputError
 from snowmpm.population import Population
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
@@ -40,15 +40,11 @@ def study(folder, *, quick=False, only=(), say=print):
         rows += own
         curves.append(Curve(name, name, tuple(row["particles"] for row in own),
                             tuple(row["ns_per_particle_step"] for row in own)))
-    folder.mkdir(parents=True, exist_ok=True)
-    with open(folder / "scaling.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
+    table = write_table(folder / "scaling.csv", COLUMNS, [[row[name] for name in COLUMNS] for row in rows])
     panel = Panel(f"{runtime.threads()} thread(s)", tuple(curves))
     drawn = render_work_precision([panel], folder / "scaling.png", x_label="particles", columns=1, size=(7.0, 4.6),
                                   y_label="processor nanoseconds a particle-step", title="Speed against size")
-    return [folder / "scaling.csv", drawn]
+    return [table, drawn]
 
 
 def measure(dim, precision, size):

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm import borders as borders_of
+from snowmpm.draft import write_table, write_text
 from snowmpm.errors import InputError
 from snowmpm.render.atlas_map import MapPanel, render_atlas
 from snowmpm.study.atlas import page
@@ -61,7 +62,7 @@ def report(symptoms, borders, folder):
             charts[group] = render_atlas(panels, folder / f"stability_{group.replace(' ', '_').replace(',', '')}.png",
                                          title=f"Where schemes fail: {group}")
     path = folder / "stability.md"
-    path.write_text(page.page(borders, symptoms, charts), encoding="utf-8")
+    write_text(path, page.page(borders, symptoms, charts))
     return [*charts.values(), path]
 
 
@@ -98,9 +99,5 @@ def _kept(folder):
 
 
 def _write(symptoms, path):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for (entry, setting), row in symptoms.items():
-            writer.writerows((entry, setting, f"{value:g}", f"{symptom:.4g}") for value, symptom in row.items())
+    write_table(path, COLUMNS, [(entry, setting, f"{value:g}", f"{symptom:.4g}")
+                                for (entry, setting), row in symptoms.items() for value, symptom in row.items()])

@@ -1,7 +1,8 @@
 """One return map, two methods: on a homogeneous deformation MPM and SPH give the stress path of `MaterialPoint`.
 
 Every particle keeps the velocity G X that it starts with, so F(t) = I + t G, the same everywhere. A density of 1e24
-kg/m3 keeps forces from changing that, and the laws know no density.
+kg/m3 keeps forces from changing that, and the laws know no density. SPH with the corrected gradient, which sees that
+motion as it is at the free surface of the block too.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ START = {"hypoplastic": -1e4 * np.eye(3)}
 def sph(law, dim, stress):
     positions, volumes = lattice([0.0] * dim, [0.5] * dim, 0.1)
     return solver_of(positions, volumes, law, dx=0.1, velocity=lambda x: x @ RATE[dim].T, stress=stress,
-                     scheme={"viscosity": 0.0})
+                     scheme={"viscosity": 0.0, "gradient": "corrected"})
 
 
 def mpm(law, dim, stress):

@@ -22,7 +22,7 @@ def test_a_scene_runs_to_its_end(tmp_path):
 
 
 def test_the_same_scene_settles(tmp_path):
-    scene = snowmpm.load_scene(SCENE, {"initial.stress": "settle", "initial.tolerance": 0.05, "end_time": 1e-3,
+    scene = snowmpm.load_scene(SCENE, {"initial.stress": "settle", "initial.tolerance": 0.02, "end_time": 1e-3,
                                        "domain.boundary": "stick"})
     simulation = snowmpm.Simulation(scene)
     assert simulation.time == 0.0 and simulation.max_speed < 0.1

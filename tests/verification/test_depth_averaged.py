@@ -13,6 +13,15 @@ Dam break of depth h0: h = ((2 c - x / t + m0 t / 2) / 3)^2 / g_z,
 u = 2/3 (c + x / t + m0 t), m0 = g sin zeta - g_z tan delta, c = sqrt(g_z h0).
 Parabolic cap h = H (1 - x^2 / L^2): stays one, its centre at m0 t^2 / 2, L'' = 2 g_z H0 L0 / L^2 (Savage and Hutter
 1989, doi:10.1017/S0022112089000340). Its half-length is sqrt(5) standard deviations, which no lone grain moves.
+
+The theory takes tan delta for small. It leaves out that friction carries weight: across the flow, with tau = tan delta
+sigma, 0 = d sigma / dz + d tau / dx + rho g_z makes the pressure on the bed rho g_z h (1 - tan delta dh/dx), more where
+the flow gets thinner. The bed then brakes the front more and the rear less, by tan^2 delta g_z dh/dx in du/dt, as if
+
+    K -> K - tan^2 delta
+
+however shallow the flow: 0.78 for 25 degrees, 0.98 for 8. So what stretches a flow is compared with the theory as it
+stands where friction is weak, and with this where it is not.
 """
 
 import numpy as np
@@ -66,22 +75,36 @@ def profile(solver, ends):
     return inside / np.diff(ends), flux / np.maximum(inside, 1e-30)
 
 
-def dam_break(time, dx):
+def dam_break(time, dx, slope_angle=22.0, bed_angle=21.0):
     """Solver `time` [s] after a dam of 1 m broke, slope and friction angle of the bed [rad]."""
-    slope, bed = np.radians(22.0), np.radians(21.0)
+    slope, bed = np.radians(slope_angle), np.radians(bed_angle)
     positions, volumes = lattice([-60.0, 0.0], [0.0, 1.0], dx)
     solver = sheet(granular(bed, 1e6), positions, volumes, 1.0 - positions[:, 1], slope, bed, dx, 90.0)
     run_to(solver, time)
     return solver, slope, bed
 
 
-@pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="at the dam after 5 s the speed is 11 % short of the theory's")
-def test_dam_break_early():
-    """At the dam after five seconds: 0.514576 m, 2.621898 m/s (as tabulated)."""
-    solver, _, _ = dam_break(5.0, 0.1)
+def at_the_dam(slope_angle, bed_angle):
+    """Depth and speed at the dam after five seconds over those of the theory."""
+    time = 5.0
+    solver, slope, bed = dam_break(time, 0.1, slope_angle, bed_angle)
     h, u = profile(solver, np.array([-1.0, 1.0]))
-    assert h[0] == pytest.approx(0.514576, rel=0.1) and u[0] == pytest.approx(2.621898, rel=0.1)
+    g_z = G * np.cos(slope)
+    m0, c = G * np.sin(slope) - g_z * np.tan(bed), np.sqrt(g_z)
+    return h[0] * 9.0 * g_z / (2.0 * c + 0.5 * m0 * time) ** 2, u[0] * 1.5 / (c + m0 * time)
+
+
+@pytest.mark.slow
+def test_dam_break_early():
+    """At the dam after five seconds, on a bed of 8 degrees: seen 5 % too deep, 5 % too slow.
+
+    On one of 21 degrees (0.514576 m, 2.621898 m/s by the theory) it is 13 % too deep and 11 % too slow, with APIC and
+    AFLIP, in float32 and float64 alike: what the theory leaves out, 0.147 instead of 0.020, and the shear through the
+    depth of the first collapse, 1.2 to 3.4 m/s, which nothing evens out: the law shears at any rate for this stress.
+    """
+    weak, strong = at_the_dam(9.0, 8.0), at_the_dam(22.0, 21.0)
+    np.testing.assert_allclose(weak, 1.0, rtol=0.1)
+    assert strong[0] - 1.0 > 1.5 * abs(weak[0] - 1.0) and 1.0 - strong[1] > 1.5 * abs(weak[1] - 1.0)
 
 
 @pytest.mark.slow
@@ -107,37 +130,70 @@ def test_dam_break():
     assert front == pytest.approx(time * (2.0 * c + 0.5 * m0 * time - 3.0 * np.sqrt(0.1 * g_z)), rel=0.1)
 
 
-@pytest.fixture(scope="module")
-def cap():
-    """Place, speed, depth and stretch of the cap by its time [s], each (found, exact)."""
-    slope, bed, dx, half, height = np.radians(35.0), np.radians(25.0), 0.5, 80.0, 4.0
-    positions, volumes = lattice([-half, 0.0], [half, height], dx)
-    surface = height * (1.0 - (positions[:, 0] / half) ** 2)
+HALF, HEIGHT = 80.0, 4.0
+STRONG, WEAK = (35.0, 25.0), (12.0, 8.0)
+"""Slope and friction angle of the bed [degrees]."""
+
+
+def stretched(g_z, K, time):
+    """Half-length of the cap over its first one."""
+    return solve_ivp(lambda t, y: [y[1], 2.0 * K * g_z * HEIGHT / (HALF * y[0]) ** 2], (0.0, time), [1.0, 0.0],
+                     rtol=1e-8).y[0, -1]
+
+
+@pytest.fixture(scope="module", params=[STRONG, WEAK], ids=["strong", "weak"])
+def cap(request):
+    """Place, speed, depth and stretch of the cap by its time [s], each (found, exact); and its bed."""
+    (slope, bed), dx = np.radians(request.param), 0.5
+    positions, volumes = lattice([-HALF, 0.0], [HALF, HEIGHT], dx)
+    surface = HEIGHT * (1.0 - (positions[:, 0] / HALF) ** 2)
     inside = positions[:, 1] < surface
     positions, volumes, depth = positions[inside], volumes[inside], (surface - positions[:, 1])[inside]
     solver = sheet(granular(bed, 3e6), positions, volumes, depth, slope, bed, dx, 260.0)
     g_z = G * np.cos(slope)
     m0 = G * np.sin(slope) - g_z * np.tan(bed)
     spread = positions[:, 0].std()
-    solution = solve_ivp(lambda t, y: [y[1], 2.0 * g_z * height / (half * y[0]) ** 2], (0.0, 10.0), [1.0, 0.0],
-                         rtol=1e-8, dense_output=True)
-    found = {}
+    K = 1.0 - np.tan(bed) ** 2 if request.param == STRONG else 1.0
+    run_to(solver, 1.0)
+    found = {"bed": pressure_on_the_bed(solver, g_z, np.tan(bed), dx)}
     for time in (5.0, 10.0):
         run_to(solver, time)
-        x, stretch = solver.particles.positions()[:, 0], solution.sol(time)[0]
+        x, stretch = solver.particles.positions()[:, 0], stretched(g_z, 1.0, time)
         centre, way = x.mean(), 0.5 * m0 * time**2
         found[time] = {
             "centre": (centre, way), "speed": (solver.particles.column("velocity")[:, 0].mean(), m0 * time),
-            "front": (x.std() / spread * half + centre, stretch * half + way),
-            "depth": (profile(solver, centre + np.array([-8.0, 8.0]))[0][0], height / stretch),
-            "gain": (x.std() / spread - 1.0, stretch - 1.0)}
+            "front": (x.std() / spread * HALF + centre, stretch * HALF + way),
+            "depth": (profile(solver, centre + np.array([-8.0, 8.0]))[0][0], HEIGHT / stretch),
+            "gain": (x.std() / spread - 1.0, stretched(g_z, K, time) - 1.0)}
     return found
 
 
+def pressure_on_the_bed(solver, g_z, friction, dx):
+    """Normal stress in the lowest cell over that of the weight above it, and 1 - tan delta dh/dx, at six places."""
+    p = solver.particles.positions()
+    x, lowest = p[:, 0] - p[:, 0].mean(), p[:, 1] - 0.3 * dx < dx
+    stress, pairs = solver.particles.column("stress")[:, 1], []
+    for place in HALF * np.array([-0.6, -0.4, -0.2, 0.2, 0.4, 0.6]):
+        near = np.abs(x - place) < 4.0
+        h = profile(solver, p[:, 0].mean() + place + np.array([-4.0, 4.0]))[0][0]
+        weight = 1000.0 * g_z * (h - 0.5 * dx)
+        pairs.append((-stress[near & lowest].mean() / weight, 1.0 + friction * 2.0 * HEIGHT * place / HALF**2))
+    return pairs
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("quantity", ["centre", "speed", "front", "depth", pytest.param("gain", marks=pytest.mark.xfail(
-    strict=True, reason="the gain in length, a tenth at 5 s, is a quarter short of the theory's; as with K = 0.77"))])
+@pytest.mark.parametrize("quantity", ["centre", "speed", "front", "depth", "gain"])
 def test_parabolic_cap(cap, quantity):
-    for values in cap.values():
+    """The gain in length: of the theory as it stands 7 and 6 % short on a bed of 8 degrees; with K - tan^2 delta 3 %
+    short and 1 % too long on one of 25, where the theory as it stands gives 23 and 19 % more."""
+    for values in (cap[5.0], cap[10.0]):
         found, exact = values[quantity]
         assert found == pytest.approx(exact, rel=0.1)
+
+
+@pytest.mark.slow
+def test_friction_carries_weight(cap):
+    """Before the cap has changed its shape. On 25 degrees 0.97 at the rear and 1.02 at the front, within 1 %."""
+    found, expected = np.transpose(cap["bed"])
+    np.testing.assert_allclose(found, expected, atol=0.02)
+    assert found[-1] - found[0] == pytest.approx(expected[-1] - expected[0], abs=0.015)
