@@ -14,6 +14,7 @@ SAMPLED_POINTS = 4000
 MOVING = 0.02  # share of the largest speed, and of the sample: less counts as rest
 RIM = (0.03, 0.03, 0.04, 0.04)  # of the picture around the ground, where all of it is shown
 CLOSER = 0.8  # size of the action on the picture, of the one without all the ground, that is worth showing it
+ROOM = 1.25  # what is kept free around the action there: as without the ground
 SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 
 
@@ -119,7 +120,8 @@ def _with_ground(camera, action, relief):
     if relief is None:
         return camera
     bearing, elevation = _angles(camera.bearing_and_elevation())
-    everything = np.concatenate([action.points, relief.vertices])
+    middle = 0.5 * (action.points.min(axis=0) + action.points.max(axis=0))
+    everything = np.concatenate([middle + ROOM * (action.points - middle), relief.vertices])
     whole = fit_camera(everything, bearing, elevation, camera.size, margins=RIM)
     return whole if CLOSER < action.size_in(whole) / action.size_in(camera) < 1.0 else camera
 
