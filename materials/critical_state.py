@@ -6,60 +6,152 @@ from typing import ClassVar, Literal
 import numpy as np
 import taichi as ti
 
-from .critical_state_return import critical_state_return, ellipse_at, is_outside
+from .critical_state_return import (
+    critical_state_return,
+    ellipse_at,
+    internal_variables,
+    is_outside,
+    return_problem,
+)
+from .elastic import elastic_trial, small_elastic_trial
+from .ellipse import first_iterate, point_of, straight_step
 from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
-from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
-from .law import Law, NonNegative, Positive, StateVariable
-from .precision import by_precision, larger
+from .hencky import deviation_of_small_strain
+from .invariant_return import h_of_invariants, stress_of_invariants
+from .law import REDO, Law, NonNegative, Positive, StateVariable
+from .packs import Stages, joined, part
 from .substepping import substeps
 from .symmetric import contract
 
-STEPS = (2, 3)
-"""Newton steps in a straight line, float32 and float64."""
-
 
 @functools.cache
-def critical_state_update(return_map, form):
-    """Update function (see `Law`) of a return map by name, "substepped" in the general `Form` only.
+def critical_state_update(return_map):
+    """Update function (see `Law`) of a return map by name.
 
     prm: `CriticalStateLaw.parameters`; state: ζ, and for a weak layer whether it has collapsed.
     """
 
-    steps = STEPS if form.straight else (0, 0)
-
     @ti.func
     def update(prm, h, state, A, dt):
-        h_new, deviator, volume, deviator2, valid = form.trial(h, A)
+        h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
         p_trial = -prm[0] * volume
-        zeta, collapsed = state[0], 0.0
-        if ti.static(state.n > 1):
-            collapsed = ti.select(prm[7] > 0.0, state[1], 0.0)
+        zeta, collapsed = state[0], collapsed_of(prm, state)
         work, n_substeps = 0.0, 0
         if ti.static(return_map == "substepped"):
-            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, False)
+            w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, "")
             if valid == 1 and is_outside(w, radius, shear2, beta):
                 deviator, volume, zeta, work, n_substeps = substeps(prm, h_new, A, deviator, volume, zeta, collapsed)
                 p_trial, deviator2 = -prm[0] * volume, contract(deviator, deviator)
         p, ratio, zeta_new, collapsed_new, iterations, yielded = critical_state_return(
-            prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen",
-            ti.static(by_precision(*steps))
+            prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen"
         )
         state_new = state
-        dissipation = work
         if yielded + n_substeps > 0:
-            state_new[0] = zeta_new
-            if ti.static(state.n > 1):
-                state_new[1] = ti.select(prm[7] > 0.0, collapsed_new, state[1])
-            dissipation += p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
-            h_new, near = form.h(prm[8], deviator, deviator2, p, ratio)
-            valid *= near
-        if ti.static(form.straight):
-            valid *= ti.select(in_reach(prm[2] * larger(zeta, zeta_new), prm[10]), 1, 0)
+            state_new = state_of(prm, state, zeta_new, collapsed_new)
+            work += plastic_work(prm, p_trial, p, deviator2, ratio)
+            h_new = h_of_invariants(prm[8], deviator, deviator2, p, ratio)
         tau = stress_of_invariants(prm[1], deviator, p, ratio)
         found = valid == 1 and iterations >= 0
-        return h_new, tau, state_new, dissipation, ti.select(found, iterations + n_substeps, form.failed)
+        return h_new, tau, state_new, work, ti.select(found, iterations + n_substeps, -1)
 
     return update
+
+
+@ti.func
+def collapsed_of(prm, state):
+    """1 where the bonds of a weak layer are gone, else 0."""
+    collapsed = 0.0
+    if ti.static(state.n > 1):
+        collapsed = ti.select(prm[7] > 0.0, state[1], 0.0)
+    return collapsed
+
+
+@ti.func
+def state_of(prm, state, zeta, collapsed):
+    """`state` with its new variables."""
+    state_new = state
+    state_new[0] = zeta
+    if ti.static(state.n > 1):
+        state_new[1] = ti.select(prm[7] > 0.0, collapsed, state[1])
+    return state_new
+
+
+@ti.func
+def plastic_work(prm, p_trial, p, deviator2, ratio):
+    """τ : Δε_plastic of a return from p_trial and e to p and ratio e."""
+    return p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
+
+
+@functools.cache
+def critical_state_lanes(return_map, hardening):
+    """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening.
+
+    Held are the iterate of `straight_step`; then 1 if the state could be tried in a straight line, 1 if it yields and
+    if it is separated, p and e : e of the trial state, what `return_problem` found, and the tensors h and e of the
+    trial state.
+    """
+    frozen = return_map == "frozen"
+
+    @ti.func
+    def start(prm, h, state, A, dt):
+        h_trial, deviator, volume, deviator2, valid = small_elastic_trial(h, A)
+        p_trial, zeta = -prm[0] * volume, state[0]
+        yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, near, far = return_problem(
+            prm, p_trial, deviator2, zeta, collapsed_of(prm, state), frozen, hardening
+        )
+        valid *= ti.select(in_reach(prm[2] * zeta, prm[10]), 1, 0)
+        going = ti.cast(valid * yielded * (1 - separated), float)
+        problem = ti.Vector(
+            [
+                ti.cast(valid, float), ti.cast(yielded, float), ti.cast(separated, float), p_trial, deviator2, zeta0,
+                rate, collapsed_new, beta, p_fixed, side, near, far
+            ]
+        )  # fmt: skip
+        return joined(first_iterate(going, near, value, prm[10]), joined(problem, joined(h_trial, deviator)))
+
+    @ti.func
+    def step(prm, held):
+        iterate, problem = part(held, 0, ITERATE), part(held, ITERATE, PROBLEM)
+        p_trial, deviator2, rate, beta, p_fixed = problem[3], problem[4], problem[6], problem[8], problem[9]
+        shape, growth, scale = 1.0 + 2.0 * beta, prm[2] * rate, prm[9]
+        if ti.static(frozen):
+            growth, scale = 0.0, 0.0
+        return straight_step(
+            p_trial, shape * prm[6] * deviator2, prm[0], shape * prm[5], growth, beta, p_fixed, scale, problem[10],
+            problem[11], problem[12], iterate
+        )  # fmt: skip
+
+    @ti.func
+    def end(prm, state, held, yields: ti.template()):
+        iterate, problem = part(held, 0, ITERATE), part(held, ITERATE, PROBLEM)
+        entries = ti.static((held.n - ITERATE - PROBLEM) // 2)
+        h_new = part(held, ti.static(ITERATE + PROBLEM), entries)
+        deviator = part(held, ti.static(held.n - entries), entries)
+        valid, p_trial, deviator2 = problem[0] > 0.0, problem[3], problem[4]
+        p, ratio, work, state_new, iterations = p_trial, 1.0, 0.0, state, 0
+        if ti.static(yields):
+            yielded, separated, beta = problem[1] > 0.0, problem[2] > 0.0, problem[8]
+            p, ratio = point_of(iterate[4], iterate[5], (1.0 + 2.0 * beta) * prm[6] * deviator2, beta)
+            p, ratio = ti.select(separated, 0.0, p), ti.select(separated, 0.0, ratio)
+            zeta, collapsed = internal_variables(
+                prm, p_trial, p, problem[5], problem[6], collapsed_of(prm, state), problem[7], frozen
+            )
+            p, ratio = ti.select(yielded, p, p_trial), ti.select(yielded, ratio, 1.0)
+            h_plastic, near = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
+            h_new = ti.select(yielded, h_plastic, h_new)
+            state_new = ti.select(yielded, state_of(prm, state, zeta, collapsed), state)
+            work = ti.select(yielded, plastic_work(prm, p_trial, p, deviator2, ratio), 0.0)
+            found = iterate[0] == 0.0 and iterate[7] >= 0.0 and near and in_reach(prm[2] * zeta, prm[10])
+            valid = valid and (not yielded or found)
+            iterations = ti.cast(iterate[7], ti.i32)
+        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+        return h_new, tau, state_new, work, ti.select(valid, iterations, REDO)
+
+    return Stages(start, step, end, changed=ITERATE + 1, moving=ITERATE, fixed=PROBLEM)
+
+
+ITERATE, PROBLEM = 8, 13
+"""Numbers of an iterate and of a problem, see `critical_state_lanes`."""
 
 
 class CriticalStateLaw(Law):
@@ -89,11 +181,12 @@ class CriticalStateLaw(Law):
 
     @property
     def update(self):
-        return critical_state_update(self.return_map, GENERAL)
+        return critical_state_update(self.return_map)
 
     @property
     def lanes(self):
-        return None if self.return_map == "substepped" else critical_state_update(self.return_map, STRAIGHT)
+        kind = "sinh" if self.hardening_part.offset else "exponential"
+        return None if self.return_map == "substepped" else critical_state_lanes(self.return_map, kind)
 
     @property
     def hardening_part(self):
@@ -156,10 +249,14 @@ class CriticalStateLaw(Law):
         return {"p0": p0, "damage": 1.0 - np.clip(left, 0.0, 1.0)}
 
     def parameters(self):
-        """K, G, ξ, β, p_fixed, 3G/M², 6G²/M², α, 1/K, S, o, ζ at the end of the strength, tolerance of a substep."""
+        """K, G, ξ, β, p_fixed, 3G/M², 6G²/M², α, 1/K, S, o, ζ at the end of the strength, tolerance of a substep, 1/α.
+
+        1/α is 0 where nothing softens.
+        """
         K, G, slope2, part = self.bulk_modulus, self.shear_modulus, self.critical_slope**2, self.hardening_part
         surface = K, G, part.rate, self.beta, part.fixed, 3.0 * G / slope2, 6.0 * G * G / slope2, self.alpha, 1.0 / K
-        return *surface, part.scale, part.offset, max(part.end, -1e20), self.substep_tolerance
+        softening = 1.0 / max(self.alpha, 1e-30) if self.alpha > 0.0 else 0.0
+        return *surface, part.scale, part.offset, max(part.end, -1e20), self.substep_tolerance, softening
 
     def initial_state(self):
         return (self.initial_zeta,)

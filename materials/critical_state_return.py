@@ -2,7 +2,7 @@
 
 import taichi as ti
 
-from .ellipse import YIELD_TOLERANCE, return_to_ellipse, straight_return_to_ellipse
+from .ellipse import YIELD_TOLERANCE, return_to_ellipse
 from .hardening import hardening_value
 from .precision import by_precision, larger
 
@@ -26,59 +26,79 @@ def is_outside(w, radius, shear2, beta):
 
 
 @ti.func
-def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), steps: ti.template()):
-    """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
+def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), straight: ti.template()):
+    """What the return map has to solve, should the state yield.
 
     prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
     the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
-    steps: 0, or how many at most, in a straight line (see `return_to_ellipse`).
-    frozen: p₀ of the start of the step serves all of it.
+    frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`.
+
+    Returns 1 if the state yields, 1 if it is then separated, free of stress; ζ₀ and dζ/dΔz; `collapsed` after the step;
+    β, p_fixed, v at the start; side (+1 compacting, −1 dilating) and the Δz between which the answer lies.
     """
-    K, xi, p_fixed, alpha, per_K = prm[0], prm[2], prm[4], prm[7], prm[8]
-    scale, offset = prm[9], prm[10]
-    w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, ti.static(steps > 0))
+    K, alpha, per_K = prm[0], prm[7], prm[8]
+    w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, straight)
+    yielded = ti.select(is_outside(w, radius, shear2, beta), 1, 0)
     softens = alpha > 0.0 and collapsed == 0.0
-    p, ratio, iterations, yielded = p_trial, 1.0, 0, 0
-    zeta_new, collapsed_new = zeta, collapsed
-    if is_outside(w, radius, shear2, beta):
-        yielded = 1
-        side = ti.select(w > 0.0, 1.0, -1.0)
-        collapse = zeta * (1.0 / larger(alpha, ti.static(by_precision(1e-30, 1e-300))))  # |Δz| of complete softening
-        # ζ = zeta0 + rate Δz; `gap` is the Δz at which a dilating ellipse has shrunk to a point
-        zeta0, rate = zeta, ti.select(softens, -alpha * side, 1.0)
-        gap = ti.select(softens, -collapse, prm[11] - zeta)
-        if p_trial <= K * gap:
-            # Dilates until p₀ = 0 and beyond: separated and stress-free
+    side = ti.select(w > 0.0, 1.0, -1.0)
+    collapse = zeta * prm[13]  # |Δz| of complete softening
+    # `gap` is the Δz at which a dilating ellipse has shrunk to a point: beyond it p₀ = 0, and no stress is left
+    gap = ti.select(softens, -collapse, prm[11] - zeta)
+    separated = p_trial <= K * gap
+    # A compacting weak layer may use up its bonds within the step: it is then solved as collapsed, without cohesion.
+    # Separated snow that is compacted first closes its gap, without stress.
+    through = softens and w > 0.0 and p_trial >= K * collapse and ti.static(not frozen)
+    start = ti.select(through, collapse, larger(gap, 0.0))
+    end = ti.select(w > 0.0, ti.select(softens, p_trial, w) * per_K, larger(w * per_K, gap))
+    zeta0, rate = ti.select(through, -collapse, zeta), ti.select(softens and not through, -alpha * side, 1.0)
+    collapsed_new = ti.select(through, 1.0, collapsed)
+    if separated:
+        zeta0, rate = ti.select(softens, collapse, zeta), 1.0
+        collapsed_new = ti.select(softens, 1.0, collapsed)
+    value, beta = ti.select(through, 0.0, value), ti.select(through, 0.0, beta)
+    p_fixed = prm[4]
+    if ti.static(frozen):
+        p_fixed = p0
+        end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
+    return (
+        yielded, ti.select(separated, 1, 0), zeta0, rate, collapsed_new, beta, p_fixed, value, side, start, end
+    )  # fmt: skip
+
+
+@ti.func
+def internal_variables(prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen: ti.template()):
+    """ζ and `collapsed` of a state that yielded and came to p."""
+    zeta = zeta0 + rate * ((p_trial - p) * prm[8])
+    if ti.static(frozen):  # noqa: SIM102 (one is compile time)
+        # ζ may have gone past the end of the bonds, which the surface of the start did not know
+        if prm[7] > 0.0 and collapsed == 0.0 and collapsed_new == 0.0 and zeta <= 0.0:
+            zeta, collapsed_new = 0.0, 1.0
+    return zeta, collapsed_new
+
+
+@ti.func
+def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template()):
+    """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
+
+    Arguments: see `return_problem`.
+    """
+    yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, start, end = return_problem(
+        prm, p_trial, deviator2, zeta, collapsed, frozen, ""
+    )
+    p, ratio, iterations = p_trial, 1.0, 0
+    zeta_new, collapsed_end = zeta, collapsed
+    if yielded == 1:
+        if separated == 1:
             p, ratio = 0.0, 0.0
-            zeta0, rate = ti.select(softens, collapse, zeta), 1.0
-            collapsed_new = ti.select(softens, 1.0, collapsed)
         else:
-            # A compacting weak layer may use up its bonds within the step: it is then solved as collapsed, without
-            # cohesion. Separated snow that is compacted first closes its gap, without stress.
-            through = softens and w > 0.0 and p_trial >= K * collapse and ti.static(not frozen)
-            start = ti.select(through, collapse, larger(gap, 0.0))
-            end = ti.select(w > 0.0, ti.select(softens, p_trial, w) * per_K, larger(w * per_K, gap))
-            zeta0, rate = ti.select(through, -collapse, zeta), ti.select(through, 1.0, rate)
-            value = ti.select(through, 0.0, value)
-            beta = ti.select(through, 0.0, beta)
-            collapsed_new = ti.select(through, 1.0, collapsed)
-            shape = 1.0 + 2.0 * beta
+            shape, xi, scale = 1.0 + 2.0 * beta, prm[2], prm[9]
             if ti.static(frozen):
-                p_fixed, scale, xi = p0, 0.0, 0.0
-                end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
-            if ti.static(steps > 0):
-                p, ratio, iterations = straight_return_to_ellipse(
-                    p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value,
-                    side, start, end, steps
-                )  # fmt: skip
-            else:
-                p, ratio, iterations = return_to_ellipse(
-                    p_trial, shape * shear2, K, shape * prm[5], xi, beta, p_fixed, scale, offset, zeta0, rate, value,
-                    side, start, end
-                )  # fmt: skip
-        zeta_new = zeta0 + rate * ((p_trial - p) * per_K)
-        if ti.static(frozen):  # noqa: SIM102 (one is compile time)
-            # ζ may have gone past the end of the bonds, which the surface of the start did not know
-            if softens and collapsed_new == 0.0 and zeta_new <= 0.0:
-                zeta_new, collapsed_new = 0.0, 1.0
-    return p, ratio, zeta_new, collapsed_new, iterations, yielded
+                xi, scale = 0.0, 0.0
+            p, ratio, iterations = return_to_ellipse(
+                p_trial, shape * prm[6] * deviator2, prm[0], shape * prm[5], xi, beta, p_fixed, scale, prm[10], zeta0,
+                rate, value, side, start, end
+            )  # fmt: skip
+        zeta_new, collapsed_end = internal_variables(
+            prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen
+        )
+    return p, ratio, zeta_new, collapsed_end, iterations, yielded

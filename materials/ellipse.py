@@ -22,7 +22,7 @@ where the normal becomes purely deviatoric (p = c), so there is always a bracket
 
 import taichi as ti
 
-from .hardening import hardening_value
+from .hardening import hardening_moved, hardening_slope, hardening_value
 from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
@@ -48,10 +48,10 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
     converged = 0
     while converged == 0 and iterations < MAX_ITERATIONS:
         if iterations > 0:
-            value = hardening_value(xi * (zeta + rate * x), offset, False)
+            value = hardening_value(xi * (zeta + rate * x), offset, "")
         iterations += 1
         p0, d, root, w, residual, newton, bend, change, slopes = newton_step(
-            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, hardening_slope(value, offset), x
         )
         step = newton - newton * bend
         small = is_small(change, growth * newton, p0, reach)
@@ -76,49 +76,48 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 
 
 @ti.func
-def straight_return_to_ellipse(
-    p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset, zeta, rate, value, side, start, end, n: ti.template()
-):
-    """`return_to_ellipse` in a straight line: n steps without a bracket; −1 iterations where they do not converge.
+def straight_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, side, start, end, iterate):
+    """One step of `return_to_ellipse` in a straight line, without a bracket. growth: d(ξ ζ)/dΔz.
 
-    What converged before the last step goes on, by next to nothing.
+    iterate: 1 while steps must follow, Δz, v and dv/dt there, p₀ and d of the answer, what the first step measured, and
+    iterations, −1 where it fails; `first_iterate` begins it. What has converged stays as it is.
     """
-    growth = xi * rate
-    x = start
-    p0, d = 0.0, 0.0
-    reach = 0.0 + ti.static(by_precision(1e30, 1e200))
-    iterations, within = -1, 1
-    for k in ti.static(range(n)):
-        if ti.static(k > 0):
-            value = hardening_value(xi * (zeta + rate * x), offset, True)
-        p0, d, root, w, _, newton, bend, change, slopes = newton_step(
-            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x
-        )
-        step = newton - newton * bend
-        done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
-        iterations = ti.select(done and iterations < 0, k + 1, iterations)
-        if ti.static(k == 0):
-            reach = ti.select(done, reach, root)
-        if ti.static(k < n - 1):
-            step = ti.select(done, step, damped(newton, bend))
-            within = ti.select(side * (x + step) > side * end, 0, within)
-        else:
-            p0, d = followed(p0, d, slopes, step)
-        x += step
-        within = ti.select(side * x < side * start, 0, within)
-    p, ratio = point_of(p0, d, e2, beta)
-    return p, ratio, ti.select(within == 1, iterations, -1)
+    going, x, value, dvalue, reach = iterate[0] > 0.0, iterate[1], iterate[2], iterate[3], iterate[6]
+    p0, d, root, w, _, newton, bend, change, slopes = newton_step(
+        p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, dvalue, x
+    )
+    last = newton - newton * bend
+    done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
+    step = ti.select(done, last, damped(newton, bend))
+    p0, d = followed(p0, d, slopes, step)
+    value, dvalue, right = hardening_moved(value, dvalue, growth * step)
+    x += step
+    sound = side * x >= side * start and (done or (right and side * x <= side * end))
+    following = ti.Vector(
+        [
+            ti.select(sound and not done, 1.0, 0.0), x, value, dvalue, p0, d, ti.select(iterate[7] > 0.0, reach, root),
+            ti.select(sound, iterate[7] + 1.0, -1.0),
+        ]
+    )  # fmt: skip
+    return ti.select(going, following, iterate)
 
 
 @ti.func
-def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, offset, value, x):
-    """Newton's step from Δz = x, where v is `value`; growth: dt/dΔz.
+def first_iterate(going, start, value, offset):
+    """Where `straight_step` begins: at Δz = start, where v is `value`, if `going` is 1."""
+    reach = ti.static(by_precision(1e30, 1e200))
+    return ti.Vector([going, start, value, hardening_slope(value, offset), 0.0, 0.0, 0.0 + reach, 0.0])
+
+
+@ti.func
+def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, dvalue, x):
+    """Newton's step from Δz = x, where v is `value` and dv/dt is `dvalue`; growth: dt/dΔz.
 
     Returns p₀, d, √(d² + e²), w = p − c, Q, the step, the share of it that the next two orders take away, the change of
     stress in the step, and the first two derivatives of p₀ and of d.
     """
     half_sum, half_gap = 0.5 * (1.0 + beta), 0.5 * (1.0 - beta)
-    p0, dp0 = p_fixed + scale * value, scale * growth * ti.sqrt(offset + value * value)
+    p0, dp0 = p_fixed + scale * value, scale * growth * dvalue
     ddp0 = scale * growth * growth * value
     w, dw, ddw = p_trial - bulk * x - half_gap * p0, -bulk - half_gap * dp0, -half_gap * ddp0
     d, dd = w + kappa * x, dw + kappa

@@ -17,7 +17,8 @@ import taichi as ti
 from pydantic import AfterValidator
 
 from .law import NonNegative
-from .precision import by_precision, larger, smaller
+from .precision import by_precision, is_within, larger, smaller
+from .series import SMALL_EXP, SMALL_SINH, coshm1_of_square, sinh_ratio, sinh_series, straight_exp
 
 LEAST_RATE = 1e-4
 """Smallest ξ that is not 0: ζ₀ = asinh(p₀/K)/ξ must stay a number to calculate with."""
@@ -40,50 +41,21 @@ LARGEST = (1e12, 1e100)
 """What v is limited to: beyond any use, and its square is still a number."""
 
 
-SMALL = 0.5  # t up to which sinh is a series
-
-
-@ti.func
-def sinh_series(t):
-    """sinh(t) for 0 <= t < SMALL, relative accuracy kept."""
-    u, v = t * t, 1.0
-    for k in ti.static(range(by_precision(3, 6), 0, -1)):
-        v = 1.0 + v * u * ti.static(1.0 / ((2 * k) * (2 * k + 1)))
-    return v * t
-
-
-@ti.func
-def straight_exp(x):
-    """exp(x) in a straight line, without a call of a library: 2^n exp(r), x = n ln 2 + r, the first factor by its bits.
-
-    Relative error |x| times round-off, as of x itself; |x| < 80 (float32) or 700 (float64).
-    """
-    n = ti.floor(x * ti.static(1.0 / np.log(2.0)) + 0.5)
-    r = x - n * ti.static(np.log(2.0))
-    poly = 1.0
-    for k in ti.static(range(by_precision(7, 13), 0, -1)):
-        poly = 1.0 + poly * r * ti.static(1.0 / k)
-    power = 1.0
-    if ti.static(by_precision(True, False)):
-        power = ti.bit_cast((ti.cast(n, ti.i32) + 127) << 23, ti.f32)
-    else:
-        power = ti.bit_cast(ti.cast(ti.cast(n, ti.i32) + 1023, ti.i64) << 52, ti.f64)
-    return poly * power
-
-
 @ti.func
 def hardening_value(t, o, straight: ti.template()):
     """v(t). sinh keeps its relative accuracy for small t; v <= LARGEST.
 
-    straight: without a branch or a library, and right only where `in_reach`.
+    straight: "sinh" or "exponential", that kind alone (o tells both apart) without a branch or a library, and right
+    only where `in_reach`; or "".
     """
     v = 1.0
-    if ti.static(straight):
-        t = larger(t, ti.select(o > 0.0, 0.0, -FAINTEST))
-        v = ti.select(o > 0.0, sinh_series(t), straight_exp(smaller(t, ti.static(np.log(by_precision(*LARGEST))))))
+    if ti.static(straight == "sinh"):
+        v = sinh_series(larger(t, 0.0))
+    elif ti.static(straight == "exponential"):
+        v = straight_exp(smaller(larger(t, -FAINTEST), ti.static(np.log(by_precision(*LARGEST)))))
     elif o > 0.0:
         t = larger(t, 0.0)
-        if t < SMALL:
+        if t < SMALL_SINH:
             v = sinh_series(t)
         else:
             e = ti.exp(t)
@@ -94,9 +66,26 @@ def hardening_value(t, o, straight: ti.template()):
 
 
 @ti.func
+def hardening_slope(v, o):
+    """dv/dt"""
+    return ti.sqrt(o + v * v)
+
+
+@ti.func
+def hardening_moved(v, slope, s):
+    """v and dv/dt at t + s from those at t, and whether s is small enough for them to be right.
+
+    v'' = v, so that v(t + s) = v cosh s + v' sinh s for every kind: cheaper than v of another argument.
+    """
+    s2 = s * s
+    c, d = coshm1_of_square(s2), s * sinh_ratio(s2)
+    return v + (v * c + slope * d), slope + (v * d + slope * c), is_within(s, SMALL_EXP)
+
+
+@ti.func
 def in_reach(t, o):
     """Whether the straight form of `hardening_value` is right at t."""
-    return t * o < SMALL
+    return t * o < SMALL_SINH
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,13 @@
 h, not b, is stored and updated, so that 1 + small is never formed and float32 keeps strains of 1e-6.
 Near the identity, ln and exp of a traceless tensor X are polynomials in X; by Cayley-Hamilton
 X³ = j₂ X + j₃ I (j₂ = ½ tr X², j₃ = det X), so they reduce to two coefficients, with no eigenvectors and no divisions.
-Far from it ln takes the spectral path of `spectral.py`, exp is scaled and squared. The choice is made per particle.
+In plane strain the block of the plane has them in closed form: with mean m, and half-difference r of its eigenvalues,
+
+    ½ (ln(1 + m + r) + ln(1 + m − r)) = ln(1 + m) + ½ ln(1 − u²),   ½ (ln(1 + m + r) − ln(1 + m − r)) = artanh u
+
+with u = r / (1 + m), and e^(m ± r) = e^m (cosh r ± sinh r): even functions of r, or odd ones that multiply the deviator
+over r, so that r² is enough. Far from the identity ln takes the spectral path of `spectral.py`, exp is scaled and
+squared. The choice is made per particle.
 """
 
 from math import factorial
@@ -13,6 +19,16 @@ from math import factorial
 import taichi as ti
 
 from .precision import by_precision, is_within
+from .series import (
+    SMALL_ARTANH,
+    SMALL_LOG,
+    artanh_ratio,
+    coshm1_of_square,
+    expm1_series,
+    log1p_of_square,
+    log1p_series,
+    sinh_ratio,
+)
 from .spectral import compose, eigen
 from .symmetric import (
     add_symmetric_part,
@@ -28,32 +44,11 @@ from .symmetric import (
 # the first term left out, norm^order / (order + 1) relative to X for ln, norm^order / (order + 1)! for exp.
 LOG_ORDER = (6, 12)  # float32, float64
 LOG_RADIUS = (0.1, 0.06)
-MEAN_LIMIT = 0.15  # the isotropic part of h up to which its own series is used
 EXP_ORDER = (4, 8)
 EXP_RADIUS = (0.06, 0.05)
 MAX_HALVINGS = 12
 WIDE_EXP_ORDER = (5, 9)  # of a series without halvings
 WIDE_EXP_RADIUS = (0.12, 0.1)
-
-
-@ti.func
-def log1p_series(x):
-    """ln(1 + x) for |x| < MEAN_LIMIT, relative accuracy kept: 2 artanh(x / (2 + x))."""
-    t = x / (2.0 + x)
-    u = t * t
-    poly = 0.0
-    for k in ti.static(range(by_precision(2, 6), 0, -1)):
-        poly = poly * u + ti.static(1.0 / (2 * k + 1))
-    return 2.0 * t * (1.0 + u * poly)
-
-
-@ti.func
-def expm1_series(x):
-    """exp(x) − 1 for |x| < WIDE_EXP_RADIUS, relative accuracy kept."""
-    poly = 1.0
-    for k in ti.static(range(by_precision(5, 9), 1, -1)):
-        poly = 1.0 + poly * x * ti.static(1.0 / k)
-    return poly * x
 
 
 @ti.func
@@ -84,6 +79,36 @@ def _log_spectral(h):
 @ti.func
 def log_series(h):
     """Deviator e and trace of ε = ½ ln(I + h), e : e, and whether h is near enough to zero for them to be right."""
+    deviator, volume, deviator2, near = h, h[0], h[0], True
+    if ti.static(h.n == 4):
+        deviator, volume, deviator2, near = _log_in_plane(h)
+    else:
+        deviator, volume, deviator2, near = _log_in_space(h)
+    return deviator, volume, deviator2, near
+
+
+@ti.func
+def _log_in_plane(h):
+    mean, half, out, shear = 0.5 * (h[0] + h[1]), 0.5 * (h[0] - h[1]), h[2], h[3]
+    a, b, c = 1.0 + mean, 2.0 + mean + out, 2.0 + out
+    ab, bc = a * b, b * c
+    inverse = 1.0 / (a * bc)  # one division for three
+    per_a, t, w = bc * inverse, out * (ab * inverse), (mean - out) * (a * c * inverse)
+    square = half * half + shear * shear
+    u2, t2, w2 = per_a * per_a * square, t * t, w * w
+    # Logarithms of 1 + zz, of (1 + mean) over that, and ½ ln(1 − u²)
+    log_out, log_gap, bend = 2.0 * t * artanh_ratio(t2), 2.0 * w * artanh_ratio(w2), 0.5 * log1p_of_square(u2)
+    gap = 0.5 * (log_gap + bend)  # mean strain in the plane less that out of it
+    ratio = 0.5 * per_a * artanh_ratio(u2)
+    third = ti.static(1.0 / 3.0) * gap
+    deviator = ti.Vector([third + ratio * half, third - ratio * half, -2.0 * third, ratio * shear])
+    near = is_within(u2, ti.static(SMALL_ARTANH**2)) and is_within(w2, ti.static(SMALL_ARTANH**2))
+    near = near and is_within(mean, SMALL_LOG) and is_within(out, SMALL_LOG)
+    return deviator, log_gap + 1.5 * log_out + bend, 2.0 * ratio * ratio * square + 2.0 * third * gap, near
+
+
+@ti.func
+def _log_in_space(h):
     mean = trace(h) / 3.0
     scale = 1.0 + mean
     # X = (h − mean I) / scale is traceless; its two invariants and the two coefficients carry the scale
@@ -108,7 +133,7 @@ def log_series(h):
         a2 += ti.static((-1) ** (k + 1) * 0.5 / k) * c2
     deviator = plus_isotropic((a1 * inverse) * D + (a2 * inverse2) * D2, -a2 * j2 * ti.static(2.0 / 3.0))
     deviator2 = 2.0 * a1 * a1 * j2 + a2 * (6.0 * a1 * j3 + ti.static(2.0 / 3.0) * a2 * j2 * j2)
-    near = is_within(j2, ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2)) and is_within(mean, MEAN_LIMIT)
+    near = is_within(j2, ti.static(0.5 * by_precision(*LOG_RADIUS) ** 2)) and is_within(mean, SMALL_LOG)
     return deviator, volume, deviator2, near
 
 
@@ -158,7 +183,28 @@ def deviation_of_small_strain(deviator, volume, deviator2, factor):
 
 @ti.func
 def exp_series(deviator, deviator2, scale, share, order: ti.template()):
-    """exp(scale e + share I) − I of a deviator e near zero; deviator2: e : e."""
+    """exp(scale e + share I) − I of a deviator e near zero; deviator2: e : e; order: of a series in space."""
+    h = deviator
+    if ti.static(deviator.n == 4):
+        h = _exp_in_plane(deviator, scale, share)
+    else:
+        h = _exp_in_space(deviator, deviator2, scale, share, order)
+    return h
+
+
+@ti.func
+def _exp_in_plane(deviator, scale, share):
+    mean = (0.5 * scale) * (deviator[0] + deviator[1])
+    half, shear = (0.5 * scale) * (deviator[0] - deviator[1]), scale * deviator[3]
+    square = half * half + shear * shear
+    in_plane, out = expm1_series(share + mean), expm1_series(share + scale * deviator[2])
+    grown = 1.0 + in_plane
+    middle, ratio = in_plane + grown * coshm1_of_square(square), grown * sinh_ratio(square)
+    return ti.Vector([middle + ratio * half, middle - ratio * half, out, ratio * shear])
+
+
+@ti.func
+def _exp_in_space(deviator, deviator2, scale, share, order: ti.template()):
     scale2 = scale * scale
     j2 = 0.5 * scale2 * deviator2
     j3 = scale2 * scale * determinant(deviator)

@@ -6,9 +6,14 @@ them, `update_lane` does again what that could not, and the kernel stores what c
 
     h, tau: `size` arrays each; state: one for each variable; A: dim² arrays, by rows; work; iterations (integers)
 
+    held: what `Stages` keep of a lane
+
 Every one is a ti.Vector of LANES entries (`[ti.Vector.zero(real, LANES) for _ in ti.static(range(n))]`); results take
 the place of h and state.
 """
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import taichi as ti
 
@@ -49,22 +54,108 @@ def write_matrix_lane(arrays: ti.template(), lane, matrix):
 
 
 @ti.func
+def joined(a, b):
+    """The numbers of two vectors in one."""
+    return ti.Vector([a[k] for k in ti.static(range(a.n))] + [b[k] for k in ti.static(range(b.n))])
+
+
+@ti.func
+def part(a, first: ti.template(), n: ti.template()):
+    """n numbers of a vector from the first on."""
+    return ti.Vector([a[k] for k in ti.static(range(first, first + n))])
+
+
+@dataclass(frozen=True)
+class Stages:
+    """A straight-line update in three parts, each a loop over the lanes of a pack.
+
+        start(prm, h, state, A, dt)     -> what is held of a lane, a vector
+        step(prm, held)                 -> its first `moving` numbers anew, as long as the first of them is not 0
+        end(prm, state, held, yields)   -> h, τ, state, dissipation, iterations, as `Law.update`
+
+    A pack in which nobody needs a step is spared them, and one where number `changed` is 0 in every lane a return map:
+    `end` is then made for yields = False. And short loops are faster than one long one, since a processor works on as
+    many lanes at once as their instructions fit into its window. `step` must leave alone what needs no more of it: then
+    no lane hangs on the others. Held are two tensors besides these `moving` and `fixed` numbers.
+    """
+
+    start: Callable
+    step: Callable
+    end: Callable
+    changed: int
+    moving: int
+    fixed: int
+
+
+MOST_STEPS = 5
+"""Steps of a stage for all lanes, after which those that want more are left to a law's `update`."""
+
+
+def held_numbers(lanes, entries):
+    """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
+    return lanes.moving + lanes.fixed + 2 * entries if isinstance(lanes, Stages) else 0
+
+
+@ti.func
 def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.template(), A: ti.template(),
-                tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
+                tau: ti.template(), work: ti.template(), iterations: ti.template(), held: ti.template()):  # fmt: skip
     """`lanes`, a law's straight-line update, for all lanes, which share their parameters.
 
     Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
-    hold anything.
+    hold anything. held: `held_numbers` arrays or more.
     """
-    for lane in range(LANES):
-        h_old, state_old = read_lane(h, lane), read_lane(state, lane)
-        h_new, stress, state_new, dissipation, count = lanes(prm, h_old, state_old, read_matrix_lane(A, lane), dt)
-        redo = count == REDO
-        write_lane(h, lane, ti.select(redo, h_old, h_new))
-        write_lane(tau, lane, stress)
-        write_lane(state, lane, ti.select(redo, state_old, state_new))
-        work[lane] = dissipation
-        iterations[lane] = count
+    if ti.static(isinstance(lanes, Stages)):
+        changed, going = 0.0, 0.0
+        for lane in range(LANES):
+            numbers = lanes.start(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
+            write_lane(held[: lanes.moving], lane, part(numbers, 0, lanes.moving))
+            rest = ti.static(numbers.n - lanes.moving)
+            write_lane(held[lanes.moving : numbers.n], lane, part(numbers, lanes.moving, rest))
+        for lane in range(LANES):
+            going += held[0][lane]
+            changed += held[lanes.changed][lane]
+        steps = 0
+        while going > 0.0 and steps < MOST_STEPS:
+            for lane in range(LANES):
+                write_lane(held[: lanes.moving], lane, lanes.step(prm, _held_of(lanes, held, h, lane)))
+            going = 0.0
+            for lane in range(LANES):
+                going += held[0][lane]
+            steps += 1
+        if changed > 0.0:
+            for lane in range(LANES):
+                h_new, stress, state_new, dissipation, count = lanes.end(
+                    prm, read_lane(state, lane), _held_of(lanes, held, h, lane), True
+                )
+                _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+        else:
+            for lane in range(LANES):
+                h_new, stress, state_new, dissipation, count = lanes.end(
+                    prm, read_lane(state, lane), _held_of(lanes, held, h, lane), False
+                )
+                _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+    else:
+        for lane in range(LANES):
+            h_new, stress, state_new, dissipation, count = lanes(
+                prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt
+            )
+            _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+
+
+@ti.func
+def _held_of(lanes: ti.template(), held: ti.template(), h: ti.template(), lane):
+    return ti.Vector([held[k][lane] for k in ti.static(range(held_numbers(lanes, len(h))))])
+
+
+@ti.func
+def _write_result(lane, h_new, stress, state_new, dissipation, count, h: ti.template(), state: ti.template(),
+                  tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
+    redo = count == REDO
+    write_lane(h, lane, ti.select(redo, read_lane(h, lane), h_new))
+    write_lane(tau, lane, stress)
+    write_lane(state, lane, ti.select(redo, read_lane(state, lane), state_new))
+    work[lane] = dissipation
+    iterations[lane] = count
 
 
 @ti.func

@@ -20,8 +20,9 @@ the error (Appl. Math. Lett. 2 (1989) 321, doi:10.1016/0893-9659(89)90079-7); th
 import taichi as ti
 
 from .elastic import trial_state
-from .hencky import deviation_of_strain, expm1_series, hencky_strain
+from .hencky import deviation_of_strain, hencky_strain
 from .precision import by_precision
+from .series import expm1_series
 from .symmetric import PAIRS, add_symmetric_part, contract, plus_isotropic, product_in_space, trace
 
 ORDER = 3

@@ -7,9 +7,9 @@ import taichi as ti
 from pydantic import Field
 
 from .elastic import trial_state
-from .hencky import log1p_series
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
+from .series import log1p_series
 from .spectral import compose, eigen
 from .symmetric import contract, determinant, plus_isotropic, squared, trace, unpack
 

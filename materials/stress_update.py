@@ -7,7 +7,7 @@ import numpy as np
 import taichi as ti
 
 from .law import REDO
-from .packs import LANES, read_lane, update_lane, update_pack, write_lane, write_matrix_lane
+from .packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane, write_matrix_lane
 from .precision import DTYPES, working_precision
 from .symmetric import size
 
@@ -74,6 +74,7 @@ def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
             tau_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
             state_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(n_state))]
             A_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(dimension**2))]
+            held_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(held_numbers(lanes, size(dimension))))]
             work_p, count_p = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
             for lane in range(count):
                 write_lane(h_p, lane, h[first + lane])
@@ -81,7 +82,7 @@ def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
             for step in range(increments.shape[1]):
                 for lane in range(count):
                     write_matrix_lane(A_p, lane, increments[first + lane, step])
-                update_pack(lanes, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p)
+                update_pack(lanes, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
                 for lane in range(count):
                     if count_p[lane] == REDO:
                         update_lane(update, lane, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p)

@@ -45,7 +45,7 @@ def flow(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
     """Plastic flow over a strain: γ m, dz, dζ, plastic work, and 1 where the equations are well posed."""
     K, alpha = prm[0], prm[7]
     deviator2 = contract(deviator, deviator)
-    w, radius, _, beta, _, value = ellipse_at(prm, -K * volume, deviator2, zeta, collapsed, False)
+    w, radius, _, beta, _, value = ellipse_at(prm, -K * volume, deviator2, zeta, collapsed, "")
     rate = ti.select(alpha > 0.0 and collapsed == 0.0, -alpha * ti.select(w > 0.0, 1.0, -1.0), 1.0)
     dp0 = prm[9] * prm[2] * ti.sqrt(prm[10] + value * value)
     c, m = (1.0 + 2.0 * beta) * prm[6], (1.0 + 2.0 * beta) * 2.0 * prm[5]
@@ -64,7 +64,7 @@ def flow(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
 def elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
     """Share of a straight path of strain up to the surface, from a state on it or inside to one outside."""
     K = prm[0]
-    w, radius, shear2, beta, _, _ = ellipse_at(prm, -K * volume, contract(deviator, deviator), zeta, collapsed, False)
+    w, radius, shear2, beta, _, _ = ellipse_at(prm, -K * volume, contract(deviator, deviator), zeta, collapsed, "")
     shape = 1.0 + 2.0 * beta
     c = shape * prm[6]
     a = (K * d_volume) ** 2 + c * contract(d_deviator, d_deviator)
@@ -90,7 +90,7 @@ def substeps(prm, h_trial, A, deviator_trial, volume_trial, zeta, collapsed):
     done = elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume)
     deviator += done * d_deviator
     volume += done * d_volume
-    p0_start = ellipse_at(prm, 0.0, 0.0, zeta, collapsed, False)[4]
+    p0_start = ellipse_at(prm, 0.0, 0.0, zeta, collapsed, "")[4]
     p0, work, n, sound = p0_start, 0.0, 0, 1
     size = 1.0 - done
     while done < 1.0 and sound == 1 and n < MAX_SUBSTEPS:
@@ -110,7 +110,7 @@ def substeps(prm, h_trial, A, deviator_trial, volume_trial, zeta, collapsed):
             volume += dv + 0.5 * (z1 + z2)
             zeta += 0.5 * (k1 + k2)
             work += 0.5 * (work1 + work2)
-            p0 = ellipse_at(prm, 0.0, 0.0, zeta, collapsed, False)[4]
+            p0 = ellipse_at(prm, 0.0, 0.0, zeta, collapsed, "")[4]
             sound = ti.select(p0 < FAINT * p0_start, 0, 1)
         size *= ti.max(0.2, ti.min(2.0, 0.8 * ti.sqrt(allowed / ti.max(error, 1e-3 * allowed))))
     rest = ti.max(0.0, 1.0 - done)

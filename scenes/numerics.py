@@ -25,7 +25,8 @@ class Output(Spec):
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
     map_cell: Positive | None = None
-    """side of a plan cell of the maps of a 3-D run [m]; two grid spacings when missing"""
+    """side of a plan cell of the maps of a 3-D run [m]; when missing as wide as holds 16 particles at a tenth of the
+    release depth, below which nothing counts as affected, and two grid spacings at least"""
 
     @field_validator("fields")
     @classmethod

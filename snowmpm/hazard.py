@@ -7,6 +7,9 @@ nearest point of the thalweg.
 
 Run-out: the s before which `RUNOUT_SHARE` of the snow lies in the end, so that no lone grain sets it. Travel angle
 (Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
+
+Affected: where the flow once was at least a tenth of the mean release depth deep. area_above_1_kPa, where it also
+pressed with 1 kPa, is the affected area of AvaFrame's AIMEC, whose threshold that is by default.
 """
 
 from dataclasses import dataclass

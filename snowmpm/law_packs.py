@@ -5,8 +5,13 @@ import functools
 import taichi as ti
 
 from snowmpm.materials.law import REDO
-from snowmpm.materials.packs import LANES, read_lane, update_lane, update_pack
+from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack
 from snowmpm.response import response_functions
+
+
+def most_held(laws, entries, width=LANES):
+    """Numbers a lane that the laws of a scene hold in `pack["held"]`. entries: of a symmetric tensor."""
+    return max(held_numbers(lanes, entries) for _, lanes, _ in laws) if width == LANES else 0
 
 
 @functools.cache
@@ -15,7 +20,8 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
 
     width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
     laws: (update, lanes, stiffness) of each, the last two None where a law has none. pack: arrays of a number a lane
-    by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2.
+    by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2; held: `most_held`
+    arrays for the laws themselves.
     """
     n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
     has_lanes, some_stiffen = ([function is not None and width == LANES for function in lanes],
@@ -36,7 +42,7 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
                 if ti.static(has_lanes[k]):  # noqa: SIM102 (one is compile time)
                     if law_of[common] == k:
                         update_pack(lanes[k], particle.parameters_of(materials, common), dt, pack["h"], pack["state"],
-                                    pack["A"], pack["tau"], work, iterations)
+                                    pack["A"], pack["tau"], work, iterations, pack["held"])
         for lane in range(count):
             own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):

@@ -1,4 +1,10 @@
-"""Peak values in plan over a run, and what lies where in the end: what hazard mapping works with."""
+"""Peak values in plan over a run, and what lies where in the end: what hazard mapping works with.
+
+A depth in a plan cell is a number of particles, n = depth x area / volume of one, that scatters by sqrt(n), and a peak
+over time takes the largest of many such counts. Where a cell holds two particles at the depth that counts as flow,
+loose grains of a sheet half as deep make it affected; where it holds `GRAINS`, they rarely do. In cells too small for
+its particles, the area that a flow covers is a matter of their size.
+"""
 
 import functools
 
@@ -15,6 +21,25 @@ UNITS = {"release_depth": "m", "peak_depth": "m", "peak_speed": "m/s", "peak_pre
 FLOW_SHARE = 0.1
 """Share of the mean release depth below which what lies over a plan cell are scattered grains and no flow: their speed
 is not that of the avalanche."""
+
+GRAINS = 16
+"""Particles in a plan cell at the flow depth, below which its scatter and not the flow makes what is affected."""
+
+LEAST_CELLS = 2.0
+"""Least side of a plan cell in grid spacings: no map is finer than what it is drawn of."""
+
+
+def cell_for(positions, volumes, dx):
+    """Side [m] of plan cells that hold `GRAINS` particles at the flow depth, and are `LEAST_CELLS` wide or more.
+
+    positions (n, 3) [m] and volumes (n,) [m3] of the snow at the start; dx: grid spacing [m].
+    """
+    least = LEAST_CELLS * dx
+    if not len(volumes):
+        return least
+    covered = len(np.unique(np.floor(positions[:, :2] / least), axis=0)) * least**2
+    flow_depth = FLOW_SHARE * volumes.sum() / covered
+    return max(least, float(np.sqrt(GRAINS * volumes.mean() / flow_depth)))
 
 
 @functools.cache

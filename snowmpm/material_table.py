@@ -10,19 +10,19 @@ DENSITY = 0
 
 
 class MaterialTable:
-    """Numbers of every material of a scene; kernels are compiled for `updates`, never for the numbers.
+    """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `updates` and `functions`, which are
-    (update, lanes, stiffness) of each law, None for what it lacks.
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, which are (update, lanes,
+    stiffness) of each law, None for what it lacks.
     """
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
-        # Laws that share an update count as one, so that it is compiled once; in an order of names, not of the scene.
-        kinds = {law.update: (law.kind, law.model_dump_json()) for law in reversed(laws)}
-        self.updates = tuple(sorted(kinds, key=kinds.get))
-        functions = {law.update: (law.update, law.lanes, law.stiffness) for law in laws}
-        self.functions = tuple(functions[update] for update in self.updates)
+        # Laws that share functions count as one, so that they are compiled once; in an order of names, not of the scene
+        functions_of = [(law.update, law.lanes, law.stiffness) for law in self.laws]
+        names = [(law.kind, law.model_dump_json()) for law in self.laws]
+        first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
+        self.functions = tuple(sorted(first_name, key=first_name.get))
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
@@ -35,7 +35,7 @@ class MaterialTable:
             numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
-        law_of = np.array([self.updates.index(law.update) for law in laws], np.int32)
+        law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)
 

@@ -1,12 +1,18 @@
-"""How coarse work is handed to CPU threads.
+"""How work is handed to threads.
 
-Taichi gives a thread up to 512 consecutive iterations of a parallel loop at a time, so a loop over a few hundred blocks
-would run on one thread. Loops here run over `chunks(shares)` iterations of which every 512th is a worker; worker k
-takes the k-th contiguous chunk of the blocks. What a block computes does not depend on who computes it.
+Taichi gives a thread of a CPU up to 512 consecutive iterations of a parallel loop at a time, so a loop over a few
+hundred blocks would run on one thread. Loops here run over `chunks(shares)` iterations of which every 512th is a
+worker; worker k takes the k-th contiguous chunk of the blocks. What a block computes does not depend on who computes
+it. A GPU's threads are many and slow: there every iteration is a worker, which takes a block or a few.
 
     for i in range(chunks(shares)):
         if is_worker(i):
             first, last = chunk(i, shares)
+
+What workers found is added up in order on a CPU, so that sums do not depend on the number of threads, and by atomics on
+a GPU, one of whose threads would take longer for it than all of them for the step:
+
+    ti.loop_config(serialize=in_order())
 """
 
 import numpy as np
@@ -15,14 +21,26 @@ import taichi as ti
 from snowmpm import runtime
 
 SPREAD = 512
-"""Iterations of a parallel loop that Taichi gives to a thread at a time."""
+"""Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
 CHUNKS_PER_THREAD = 12
-"""Chunks each thread gets on average: enough to even out blocks of unequal cost."""
+"""Chunks each thread of a CPU gets on average: enough to even out blocks of unequal cost."""
+GPU_WORKERS = 1 << 15
+"""Chunks on a GPU: enough to hide the latency of its memory, few enough for a scratch block each."""
 
 
 def most_workers():
     """Largest number of chunks that a loop is cut into."""
-    return CHUNKS_PER_THREAD * runtime.threads()
+    return GPU_WORKERS if runtime.fine_grained() else CHUNKS_PER_THREAD * runtime.threads()
+
+
+def in_order():
+    """Whether sums over blocks are made one after the other."""
+    return not runtime.fine_grained()
+
+
+def spread():
+    """Iterations from one worker to the next."""
+    return 1 if runtime.fine_grained() else SPREAD
 
 
 def shares(cost):
@@ -38,20 +56,33 @@ def shares(cost):
     return np.concatenate([[0], ends, [len(total)]]).astype(np.int32)
 
 
+def alone():
+    """Whether there is one thread, for `ti.loop_config(serialize=...)`: handing a loop to it would take 0.1 ms, what
+    300 particles of a sum over neighbours do."""
+    return not runtime.fine_grained() and runtime.threads() == 1
+
+
 @ti.func
 def chunks(shares: ti.template()):
-    """Length of the loop whose every SPREAD-th turn is a worker's."""
-    return (shares.shape[0] - 1) * SPREAD
+    """Length of that loop."""
+    return (shares.shape[0] - 1) * ti.static(spread())
 
 
 @ti.func
 def is_worker(i):
     """Whether turn i of that loop is a worker's."""
-    return i % SPREAD == 0
+    return i % ti.static(spread()) == 0
+
+
+@ti.func
+def worker(i):
+    """Number of the worker at iteration i."""
+    return i // ti.static(spread())
 
 
 @ti.func
 def chunk(i, shares: ti.template()):
     """First and one-past-last block of the worker at iteration i."""
-    k = i // SPREAD
+    k = worker(i)
     return shares[k], shares[k + 1]
+

@@ -22,6 +22,7 @@ from snowmpm.runtime import DTYPES
 MATERIAL, IDENTITY = 0, 1
 """Columns of `ParticleStore.labels`: index of the material, number given at seeding."""
 
+LARGEST_INDEX = 2**31 - 1
 MOST_TABLES = 5
 MOST_MATERIALS = 256
 """A material index is one byte."""
@@ -64,6 +65,13 @@ class Layout:
         """(number of tables, columns of each): the cut that takes least room with the spare table."""
         cuts = [(n, -(-self.width // n)) for n in range(2, MOST_TABLES + 1)]
         return min(cuts, key=lambda cut: (cut[0] + 1) * cut[1])
+
+    @property
+    def most_particles(self):
+        """Particles whose numbers Taichi can tell apart: it counts the entries of an array with 32 bits, and where they
+        are more it reads and writes others without a word."""
+        n_tables, width = self.tables
+        return LARGEST_INDEX // ((n_tables + 1) * width)
 
     def columns(self, name):
         return slice(self.offsets[name], self.offsets[name] + self.sizes[name])

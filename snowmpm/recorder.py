@@ -17,9 +17,6 @@ from snowmpm.io.archive import write_text
 from snowmpm.solids.loads import LoadHistory
 from snowmpm.terrain.reference_system import reference_system
 
-MAP_CELLS = 2.0
-"""Side of a plan cell of the maps in grid spacings, where the scene does not give it."""
-
 CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
 """What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
 
@@ -44,7 +41,8 @@ class Recorder:
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
-            cell = simulation.scene.output.map_cell or MAP_CELLS * simulation.solver.dx
+            snow = model.population
+            cell = simulation.scene.output.map_cell or maps.cell_for(snow.positions, snow.volumes, simulation.solver.dx)
             self._maps = maps.PeakMaps(simulation.solver, cell)
         if state is not None:
             self._restore(state)

@@ -55,14 +55,12 @@ def particle_report(real):
         return report
 
     @ti.func
-    def reduce_report(reports: ti.template(), report: ti.template(), n_rows):
+    def add_row(reports: ti.template(), b, report: ti.template()):
+        """Add row b to the report of all, which starts at zero."""
         for c in ti.static(range(N_REPORT)):
-            report[c] = 0.0
-        for b in range(n_rows):
-            for c in ti.static(range(N_REPORT)):
-                if ti.static(c in SUMMED):
-                    report[c] += reports[b, c]
-                else:
-                    report[c] = ti.max(report[c], reports[b, c])
+            if ti.static(c in SUMMED):
+                report[c] += reports[b, c]
+            elif reports[b, c] > report[c]:
+                ti.atomic_max(report[c], reports[b, c])
 
-    return SimpleNamespace(judge=judge, reduce_report=reduce_report)
+    return SimpleNamespace(judge=judge, add_row=add_row)

@@ -25,11 +25,12 @@ STALE_LOCK = 60.0
 _started = {}
 
 
-def start(backend="auto", threads=None):
+def start(backend="auto", threads=None, fine_grained=False):
     """Start Taichi once for this process; later calls return the backend that runs.
 
     backend: "auto" (CUDA when there is one, else CPU), "cpu" or "cuda".
     threads: CPU worker threads, default every core that this process may use.
+    fine_grained: use the kernels of a GPU on a CPU too, so that they can be tested without one.
     """
     if _started:
         return _started["backend"]
@@ -43,7 +44,7 @@ def start(backend="auto", threads=None):
     ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True,
             offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, cfg_optimization=False)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
-    _started.update(backend=running, threads=threads)
+    _started.update(backend=running, threads=threads, fine_grained=fine_grained or running == "cuda")
     return running
 
 
@@ -108,6 +109,12 @@ def backend():
 def threads():
     """Number of CPU worker threads Taichi was started with."""
     return _started.get("threads", 1)
+
+
+def fine_grained():
+    """Whether every thread takes a particle or a block and adds to what others add to, as a GPU wants; else a thread
+    takes many of them, in packs."""
+    return _started.get("fine_grained", False)
 
 
 def is_started():

@@ -88,7 +88,8 @@ class Simulation:
             self.solver.step(dt)
         except SimulationError as error:
             known = likeness(self.scene.solver, self.solver, dt)
-            raise SimulationError(f"{error}\n{known}" if known else str(error)) from error
+            # In two lines: what is known of such a failure says more than what helps in general
+            raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
             self.solver.time = until
         self.dt, self.dt_cause = dt, cause

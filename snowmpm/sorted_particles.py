@@ -40,7 +40,10 @@ class SortedParticles(ParticleStore):
         self._period = np.zeros(self.dim, np.int64) if period is None else period
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
-        layout = Layout(self.dim, self.materials.state_size, by_row=runtime.backend() == "cpu")
+        layout = Layout(self.dim, self.materials.state_size, by_row=not runtime.fine_grained())
+        if len(order) > layout.most_particles:
+            raise InputError(f"{len(order):,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
+                             "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
         super().__init__(layout, len(order), precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],

@@ -1,24 +1,38 @@
 """Predicted and measured peak of the memory of the first steps of a scene, on Linux.
 
-    python peak_memory.py SCENE KEY=VALUE ...      -> JSON: predicted, measured [bytes]
+    python peak_memory.py SCENE [--slow-disk] KEY=VALUE ...      -> JSON: predicted, measured [bytes]
+
+--slow-disk: every frame takes so long to write that as many wait for it as there is room for.
 """
 
 import json
 import multiprocessing
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from snowmpm import loop
 from snowmpm.build import build
 from snowmpm.cli.options import setting_values
 from snowmpm.description import describe
+from snowmpm.io import RunWriter
 from snowmpm.scenes import load_scene
 
 
 def describe_in_a_child(name, settings, answer):
     model = build(load_scene(name, settings))
     answer.put(describe(model, model.solver()))
+
+
+def slow_down():
+    write = RunWriter.frame
+
+    def slow_write(self, *frame):
+        time.sleep(5.0)
+        write(self, *frame)
+
+    RunWriter.frame = slow_write
 
 
 def first_steps(name, settings, described):
@@ -32,7 +46,8 @@ def first_steps(name, settings, described):
 
 
 if __name__ == "__main__":
-    name, settings = sys.argv[1], setting_values(sys.argv[2:])
+    name, *rest = sys.argv[1:]
+    settings = setting_values(text for text in rest if text != "--slow-disk")
     # In a process of its own, or its memory would be measured, too
     context = multiprocessing.get_context("fork")
     answer = context.Queue()
@@ -40,5 +55,7 @@ if __name__ == "__main__":
     child.start()
     described = answer.get(timeout=1200)
     child.join()
+    if "--slow-disk" in rest:
+        slow_down()
     print(json.dumps({"predicted": described["memory"], "measured": first_steps(name, settings, described),
                       "particles": sum(described["particles"].values())}))

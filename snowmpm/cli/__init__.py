@@ -17,4 +17,7 @@ def main():
     except KeyboardInterrupt:  # Ctrl-C before there is a command
         print("interrupted", file=sys.stderr)
         sys.exit(130)
-    app()
+    try:
+        app()
+    except OSError as error:  # of what is printed without a command: --help, --version
+        sys.exit(f"error: standard output: {error.strerror}")

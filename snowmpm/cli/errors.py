@@ -1,5 +1,7 @@
 """What a command does when something goes wrong: one or two lines on stderr and an exit code."""
 
+import contextlib
+import errno
 import functools
 import inspect
 import os
@@ -29,7 +31,9 @@ def explained(error):
     if isinstance(error, MemoryError):
         return FAILED, "error: out of memory: a coarser dx or fewer particles_per_cell needs less"
     if isinstance(error, OSError):
-        return FAILED, f"error: {error.filename or 'system'}: {error.strerror or error}"
+        # Every file is named; what is printed has no name
+        where = error.filename or ("standard output" if error.errno == errno.ENOSPC else "system")
+        return FAILED, f"error: {where}: {error.strerror or error}"
     text = " ".join(str(error).split())[:200]
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
 
@@ -60,7 +64,8 @@ def guarded(command):
             code, message = explained(error)
         # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
         exec("pass")
-        print(message, file=sys.stderr)
+        with contextlib.suppress(OSError):  # nobody can be told, but the exit code tells
+            print(message, file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
     signature = inspect.signature(command)

@@ -43,7 +43,8 @@ def create_saw_test(h5, about, series, lines, bins):
 def append_saw_test(h5, rows, bins):
     """Add rows {name: (k,) or (k, bins)}, and replace the values of the bins {name: (bins,)}."""
     for name, values in rows.items():
-        append(h5[GROUP][name], values.astype(h5[GROUP][name].dtype))
+        if len(values):  # none of no rows have as many columns as there are bins
+            append(h5[GROUP][name], values.astype(h5[GROUP][name].dtype))
     for name, values in bins.items():
         h5[GROUP][name][:] = values
 

@@ -19,7 +19,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
-from snowmpm.parallel import chunk, chunks, is_worker, shares
+from snowmpm.parallel import chunk, chunks, in_order, is_worker, shares
 
 LEAST_SHARE = 0.1
 """Share of a cell that each body must fill at a node. Less is the fringe of its splines: contact there would set in a
@@ -130,7 +130,7 @@ def body_contact_kernel(dim, real, flip):
                                 nodes[room + c1 * stride + q] = one
                                 nodes[room + c2 * stride + q] = two
                     part[i] = taken
-        ti.loop_config(serialize=True)
+        ti.loop_config(serialize=ti.static(in_order()))
         for i in range(n_pairs):
             lost[0] += part[i]
 

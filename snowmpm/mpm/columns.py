@@ -35,7 +35,7 @@ import taichi as ti
 from snowmpm.blocks import EDGE
 from snowmpm.contact import SEPARATE, STICK, contact_velocity
 from snowmpm.mpm.lines import REACH
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import chunk, chunks, in_order, is_worker
 
 PRESSED = 3.0
 """Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, above
@@ -199,7 +199,7 @@ def contact_kernel(dim, real, kernel, flip, moving):
                             set_velocity(nodes, room, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]
-        ti.loop_config(serialize=True)
+        ti.loop_config(serialize=ti.static(in_order()))
         for c in range(n_blocks):
             for t in ti.static(range(n_totals)):
                 total[t] += part[c, t]

@@ -10,7 +10,7 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
-from snowmpm.law_packs import law_functions
+from snowmpm.law_packs import law_functions, most_held
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import report_functions
@@ -39,7 +39,7 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
-               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1))
+               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("held", most_held(laws, sym_size)))
     n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
@@ -218,8 +218,8 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
                         write_pack(pack, first, count, reals, places)
                     write_found(found, worst, b, boxes, reports)
         ti.loop_config(serialize=True)
-        for _ in range(1):
-            judged.reduce_report(reports, report, n_tiles)
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
 
     def gather_packs(*arguments):
         with plain_compilation():

@@ -15,8 +15,10 @@ import taichi as ti
 
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
+from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact_blocks import ContactBlocks
-from snowmpm.parallel import SPREAD, chunk, chunks, is_worker, most_workers, shares
+from snowmpm.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
+from snowmpm.particles import LARGEST_INDEX
 from snowmpm.runtime import DTYPES
 
 NODE_BLOCK_COST = 2
@@ -96,7 +98,11 @@ class TileGrid:
         """An array with room for that many nodes: the old one when it is large enough."""
         if array is not None and array.shape[0] >= nodes:
             return array
-        return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (int(1.25 * nodes) + 64,))
+        if 4 * nodes > LARGEST_INDEX:
+            raise SimulationError(f"the grid needs {nodes:,} nodes; {LARGEST_INDEX // 4:,} at most fit the 32-bit "
+                                  "indices of Taichi's arrays; choose a larger solver.dx")
+        room = min(int(1.25 * nodes) + 64, LARGEST_INDEX // 4)
+        return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (room,))
 
     def _whole_tiles(self, n):
         """Boxes that leave no node of a tile out, until the particles tell which ones they reach."""
@@ -207,7 +213,7 @@ def grid_kernels(dim, real, flip):
                 for n in range(first, last):
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
-                    sums = ti.select(touching >= 0, room + touching * stride_of_block, i // SPREAD * stride_of_block)
+                    sums = ti.select(touching >= 0, room + touching * stride_of_block, worker(i) * stride_of_block)
                     found, least, most = exchange(True, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
@@ -242,7 +248,7 @@ def grid_kernels(dim, real, flip):
                         exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
-        ti.loop_config(serialize=True)
+        ti.loop_config(serialize=ti.static(in_order()))
         for n in range(n_node_blocks):
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]

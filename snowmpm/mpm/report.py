@@ -46,4 +46,4 @@ def report_functions(dim, real, basis):
             boxes[b, 6 - dim + a] = ti.min(tile_edge, last)
 
     return SimpleNamespace(judge=judge, excursion=excursion, store_box=store_box,
-                           reduce_report=of_particle.reduce_report)
+                           add_row=of_particle.add_row)

@@ -72,9 +72,11 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine):
     def clear_box(tiles: ti.template(), boxes: ti.template(), b):
         """Set the box of tile b to zero, whole rows of it: one loop compiles several times faster than two."""
         first = b * tile_edge**dim + boxes[b, 0] * plane + boxes[b, 1] * tile_edge
-        wide = (boxes[b, 4] - boxes[b, 1]) * tile_edge
+        wide = boxes[b, 4] - boxes[b, 1]
         for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
-            tiles[first + q // wide * plane + q % wide] = vec4(0.0)
+            row = first + q // wide * plane + q % wide * tile_edge
+            for k in ti.static(range(tile_edge)):
+                tiles[row + k] = vec4(0.0)
 
     @ti.kernel
     def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),

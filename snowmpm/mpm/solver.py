@@ -38,7 +38,7 @@ class MpmSolver(Solver):
         """
         self.dim = dim = len(origin)
         self.dx, self.precision = dx, precision
-        self.atomic = runtime.backend() == "cuda" if atomic is None else atomic
+        self.atomic = runtime.fine_grained() if atomic is None else atomic
         self.flip = "flip" in transfer
         self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
         self.basis, self._gradient = kernel, gradient

@@ -1,7 +1,6 @@
 """What is wrong with a terrain that can still be used: said, so that nobody is surprised."""
 
 import numpy as np
-from scipy.sparse import coo_array, csgraph
 
 from snowmpm.terrain import topology
 
@@ -44,6 +43,8 @@ def n_flipped(vertices, facets, surface):
 
 def _parts(n, start, end):
     """Number of the connected part of each of n vertices."""
+    from scipy.sparse import coo_array, csgraph  # slow to import, and closed surfaces have no holes
+
     graph = coo_array((np.ones(len(start), np.int8), (start, end)), shape=(n, n))
     return csgraph.connected_components(graph, directed=False)[1]
 

@@ -2,7 +2,7 @@
 
     python tests/benchmarks/mpm_step.py [--case NAME ...] [--particles N ...] [--precision f32 f64] [--threads 1 2]
                                         [--basis quadratic cubic] [--transfer apic ...] [--gradient affine shape]
-                                        [--repeat N] [--csv FILE]
+                                        [--repeat N] [--backend cpu|cuda] [--csv FILE]
 
 Cases, each in 2-D and 3-D (`block2`, `layer3`): `block`, an elastic block with 2^dim particles a cell; `half`, the same
 of cohesive Cam-Clay, about half of whose particles yield (the column `yielding` says how many); `yielding`, most of
@@ -17,6 +17,10 @@ written by NumPy's copy of 128 MiB; GFlops, chains of multiply-adds that Taichi 
 `needs_B`, `needs_flop`: what a step must at least move and compute (see `needs`); `of_limit`: the longer of the two
 times that this takes at those rates, over the least time. Taichi starts once in a process, so each number of threads
 has a process of its own.
+
+On a GPU (`--backend cuda`) parts are timed to their end, and the copy is a kernel's. The issue's figures there:
+
+    python tests/benchmarks/mpm_step.py --backend cuda --threads 1 --case half3 half2 --particles 1000000 10000000
 """
 
 import argparse
@@ -33,6 +37,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm import runtime
+from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
 from snowmpm.materials import CohesiveCamClay, Elastic
 from snowmpm.mpm.solver import MpmSolver
@@ -51,7 +56,7 @@ P0 = {"half": 1e5, "yielding": 3e3}
 LAW_FLOPS = {2: (150, 350), 3: (300, 600)}
 """Operations of an elastic update, and of one that yields: trial state, logarithm, return map in two steps and
 exponential, estimated from the sources of the straight-line laws."""
-COPIED, CHAINS, LINKS, ROUNDS = 1 << 27, 128, 4, 32_000
+COPIED, CHAINS, LINKS, ROUNDS, GPU_ROUNDS = 1 << 27, 128, 4, 32_000, 64
 
 
 class Slope:
@@ -100,6 +105,7 @@ def timed_step(solver, spent):
         def measured(*arguments):
             start = time.perf_counter()
             call(*arguments)
+            ti.sync()
             spent[name] = spent.get(name, 0.0) + time.perf_counter() - start
         return measured
 
@@ -107,6 +113,7 @@ def timed_step(solver, spent):
         setattr(solver, name, timed(name, getattr(type(solver), name).__get__(solver)))
     start = time.perf_counter()
     solver.step(solver.stable_dt()[0])
+    ti.sync()
     spent["step"] = spent.get("step", 0.0) + time.perf_counter() - start
 
 
@@ -128,6 +135,7 @@ def measure(case, n_particles, precision, repeat, **scheme):
         start = time.perf_counter()
         with runtime.precision(precision):
             solver.sort()
+        ti.sync()
         sort.append(1e9 * (time.perf_counter() - start) / n)
     total = [sample["step"] for sample in samples]
     row = {"case": case, "particles": n, "precision": precision, "threads": runtime.threads(),
@@ -142,7 +150,7 @@ def measure(case, n_particles, precision, repeat, **scheme):
     moved, computed = needs(solver)
     limit = max(moved / bandwidth, computed / rate)
     row |= {"copy_GBps": bandwidth, "GFlops": rate, "needs_B": moved, "needs_flop": computed,
-            "of_limit": limit / row["least"]}
+            "of_limit": limit / row["least"], "backend": runtime.backend()}
     return row
 
 
@@ -191,20 +199,34 @@ def chain_kernel(real):
     return multiply_add
 
 
+@ti.kernel
+def copy(source: ti.types.ndarray(), target: ti.types.ndarray()):
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
 @functools.cache
 def machine_limits(precision):
     """-> (bytes, flops) per ns: the best of a few, by as many threads as the step has."""
-    real, numpy_real = runtime.DTYPES[precision]
+    real = runtime.DTYPES[precision][0]
     threads, kernel = runtime.threads(), chain_kernel(real)
+    rounds = ROUNDS * (GPU_ROUNDS if runtime.backend() == "cuda" else threads)
+    result, work = ti.ndarray(real, rounds), int_array(shares(np.ones(rounds)))
+    with ThreadPoolExecutor(threads) as pool, runtime.precision(precision):
+        copied = least_time(copies(pool, threads))
+        computed = least_time(lambda: kernel(0.5, result, work))
+    return 1e-9 * 2 * COPIED / copied, 1e-9 * 2 * CHAINS * LINKS * rounds / computed
+
+
+def copies(pool, threads):
+    """Function that copies COPIED bytes: NumPy by threads of a CPU, a kernel on a GPU."""
+    if runtime.backend() == "cuda":
+        arrays = [ti.ndarray(ti.i32, COPIED // 4) for _ in range(2)]
+        return lambda: copy(*arrays)
     source, target = (np.full(COPIED, k, np.uint8) for k in range(2))
     cuts = np.linspace(0, COPIED, threads + 1).astype(int)
     parts = [slice(first, last) for first, last in itertools.pairwise(cuts)]
-    rounds = ROUNDS * threads
-    result, work = np.zeros(rounds, numpy_real), shares(np.ones(rounds))
-    with ThreadPoolExecutor(threads) as pool, runtime.precision(precision):
-        copied = least_time(lambda: list(pool.map(lambda part: np.copyto(target[part], source[part]), parts)))
-        computed = least_time(lambda: kernel(0.5, result, work))
-    return 1e-9 * 2 * COPIED / copied, 1e-9 * 2 * CHAINS * LINKS * rounds / computed
+    return lambda: list(pool.map(lambda part: np.copyto(target[part], source[part]), parts))
 
 
 def least_time(call, repeat=6):
@@ -212,6 +234,7 @@ def least_time(call, repeat=6):
     for _ in range(repeat):
         start = time.perf_counter()
         call()
+        ti.sync()
         times.append(time.perf_counter() - start)
     return min(times)
 
@@ -226,13 +249,14 @@ def main():
     parser.add_argument("--transfer", nargs="+", choices=["pic", "apic", "flip", "aflip"], default=["apic"])
     parser.add_argument("--gradient", nargs="+", choices=["affine", "shape"], default=["affine"])
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--backend", choices=["cpu", "cuda"], default="cpu")
     parser.add_argument("--csv")
     options = parser.parse_args()
     if len(options.threads) > 1:
         for threads in options.threads:
             subprocess.run([sys.executable, __file__, *sys.argv[1:], "--threads", str(threads)], check=True)
         return
-    runtime.start("cpu", threads=options.threads[0])
+    runtime.start(options.backend, threads=options.threads[0])
     report(options)
 
 

@@ -247,3 +247,16 @@ def test_what_is_no_run_file_is_refused_with_its_path(tmp_path, make, message):
 def test_unknown_field_names_the_known_ones(run_path):
     with pytest.raises(InputError, match="velocity"):
         Run(run_path).frame(0, ["speed"])
+
+
+def test_frames_between_which_a_saw_test_has_no_row(tmp_path):
+    """Frames may come faster than its rows."""
+    x = np.arange(4.0)
+    kept = {"about": {}, "series": {"time": "s"}, "lines": {"settlement": "m"}, "bins": {"x": (x, "m")}}
+    with RunWriter(tmp_path, provenance={}, dimension=2, saw_test=kept) as writer:
+        for i, k in enumerate((1, 0, 2)):
+            rows = {"time": np.array([0.1 * i] * k), "settlement": np.array([x] * k)}
+            writer.frame(0.1 * i, np.zeros((3, 2)), {}, saw_test=(rows, {"x": x + i}))
+    found = Run(tmp_path).saw_test
+    assert found["time"].tolist() == [0.0, 0.2, 0.2] and found["settlement"].tolist() == [x.tolist()] * 3
+    assert found["x"].tolist() == (x + 2).tolist()

@@ -14,9 +14,9 @@ def _kernel(precision):
     @ti.kernel
     def return_all(parameters: ti.types.ndarray(), trial: ti.types.ndarray(), found: ti.types.ndarray()):
         for i in range(trial.shape[0]):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(13))])
+            prm = ti.Vector([parameters[k] for k in ti.static(range(14))])
             p, ratio, zeta, collapsed, iterations, yielded = critical_state_return(
-                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False, 0
+                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False
             )
             found[i, 0] = p
             found[i, 1] = ratio

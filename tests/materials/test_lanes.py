@@ -11,7 +11,7 @@ from parameter_sets import W1, W2, A, B, C, changed
 
 from snowmpm.materials import Elastic, StressUpdate, pack
 from snowmpm.materials.law import REDO
-from snowmpm.materials.packs import LANES, read_lane, update_lane, update_pack, write_lane
+from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane
 from snowmpm.materials.precision import working_precision
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
@@ -51,10 +51,15 @@ def steps(law, dimension, sizes, rng):
     return (a.astype(np.float32).astype(float) for a in (before.h, before.state, increments))
 
 
+@ti.func
+def leave(prm, h, state, A, dt):
+    return h, 0.0 * h, state, 0.0, REDO
+
+
 def straight(law):
-    """A law whose update is its straight-line one, not in packs."""
+    """A law that has its straight-line update only."""
     return SimpleNamespace(
-        update=law.lanes, lanes=None, STATE=law.STATE, parameters=law.parameters, initial_state=law.initial_state
+        update=leave, lanes=law.lanes, STATE=law.STATE, parameters=law.parameters, initial_state=law.initial_state
     )
 
 
@@ -152,6 +157,7 @@ def test_packs_of_several_materials():
             h_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
             tau_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
             A_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
+            held_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(held_numbers(A.lanes, 4)))]
             state_p, work_p = [ti.Vector.zero(ti.f64, LANES)], ti.Vector.zero(ti.f64, LANES)
             count_p = ti.Vector.zero(ti.i32, LANES)
             same = True
@@ -165,7 +171,7 @@ def test_packs_of_several_materials():
             for m in ti.static(range(2)):
                 if same and material[first] == m:
                     prm = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                    update_pack(laws[m].lanes, prm, 1.0, h_p, state_p, A_p, tau_p, work_p, count_p)
+                    update_pack(laws[m].lanes, prm, 1.0, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
             for lane in range(count):
                 in_line[first + lane] = ti.select(count_p[lane] == REDO, 0, 1)
                 for m in ti.static(range(2)):

@@ -1,0 +1,48 @@
+"""A few steps of small scenes, by the kernels of a CPU, by those of a GPU on a CPU, or on a GPU.
+
+    python tests/gpu/steps.py packs|fine|cuda f32|f64 FILE.npz
+
+One way a process, since Taichi starts once. FILE gets positions [m], velocities [m/s] and stresses [Pa] of every case,
+by particle number, and the energy balance's terms.
+"""
+
+import sys
+
+import numpy as np
+
+import snowmpm
+from snowmpm import runtime
+
+AT_ONCE = {"initial.stress": "geostatic"}
+CASES = {
+    "terrain, 3-D": ("slab_release", {"solver.dx": 0.5, "solver.particles_per_cell": 4, **AT_ONCE}, 25),
+    "obstacle": ("impact_wedge_2d", {"solver.dx": 0.25, **AT_ONCE}, 40),
+    "classical": ("column_collapse_2d", {"solver.dx": 0.025, "solver.transfer": "flip", "solver.kernel": "cubic",
+                                         "solver.gradient": "shape", **AT_ONCE}, 60),
+    "SPH": ("column_collapse_2d", {"solver.dx": 0.025, "solver.method": "sph", **AT_ONCE}, 40),
+    "SPH, 3-D": ("column_collapse_3d", {"solver.dx": 0.05, "solver.method": "sph", **AT_ONCE}, 15),
+}
+
+
+def follow(scene, changes, steps, precision):
+    """What the particles of a scene have come to after so many steps."""
+    simulation = snowmpm.Simulation(snowmpm.load_scene(scene, {**changes, "solver.precision": precision}))
+    for _ in range(steps):
+        simulation.step()
+    particles = simulation.solver.particles
+    order = np.argsort(particles.labels()[:, 1])
+    return {"position": particles.positions()[order], "velocity": particles.column("velocity")[order],
+            "stress": particles.column("stress")[order], "plastic": np.array([simulation.solver.n_plastic])}
+
+
+def main():
+    way, precision, path = sys.argv[1:]
+    runtime.start("cuda" if way == "cuda" else "cpu", threads=1, fine_grained=way == "fine")
+    found = {}
+    for name, (scene, changes, steps) in CASES.items():
+        found |= {f"{name}/{key}": values for key, values in follow(scene, changes, steps, precision).items()}
+    np.savez(path, **found)
+
+
+if __name__ == "__main__":
+    main()
