@@ -32,6 +32,13 @@ class DummyRows:
         self._carry = carry_kernel(self.dim, real)
         self.groups, self.surface_of = [], int_array(np.zeros(1))
 
+    @property
+    def bytes(self):
+        """Memory of them beside their rows: here, and where they were seeded."""
+        width, real = 2 * self.dim + 2, 4 if self._frame.precision == "f32" else 8
+        seeded = sum(getattr(part, name).nbytes for _, part in self._parts for name in vars(part))
+        return self.frames.shape[0] * (width * (8 + real) + 4 * self.dim + 4) + seeded
+
     def place(self, rows, time):
         """Sort them into the blocks where they are at `time` [s], and write their rows."""
         body, home, surface, self.groups, row = [], [], [], [], 0

@@ -92,7 +92,9 @@ def test_force_at_half_the_spacing(two_spacings):
 
 
 @pytest.mark.slow
-def test_both_methods_find_the_same_force(tmp_path):
-    mpm, sph = (impact(tmp_path / method, method, 0.0167) for method in ("mpm", "sph"))
-    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
+def test_both_methods_find_the_same_force(two_spacings):
+    """At 0.025 m SPH gives 5 % less impulse, 2 % more of the largest force, 9 % less at rest."""
+    mpm, sph = (two_spacings(method)[0] for method in ("mpm", "sph"))
+    assert impulse(sph) == pytest.approx(impulse(mpm), rel=0.1)
     assert largest_force(sph) == pytest.approx(largest_force(mpm), rel=0.1)
+    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
