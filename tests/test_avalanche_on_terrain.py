@@ -6,8 +6,9 @@ in fewer steps. Run-out, fall and travel angle agree within 3 %.
 
 Maps in cells of 30 m, which hold 18 and 144 particles at the depth that counts as flow (`snowmpm.maps.cell_for`). In
 cells of 10 m, with two of the larger, the affected area of the one path is 28 % less on the finer grid and that of the
-other 10 to 12 %; where the flow was a metre deep or more, 7 particles, 3 and 10 %. On the finer grid it hardly depends
-on the map: 34.9, 34.5, 34.5 and 35.6 ha in cells of 10, 15, 20 and 30 m; on the coarser 50.1, 39.7, 39.3 and 38.5.
+other 10 to 12 %; where the flow was a metre deep or more, 7 particles, 9 and 11 to 15 %. On the finer grid it hardly
+depends on the map: 34.9, 34.5, 34.5 and 35.6 ha of the one path in cells of 10, 15, 20 and 30 m, by frames a second
+apart; on the coarser 50.1, 39.7, 39.3 and 38.5.
 """
 
 from pathlib import Path
