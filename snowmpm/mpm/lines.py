@@ -238,11 +238,14 @@ def line_kernels(dim, real, kernel, flip, stored):
                                 numbers[line, ti.static(dim + reach + 1)] = z
                                 numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
                                 line += 1
-                            elif wall[3] <= 0.0 and is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis,
-                                                           sign, level) == 0:
-                                deep[at_deep] = c * stride + q
-                                for a in ti.static(range(dim)):
-                                    deep_normals[at_deep, a] = wall[a]
-                                at_deep += 1
+                            elif wall[3] <= 0.0:  # noqa: SIM102 (see below)
+                                # Not `and`: Taichi computes what a function gives before it asks whether it is wanted,
+                                # and outside the solid there is no leader to look up
+                                if is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
+                                          level) == 0:
+                                    deep[at_deep] = c * stride + q
+                                    for a in ti.static(range(dim)):
+                                        deep_normals[at_deep, a] = wall[a]
+                                    at_deep += 1
 
     return count, fill

@@ -22,7 +22,7 @@ import taichi as ti
 
 from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import alone, chunk, chunks, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
@@ -39,7 +39,7 @@ LEAST_SHARE = 1e-3
 def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved_rows):
     """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone."""
     dim, at, n_stress, pairs = layout.dim, layout.at, layout.n_stress, layout.pairs
-    pair = pair_functions(layout)
+    pair, serial = pair_functions(layout), alone()
     weight, _ = KERNELS[kernel].functions(radius, dim)
     columns = (("x", dim), ("n", dim), ("sum", 1), ("sum_x", dim), ("sum_v", dim), ("sum_S", n_stress), ("rho", 1),
                ("z", 1), ("least", 1))
@@ -169,6 +169,7 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
                 follow_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, room, most_runs, frames,
                             surface_of, first_dummy, surfaces, gravity, dx)
         else:
+            ti.loop_config(serialize=serial)
             for i in range(chunks(shares)):
                 if is_worker(i):
                     begin, end = chunk(i, shares)

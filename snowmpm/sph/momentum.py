@@ -34,7 +34,7 @@ import taichi as ti
 
 from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
 from snowmpm.sph.pairs import pair_functions
@@ -67,7 +67,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     soft = SOFTENING * h * h
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
-    n_moment = 1 if dim == 2 else 3
+    n_moment, serial = 1 if dim == 2 else 3, alone()
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
@@ -305,7 +305,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
              frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
              coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
              tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
-             beta: real, gamma: real, pressure: real, threshold: real, n_packs: int, shares: ti.types.ndarray()):
+             beta: real, gamma: real, pressure: real, threshold: real, n_tallies: int, total: ti.types.ndarray(),
+             n_packs: int, shares: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
@@ -314,6 +315,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                            first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
                            alpha, beta, gamma, pressure, threshold)
         else:
+            ti.loop_config(serialize=serial)
             for i in range(chunks(shares)):
                 if is_worker(i):
                     begin, end = chunk(i, shares)
@@ -323,11 +325,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                         accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
                                    frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
                                    gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
-
-    @ti.kernel
-    def sum_tallies(tallies: ti.types.ndarray(), n_rows: int, total: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(in_order()))
-        for t in range(n_rows):
+        for t in range(n_tallies):
             for s in range(total.shape[0]):
                 for q in ti.static(range(dim + n_moment + 1)):
                     total[s, q] += tallies[t, s, q]
@@ -336,4 +335,4 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         with plain_compilation():
             kick(*arguments)
 
-    return kick_packs, sum_tallies
+    return kick_packs

@@ -20,7 +20,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
-from snowmpm.parallel import chunk, chunks, is_worker, shares
+from snowmpm.parallel import alone, chunk, chunks, is_worker, shares
 from snowmpm.particles import accessors
 from snowmpm.runtime import DTYPES
 
@@ -171,6 +171,7 @@ class NeighbourLists:
 @functools.cache
 def find_kernel(dim, real, width, _key):
     """Kernel that fills the lists."""
+    serial = alone()
 
     @ti.func
     def find_pack(k, table: ti.template(), rows: ti.template(), candidate_start: ti.template(), ints: ti.template(),
@@ -225,6 +226,7 @@ def find_kernel(dim, real, width, _key):
                 find_pack(k, table, rows, candidate_start, ints, reals, room, most_runs, reach2, entries, runs, n_runs,
                           counts)
         else:
+            ti.loop_config(serialize=serial)
             for i in range(chunks(shares)):
                 if is_worker(i):
                     begin, end = chunk(i, shares)
@@ -239,7 +241,7 @@ def find_kernel(dim, real, width, _key):
 def order_kernel(layout):
     """Kernel that gives every particle the row that it has in the order of the Morton curve of its block."""
     dim, edge = layout.dim, EDGE[layout.dim]
-    access, bits = accessors(layout), {2: 3, 3: 2}[layout.dim]
+    access, bits, serial = accessors(layout), {2: 3, 3: 2}[layout.dim], alone()
     n_cells = edge**dim
 
     @ti.func
@@ -255,6 +257,7 @@ def order_kernel(layout):
     @ti.kernel
     def order(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
               shares: ti.types.ndarray()):
+        ti.loop_config(serialize=serial)
         for i in range(chunks(shares)):
             if is_worker(i):
                 begin, end = chunk(i, shares)

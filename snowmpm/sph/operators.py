@@ -23,7 +23,7 @@ import functools
 import taichi as ti
 
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, is_worker
+from snowmpm.parallel import alone, chunk, chunks, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
@@ -45,7 +45,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
     """Kernel of one operator over the particles and their images. parity: of each field, the axes whose mirror turns
     its sign. Dummies have no values."""
     dim, n_fields = layout.dim, len(parity)
-    pair = pair_functions(layout)
+    pair, serial = pair_functions(layout), alone()
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
     columns = (("x", dim), ("f", n_fields), ("m0", 1), ("m1", dim), ("m2", dim * dim), ("b0", n_fields),
                ("b1", n_fields * dim), ("V", 1))
@@ -116,6 +116,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
                 out: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
                 n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, first_dummy: int,
                 n_packs: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=serial)
         for i in range(chunks(shares)):
             if is_worker(i):
                 first_pack, last_pack = chunk(i, shares)

@@ -94,11 +94,11 @@ class SphSolver(Solver):
         self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         common = (self.width, scheme.kernel, self.radius, scheme.momentum)
-        self._kick, self._sum_tallies = momentum_kernel(
+        self._kick = momentum_kernel(
             layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
-        self._update, self._reduce, self._show, self._correct = update_kernels(
+        self._update, self._show, self._correct = update_kernels(
             store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
             scheme.gradient, scheme.artificial_stress)
         self._order = order_kernel(store.layout)
@@ -149,14 +149,13 @@ class SphSolver(Solver):
     def kick(self, dt):
         """Forces, and the velocities that they lead to."""
         lists, packs, scheme, dummies = self._lists, self._packs, self.scheme, self.boundary.dummies
+        totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
         self._kick(packs.table, self.rows.source, self.rows.moved, lists.entries, lists.runs, lists.n_runs, lists.ints,
                    lists.reals, lists.room, lists.most_runs, dummies.frames, dummies.first_row, self.boundary.table,
                    self._corners, self._loads, self._n_loads, self._tallies, self._tally_of, self._gravity, self.dx, dt,
                    self.keep, scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
-                   scheme.confining_pressure, scheme.surface_coverage, packs.n, packs.shares)
-        totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
+                   scheme.confining_pressure, scheme.surface_coverage, self._n_tallies, totals, packs.n, packs.shares)
         if self._n_tallies:
-            self._sum_tallies(self._tallies, self._n_tallies, totals)
             self._loaded += self.boundary.add(totals, self._place)
 
     def regularise(self, dt):
@@ -198,13 +197,11 @@ class SphSolver(Solver):
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
-        lists, packs, store = self._lists, self._packs, self.particles
+        lists, packs, store, report = self._lists, self._packs, self.particles, np.zeros(report_of.N_REPORT)
         self._update(packs.table, store.reals, store.turn, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved, lists.entries, lists.runs,
                      lists.n_runs, lists.reals, lists.room, lists.most_runs, self._mean_velocity, dt, self.dx,
-                     self._reports, packs.n, packs.shares)
-        report = np.zeros(report_of.N_REPORT)
-        self._reduce(self._reports, packs.n, report)
+                     self._reports, report, packs.n, packs.shares)
         self._read(report)
 
     @property

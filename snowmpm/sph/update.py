@@ -27,7 +27,7 @@ from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.materials.spectral import eigen
-from snowmpm.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
 from snowmpm.response import response_functions
@@ -42,9 +42,6 @@ LEAST_DETERMINANT = {2: 0.02, 3: 0.005}
 LARGEST_GROWTH = 2.0
 """J at which the volume that a particle stands for in sums stops to grow: one that flies alone does not fill the air
 around it."""
-
-REPORT_PARTS = 64
-"""Parts that reports are summed in, each in fixed order, and then added in theirs."""
 
 
 @functools.cache
@@ -104,13 +101,13 @@ def row_functions(layout, row_layout, real, form, epsilon):
 @functools.cache
 def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient,
                    epsilon=0.0):
-    """`update(...)`, the second half of a step; `reduce(...)` of its reports; `show(...)`, which fills the rows from
-    the particle store, and `correct(...)`, which makes the S of these what a `full` layout wants.
+    """`update(...)`, the second half of a step, and the sum of its reports; `show(...)`, which fills the rows from the
+    particle store, and `correct(...)`, which makes the S of these what a `full` layout wants.
 
     gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress.
     """
     dim, sym_size = layout.dim, layout.sym_size
-    access, at = accessors(layout), layout.offsets
+    access, at, serial = accessors(layout), layout.offsets, alone()
     pair = pair_functions(row_layout)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
     stiffnesses = tuple(stiffness for _, _, stiffness in laws)
@@ -284,7 +281,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                source: ti.types.ndarray(), moved: ti.types.ndarray(), entries: ti.types.ndarray(),
                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
                most_runs: int, mean: ti.types.ndarray(), dt: real, dx: real, reports: ti.types.ndarray(),
-               n_packs: int, shares: ti.types.ndarray()):
+               report: ti.types.ndarray(), n_packs: int, shares: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
@@ -294,6 +291,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                             law_of, speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
                             reports)
         else:
+            ti.loop_config(serialize=serial)
             for i in range(chunks(shares)):
                 if is_worker(i):
                     begin, end = chunk(i, shares)
@@ -305,9 +303,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                         update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of,
                                     speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
                                     reports)
-
-    @ti.kernel
-    def reduce(reports: ti.types.ndarray(), n_packs: int, report: ti.types.ndarray()):
+        # Another launch would cost what a thousand particles do
         ti.loop_config(serialize=ti.static(in_order()))
         for k in range(n_packs):
             judged.add_row(reports, k, report)
@@ -369,4 +365,4 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
         with plain_compilation():
             update(*arguments)
 
-    return update_packs, reduce, show, correct
+    return update_packs, show, correct

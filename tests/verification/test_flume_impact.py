@@ -1,8 +1,15 @@
 """Sand that runs down a flume against a wall (G5), by MPM and by SPH: the force on the wall.
 
 From the run file alone: what bed, wall and weight gave is the momentum that the sand has; the force at rest lies
-between Coulomb's wedges over the heap that the run leaves (`snowmpm.comparison.answers.wall_thrust`); neither it nor
-the largest force depends on the resolution.
+between Coulomb's wedges over the heap that the run leaves (`snowmpm.comparison.answers.wall_thrust`); what the flow has
+given the wall while it arrives does not depend on the resolution.
+
+The force at rest does. The bed alone cannot hold the sand (45 degrees, friction 0.5), so the wall bears the weight
+along the bed, 1440 N/m, and the friction of the bed, anywhere between -720 and 720 N/m; the jet that falls back from
+the wall spreads the heap up the bed, and the finer the grid the higher the jet. MPM at 0.025, 0.0125, 0.00625 m:
+
+    friction of the bed 94, 290, 468 N/m up;  thrust at rest 1531, 1722, 1902;  largest force 1655, 1835, 1984
+    impulse on the wall after 1 s  608, 624, 644 N s/m
 """
 
 import numpy as np
@@ -15,6 +22,9 @@ from snowmpm.scenes import load_scene
 
 SOFT = 5.4e5
 """Young's modulus [Pa] of the sand here: a fortieth of the published one, under which the heap settles by 1 %."""
+
+ARRIVED = 1.0
+"""Time [s] at which most of the flow has reached the wall, and nothing slides back yet."""
 
 WINDOW = 0.1
 """Time [s] over which the largest force is a mean: single grains that arrive are no force of the flow."""
@@ -46,16 +56,45 @@ def test_force_on_the_wall(method, tmp_path):
     assert history["kinetic_energy"][-1] < 1e-3 * history["kinetic_energy"].max()
 
 
+def impulse(answer):
+    """That the wall has taken when most of the flow has arrived [N s/m]."""
+    wall = answer.case.run.obstacles["wall"]
+    return float(np.interp(ARRIVED, wall.time, wall.impulse[:, 0]))
+
+
+@pytest.fixture(scope="module")
+def two_spacings(tmp_path_factory):
+    """Answers of a method at 0.025 and 0.0125 m, run once."""
+    found = {}
+
+    def of(method):
+        if method not in found:
+            folder = tmp_path_factory.mktemp(method)
+            found[method] = [impact(folder / f"{spacing:g}", method, spacing) for spacing in (0.025, 0.0125)]
+        return found[method]
+
+    return of
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_force_at_half_the_spacing(method, tmp_path):
-    coarse, fine = impact(tmp_path / "coarse", method, 0.025), impact(tmp_path / "fine", method, 0.0125)
+def test_impulse_at_half_the_spacing(method, two_spacings):
+    coarse, fine = two_spacings(method)
+    assert impulse(fine) == pytest.approx(impulse(coarse), rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="12 % at rest, 11 % at its largest: friction of the bed, turned by the jet")
+def test_force_at_half_the_spacing(two_spacings):
+    coarse, fine = two_spacings("mpm")
     assert fine.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
     assert largest_force(fine) == pytest.approx(largest_force(coarse), rel=0.05)
 
 
 @pytest.mark.slow
-def test_both_methods_find_the_same_force(tmp_path):
-    mpm, sph = (impact(tmp_path / method, method, 0.0167) for method in ("mpm", "sph"))
-    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
+def test_both_methods_find_the_same_force(two_spacings):
+    """At 0.025 m SPH gives 5 % less impulse, 2 % more of the largest force, 9 % less at rest."""
+    mpm, sph = (two_spacings(method)[0] for method in ("mpm", "sph"))
+    assert impulse(sph) == pytest.approx(impulse(mpm), rel=0.1)
     assert largest_force(sph) == pytest.approx(largest_force(mpm), rel=0.1)
+    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
