@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TABLE = Path(__file__).parent / "study" / "data" / "costs.csv"
-CALL = 3e-4
-"""Seconds of a step that do not go with the number of particles."""
 USUAL_LAW = "cohesive_cam_clay"
 """Law of the steps in the table, half of the particles yielding."""
 
@@ -54,11 +52,15 @@ def transfers(scheme):
     return base
 
 
+def usual_law(scheme):
+    """ns of the update of `USUAL_LAW`."""
+    return table()["law", scheme.dimension, scheme.precision, USUAL_LAW]
+
+
 def law(scheme, kind):
-    """ns of a law's update more than that of `USUAL_LAW`; that one's for a law that is not in the table."""
-    found = table()
-    usual = found["law", scheme.dimension, scheme.precision, USUAL_LAW]
-    return found.get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
+    """ns of a law's update more than that of `USUAL_LAW`; none for a law that is not in the table."""
+    usual = usual_law(scheme)
+    return table().get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
 
 
 def block(scheme):
@@ -66,10 +68,15 @@ def block(scheme):
     return 0.0 if scheme.method == "sph" else table()["block", scheme.dimension, scheme.precision, ""]
 
 
+def call(scheme):
+    """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
+    return 1e-9 * table()["call", scheme.dimension, "f32", scheme.method]
+
+
 def step(scheme, particles, blocks, laws):
     """Seconds of a step; particles: of each law, laws: their kinds."""
     ns = sum(n * (transfers(scheme) + law(scheme, kind)) for n, kind in zip(particles, laws, strict=True))
-    return CALL + 1e-9 * (ns + blocks * block(scheme))
+    return call(scheme) + 1e-9 * (ns + blocks * block(scheme))
 
 
 def frame(particles, numbers, dimension):

@@ -76,7 +76,7 @@ MAY_IMPORT = {
         "sph",
         "composition",
     },
-    "advice": {"errors", "common", "scenes", "composition"},
+    "advice": {"errors", "common", "scenes", "composition", "study"},
     "cli": {"errors", "draft", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study",
             "advice"},
 }

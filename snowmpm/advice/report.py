@@ -2,9 +2,10 @@
 
 from dataclasses import asdict, dataclass
 
+from snowmpm.advice.budget import Budget
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
-from snowmpm.advice.savings import Budget
+from snowmpm.advice.savings import savings
 from snowmpm.build import build
 from snowmpm.description import describe
 from snowmpm.step_check import check_step
@@ -33,4 +34,4 @@ def advise(scene):
     facts = SceneFacts(scene, model, solver)
     budget = Budget(facts)
     said = {**describe(model, solver), "run_time": budget.total}
-    return Advice(said, budget.payments(), cautions(facts), budget.savings())
+    return Advice(said, budget.payments(), cautions(facts), savings(budget))

@@ -61,13 +61,15 @@ def run(
     """
     from snowmpm.scenes import load_scene
 
+    if fast and accurate:
+        raise InputError("--fast and --accurate lead opposite ways: choose one")
     overrides = scene_overrides(settings, precision)
     loaded = load_scene(scene, overrides)
-    if fast or accurate:
-        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, accurate, quiet))
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
+    if fast or accurate:
+        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, quiet))
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite)
     told = not quiet and not as_json
     if told:
@@ -77,12 +79,10 @@ def run(
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
 
 
-def _along_the_front(scene, fast, accurate, quiet):
+def _along_the_front(scene, fast, quiet):
     """Keys that --fast or --accurate changes, after it has been said which."""
-    from snowmpm.study.along_front import faster, more_accurate
+    from snowmpm.advice.along_front import faster, more_accurate
 
-    if fast and accurate:
-        raise InputError("--fast and --accurate lead opposite ways: choose one")
     change = faster(scene) if fast else more_accurate(scene)
     for line in () if quiet else change.lines:
         print(line, file=sys.stderr)

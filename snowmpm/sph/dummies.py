@@ -18,6 +18,8 @@ SPACING = 0.85
 OWN = 0.25
 """How much nearer than its depth another piece of the surface may be."""
 LARGEST_SHARE = 1.5
+BOXES = 200
+"""Of COARSE cells that are searched at a time: all those of a whole valley would take gigabytes."""
 
 
 @dataclass
@@ -71,19 +73,25 @@ def _surface_points(query, lower, upper):
     distance, _ = query(coarse)
     coarse = coarse[np.abs(distance) < 0.5 * COARSE * np.sqrt(dim) + 1.0]
     fine = _lattice(np.full(dim, -0.5 * COARSE), np.full(dim, 0.5 * COARSE - STEP), STEP)
-    points = (coarse[:, None] + fine).reshape(-1, dim)
-    points = points[((points > lower - 0.5 * STEP) & (points < upper + 0.5 * STEP)).all(axis=1)]
-    if len(points) == 0:
-        return points
-    distance, normal = query(points)
-    near = np.abs(distance) <= 0.6 * STEP
-    points, distance, normal = points[near], distance[near], normal[near]
+    parts = [_near_surface(query, coarse[i : i + BOXES], fine, lower, upper) for i in range(0, len(coarse), BOXES)]
+    if not sum(len(part[0]) for part in parts):
+        return np.zeros((0, dim))
+    points, distance, normal = (np.concatenate(one) for one in zip(*parts, strict=True))
     halves = (np.abs(points - np.floor(points) - 0.5) < 1e-6).sum(axis=1)
     order = np.lexsort((*points.T[::-1], np.round(np.abs(distance), 6), -halves))
     feet = points - distance[:, None] * normal
     distance, normal = query(feet)
     feet = (feet - distance[:, None] * normal)[order]
     return feet[_apart(feet, SPACING)]
+
+
+def _near_surface(query, coarse, fine, lower, upper):
+    """Points of the fine lattice in these boxes that lie near the surface, their distance and normal."""
+    points = (coarse[:, None] + fine).reshape(-1, coarse.shape[1])
+    points = points[((points > lower - 0.5 * STEP) & (points < upper + 0.5 * STEP)).all(axis=1)]
+    distance, normal = query(points)
+    near = np.abs(distance) <= 0.6 * STEP
+    return points[near], distance[near], normal[near]
 
 
 def _lattice(lower, upper, step):
@@ -96,7 +104,8 @@ def _apart(points, least):
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(points).query_pairs(least * (1.0 - 1e-9), output_type="ndarray")
-    first, second = pairs.min(axis=1, initial=len(points)), pairs.max(axis=1, initial=-1)
+    pairs.sort(axis=1)  # in place: of a whole valley there are ten millions
+    first, second = pairs.T
     if len(pairs) == 0:
         return np.ones(len(points), bool)
     kept, open_ = np.zeros(len(points), bool), np.ones(len(points), bool)

@@ -8,13 +8,13 @@ import taichi as ti
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE, BlockMap
 from snowmpm.runtime import DTYPES
-from snowmpm.sph.neighbours import Group
+from snowmpm.sph.candidates import Group
 
 
 class DummyRows:
     """Rows from `first_row` on of the dummies of all surfaces, those that never move first.
 
-    groups: `neighbours.Group`s, one a surface; frames: vectors of normal (dim), depth [cells], velocity of the surface
+    groups: `candidates.Group`s, one a surface; frames: vectors of normal (dim), depth [cells], velocity of the surface
     above (dim) [m/s], volume [cells]; surface_of (n,).
     """
 
@@ -31,6 +31,13 @@ class DummyRows:
         self._blocks = ti.ndarray(ti.i32, (n, self.dim))
         self._carry = carry_kernel(self.dim, real)
         self.groups, self.surface_of = [], int_array(np.zeros(1))
+
+    @property
+    def bytes(self):
+        """Memory of them beside their rows: here, and where they were seeded."""
+        width, real = 2 * self.dim + 2, 4 if self._frame.precision == "f32" else 8
+        seeded = sum(getattr(part, name).nbytes for _, part in self._parts for name in vars(part))
+        return self.frames.shape[0] * (width * (8 + real) + 4 * self.dim + 4) + seeded
 
     def place(self, rows, time):
         """Sort them into the blocks where they are at `time` [s], and write their rows."""

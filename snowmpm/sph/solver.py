@@ -23,10 +23,13 @@ from snowmpm.materials.packs import LANES
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
+from snowmpm.sph.candidates import Group
 from snowmpm.sph.extrapolation import extrapolation_kernel
 from snowmpm.sph.momentum import momentum_kernel, tally_width
-from snowmpm.sph.neighbours import Group, NeighbourLists, Packs, order_kernel
+from snowmpm.sph.neighbours import NeighbourLists, Packs
 from snowmpm.sph.operators import operator_kernel, results
+from snowmpm.sph.order import order_kernel
+from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.update import update_kernels
 
@@ -107,6 +110,7 @@ class SphSolver(Solver):
             self._follow, self._follow_velocity = (
                 extrapolation_kernel(layout, real, *common, scheme.walls, moved) for moved in (False, True))
             self._dummy_lists = NeighbourLists(self.dim, self.precision, self.width)
+        self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 
     # ---- the step ---------------------------------------------------------------------------------------------
@@ -160,24 +164,15 @@ class SphSolver(Solver):
 
     def regularise(self, dt):
         """Smooth the elastic strains of the particles, where the scheme asks for it."""
-        kind, store = self.scheme.regularisation, self.particles
-        if kind == "none" or (kind != "diffusion" and (self.steps + 1) % self.scheme.regularisation_interval):
-            return
-        table = store.table()
-        columns = store.layout.columns("elastic")
-        parity = ((), (), (), *((a, b) for a, b in self.rows.layout.pairs if a != b))
-        smooth = self.operate("laplacian" if kind == "diffusion" else kind, table[:, columns], parity)
-        if kind == "diffusion":
-            # In cells: the step that is stable for the sum of both scales
-            number = self.scheme.diffusion * self.materials.wave_speed * 0.5 * self.radius * dt / self.dx
-            smooth = table[:, columns] + number * smooth
-        table[:, columns] = smooth
-        store.overwrite(table)
-        self._seen = store.changes
+        if self._regularisation.due(self.steps + 1):
+            self._regularisation.smooth(self.particles, self._operate, self.materials.wave_speed * dt / self.dx)
 
     def operate(self, kind, values, parity=None):
         """One of the operators of `sph.operators` on `values` (n,) or (n, k) of the particles, in their order; ->
-        (n, k, dim) of gradients [1/cell], (n, k) of all others (Laplacians: [1/cell2])."""
+        (n, k, dim) of gradients [1/cell], (n, k) of all others (Laplacians: [1/cell2]).
+
+        Raises ValueError before the particles have been sorted.
+        """
         values = np.asarray(values)
         values = values.reshape(len(values), -1)
         real, numpy_real = runtime.DTYPES[self.precision]
@@ -188,12 +183,15 @@ class SphSolver(Solver):
             fields = ti.ndarray(ti.types.vector(k, real), (max(1, n),))
             fields.from_numpy(np.ascontiguousarray(values, numpy_real))
             out = np.zeros((max(1, n), k * results(kind, self.dim)), numpy_real)
-            lists, packs = self._lists, self._packs
-            operator_kernel(self.rows.layout, real, self.width, self.scheme.kernel, self.radius, kind,
-                            tuple(parity or ((),) * k))(
-                packs.table, self.rows.moved, fields, out, lists.entries, lists.runs, lists.n_runs, lists.reals,
-                lists.room, lists.most_runs, self.boundary.dummies.first_row, packs.n, packs.shares)
+            self._operate(kind, fields, out, parity or ((),) * k)
         return out[:n].reshape(n, k, self.dim) if results(kind, self.dim) > 1 else out[:n]
+
+    def _operate(self, kind, fields, out, parity):
+        lists, packs = self._lists, self._packs
+        operator_kernel(self.rows.layout, runtime.DTYPES[self.precision][0], self.width, self.scheme.kernel,
+                        self.radius, kind, tuple(parity))(
+            packs.table, self.rows.moved, fields, out, lists.entries, lists.runs, lists.n_runs, lists.reals,
+            lists.room, lists.most_runs, self.boundary.dummies.first_row, packs.n, packs.shares)
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
@@ -338,7 +336,8 @@ class SphSolver(Solver):
     @property
     def bytes(self):
         """Memory of everything but the particles."""
-        return self.rows.bytes + self._lists.bytes
+        of_dummies = self._dummy_lists.bytes if self._has_dummies else 0
+        return self.rows.bytes + self._lists.bytes + self.boundary.dummies.bytes + of_dummies
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

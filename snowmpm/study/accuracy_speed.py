@@ -78,6 +78,7 @@ def report(rows, folder):
         chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
         chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
         chart(best, folder / "accuracy_grid.png", "cells", "cells"),
+        *step_chart(best, folder / "accuracy_step.png"),
     ]
     return [*charts, write_text(folder / "accuracy_speed.md", conclusions.page(rows))]
 
@@ -101,6 +102,29 @@ def chart(rows, output, cost, label):
             best = tuple(getattr(row, cost) for row in line), tuple(row.error for row in line)
         panels.append(Panel(problem.title, curves, best, _guide(problem, curves, cost), f"error: {problem.what}"))
     return render_work_precision(panels, output, x_label=label, title=f"{TITLES[cost]}: every choice of the solver")
+
+
+def step_chart(rows, output):
+    """What the time step changes, against that of the program; -> paths, none without a problem of three steps."""
+    errors, work = [], []
+    for problem in CATALOGUE.values():
+        own = [row for row in rows if row.problem == problem.name]
+        at = {row.variation: row for row in own if row.cells == problem.usual}
+        names = [name for name in conclusions.STEPS if name in at]
+        if DEFAULT.name not in names or len(names) < 3:
+            continue
+        steps = [at[name].cfl / at[DEFAULT.name].cfl for name in names]
+        errors.append(Curve(problem.title, problem.kind, tuple(steps),
+                            tuple(conclusions.usual_error(problem, own, name) for name in names)))
+        same = conclusions.equal_error(problem, own, "particle_steps")
+        known = [(step, same[name]) for step, name in zip(steps, names, strict=True) if np.isfinite(same[name])]
+        work.append(Curve(problem.title, problem.kind, *zip(*known, strict=True)))
+    if not errors:
+        return []
+    panels = [Panel("error on the usual grid", tuple(errors), note="over that of the program's step, C = 0.4"),
+              Panel("particle-steps to the same error", tuple(work), note="over the program's, by refining the grid")]
+    return [render_work_precision(panels, output, x_label="time step over the program's", y_label="ratio", columns=2,
+                                  size=(10.5, 5.2), legend_columns=3, title="The time step: what a longer one changes")]
 
 
 def _line(rows, name):

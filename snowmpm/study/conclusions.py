@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm import runtime
 from snowmpm.device import device_name
 from snowmpm.study.pareto import Refinement, front, merged, noise, time_to
+from snowmpm.study.problem import KINDS
 from snowmpm.study.problems.catalogue import CATALOGUE
 from snowmpm.study.variation import BY_NAME, DEFAULT
 
@@ -49,7 +50,7 @@ def _overall(rows, problems):
         on_front.update({row.variation for row in front(own)})
         for cost, ratios in (("particle_steps", work), ("seconds", time)):
             for name, ratio in equal_error(problem, own, cost).items():
-                ratios.setdefault(name, []).append(ratio)
+                ratios.setdefault(name, {})[problem.title] = ratio
     lines = ["## All problems", "",
              "What it takes to make the error that the program makes on its usual grid, over what the program takes:"
              " particle-steps, which no noise disturbs, and time (median and range of the problems where both reach"
@@ -58,14 +59,14 @@ def _overall(rows, problems):
              "|---|---|---|---|---|"]
     for name in BY_NAME:
         if name in work:
-            reached = int(np.isfinite(work[name]).sum())
+            reached = int(np.isfinite(list(work[name].values())).sum())
             lines.append(f"| {name} | {_ratios(work[name])} | {_ratios(time[name])} | {reached} of {len(work[name])} |"
                          f" {on_front[name]} |")
-    return [*lines, "", *_verdict(work, on_front, len(problems))]
+    return [*lines, "", *_verdict(work, on_front, len(problems)), "", *_step(rows, problems, work)]
 
 
 def _ratios(values):
-    reached = np.array([value for value in values if np.isfinite(value)])
+    reached = np.array([value for value in values.values() if np.isfinite(value)])
     if not len(reached):
         return "not reached"
     return f"{np.median(reached):.2g}" + (f" ({reached.min():.2g} to {reached.max():.2g})" if len(reached) > 1 else "")
@@ -76,16 +77,55 @@ def _verdict(ratios, on_front, n_problems):
     said = [f"The program's own choice is on the front of {on_front[DEFAULT.name]} of {n_problems} problems."]
     better = {}
     for name, values in ratios.items():
-        reached = [value for value in values if np.isfinite(value)]
-        if name != DEFAULT.name and len(reached) > n_problems // 2 and np.median(reached) < WORTH_IT:
+        reached = {title: value for title, value in values.items() if np.isfinite(value)}
+        if name != DEFAULT.name and len(reached) > n_problems // 2 and np.median(list(reached.values())) < WORTH_IT:
             better[name] = reached
-    for name, reached in sorted(better.items(), key=lambda item: np.median(item[1])):
-        said.append(f'"{name}" makes the same error with {np.median(reached):.2g} of its particle-steps (median of'
-                    f" {len(reached)} problems, {min(reached):.2g} to {max(reached):.2g}).")
+    for name, reached in sorted(better.items(), key=lambda item: np.median(list(item[1].values()))):
+        found = list(reached.values())
+        said.append(f'"{name}" makes the same error with {np.median(found):.2g} of its particle-steps (median of'
+                    f" {len(found)} problems, {min(found):.2g} to {max(found):.2g}){_except(ratios[name])}.")
     if not better:
         said.append(f"Nothing else makes the same error with less than {WORTH_IT:g} of its particle-steps on most"
                     " problems.")
     return [" ".join(said)]
+
+
+def _except(values):
+    """Problems in which a choice takes more than the program, or never gets there."""
+    worse = [f"{title} ({value:.2g})" if np.isfinite(value) else f"{title} (not reached)"
+             for title, value in values.items() if not value < 1.0]
+    return f", but not in: {', '.join(worse)}" if worse else ""
+
+
+STEPS = ("half the step", DEFAULT.name, "longer step", "longest step")
+
+
+def _step(rows, problems, work):
+    """What the time step changes, by the kind of problem: error on the usual grid over that of the program's step, and
+    particle-steps to the same error."""
+    lines = ["### The time step", "", "Error on the usual grid over that of the program's step, by kind of problem"
+             " (median, range), and particle-steps to the program's error over the program's:", "",
+             f"| kind | problems | {' | '.join(f'{name}: error | work' for name in STEPS if name != DEFAULT.name)} |",
+             "|---|---|" + "---|---|" * (len(STEPS) - 1)]
+    for kind in KINDS:
+        own = [problem for problem in problems if problem.kind == kind]
+        if not own:
+            continue
+        cells = []
+        for name in STEPS:
+            if name != DEFAULT.name:
+                errors = {problem.title: ratio for problem in own
+                          if np.isfinite(ratio := usual_error(problem, rows, name))}
+                known = {title: work[name][title] for title in errors if title in work.get(name, {})}
+                cells += [_ratios(errors), _ratios(known)]
+        lines.append(f"| {kind} | {len(own)} | {' | '.join(cells)} |")
+    return lines
+
+
+def usual_error(problem, rows, name):
+    """Error of a variation on the usual grid of a problem over that of the program; nan where one is missing."""
+    at = {row.variation: row.error for row in rows if row.problem == problem.name and row.cells == problem.usual}
+    return at[name] / at[DEFAULT.name] if name in at and DEFAULT.name in at else float("nan")
 
 
 def equal_error(problem, rows, cost="seconds"):

@@ -56,6 +56,7 @@ VARIATIONS = (
     Variation("3 per axis", "particles", per_axis=3),
     Variation("cubic, 3 per axis", "particles", {"kernel": "cubic"}, per_axis=3),
     Variation("half the step", "step", step=0.5),
+    Variation("longer step", "step", step=1.4),
     Variation("longest step", "step", step=2.5),
     Variation("wall between nodes", "wall", options={"offset": 1.0 / 3.0}),
     Variation("walls as obstacles", "wall", options={"wall": "obstacle"}),

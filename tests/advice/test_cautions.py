@@ -76,6 +76,34 @@ def test_a_corner_is_named_with_what_cures_it(entry):
     assert entry not in entries(block(**cured))
 
 
+SAND = {"kind": "drucker_prager", "density": 1500.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+        "friction_angle": 30.0}
+
+
+def layer_of_sand(dx, sand=None, **solver):
+    """A layer of sand, 0.8 m deep, on a slope."""
+    return Scene.model_validate({
+        "name": "sand", "dimension": 2, "end_time": 1.0, "solver": {"dx": dx, **solver},
+        "terrain": {"kind": "plane", "angle": 35.0}, "domain": {"min": [0.0, -4.0], "max": [4.0, 2.0]},
+        "materials": {"sand": {**SAND, **(sand or {})}},
+        "bodies": [{"name": "sand", "material": "sand",
+                    "shape": {"kind": "layer", "bottom": 0.0, "top": 0.8, "region": {"x": [1.0, 3.0]}}}]})
+
+
+def test_friction_that_disturbances_grow_in_is_named():
+    """Too deep for its law, too shallow for the grid, and what lies between; with dilation there is no such depth."""
+    found = entries(layer_of_sand(0.02))["unstable_friction"]
+    assert found.key == "bodies.0 (sand)" and "cfl = 0.1" in found.cure
+    for sound in (layer_of_sand(0.02, cfl=0.1), layer_of_sand(0.05), layer_of_sand(0.02, {"dilation_angle": 30.0})):
+        assert "unstable_friction" not in entries(sound)
+
+
+def test_the_spacing_that_a_shallow_flow_wants_is_named():
+    said = entries(layer_of_sand(0.2))["shallow_flow"].cure
+    assert 'transfer = "aflip"' in said
+    assert "shallow_flow" not in entries(layer_of_sand(float(said.split()[-4])))
+
+
 def test_a_sound_scene_is_left_alone():
     assert advise(block()).cautions == []
 

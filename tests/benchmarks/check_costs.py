@@ -1,10 +1,11 @@
 """Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; frames and SPH here.
 
-    python tests/benchmarks/check_costs.py [-o FILE]
+    python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
 Needs figures/mpm_step.csv and figures/stress_update.csv. Frames: one of 100 000 particles is written with one field and
 with six numbers more, the audit included, median of three each; the difference is what a number costs. Steps of SPH:
-median of ten. Both by the processor time of one thread.
+median of ten. Calls: steps of a scene with a few dozen particles on plane ground, median of two hundred. All by the
+processor time of one thread. --only: measure these rows, keep the table's others.
 """
 
 import argparse
@@ -105,18 +106,63 @@ def sph():
             yield "step", dim, precision, "sph", 1e9 * np.median(times[2:]) / solver.particles.count
 
 
+def calls():
+    """ns of a step of a whole simulation with hardly anything in it."""
+    for dim in (2, 3):
+        for method in ("mpm", "sph"):
+            size = [2.0] * dim
+            scene = Scene.model_validate({
+                "name": "call", "dimension": dim, "end_time": 1.0,
+                "solver": {"method": method, "dx": 1.0 if method == "mpm" else 0.5},
+                "terrain": {"kind": "plane"}, "domain": {"min": [-8.0] * dim, "max": [s + 8.0 for s in size]},
+                "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6,
+                                       "poisson_ratio": 0.3}},
+                "bodies": [{"name": "block", "material": "snow",
+                            "shape": {"kind": "box", "min": [0.0] * dim, "max": size}}]})
+            simulation, times = Simulation(scene), []
+            for _ in range(220):
+                start = time.process_time()
+                simulation.step()
+                times.append(time.process_time() - start)
+            yield "call", dim, "f32", method, 1e9 * np.median(times[20:])
+
+
+ROWS = {"step": steps, "law": laws, "frame": frames, "sph": sph, "call": calls}
+"""What measures the rows of each kind."""
+
+
+def kept(path, measured):
+    """Rows of the table that is there but for those of the kinds measured."""
+    if not path.exists():
+        return []
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))[1:]
+    return [row for row in rows if _kind(row) not in measured]
+
+
+def _kind(row):
+    if row[3] == "sph" and row[0] == "step":
+        return "sph"
+    return "step" if row[0] in ("block", "more") else row[0]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=costs.TABLE)
-    output = parser.parse_args().output
+    parser.add_argument("--only", choices=ROWS, action="append", help="what to measure; all by default")
+    options = parser.parse_args()
+    measured = options.only or list(ROWS)
     runtime.start("cpu", threads=1)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with open(output, "w", newline="", encoding="utf-8") as file:
+    rows = kept(options.output, measured)
+    for kind in measured:
+        for *row, ns in ROWS[kind]():
+            rows.append((*row, f"{ns:.4g}"))
+            print(*rows[-1])
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    with open(options.output, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("what", "dimension", "precision", "name", "ns"))
-        for *row, ns in (*steps(), *laws(), *frames(), *sph()):
-            writer.writerow((*row, f"{ns:.4g}"))
-            print(*row, f"{ns:.4g}")
+        writer.writerows(rows)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
     python writer_thread.py [FOLDER]
 
-Runs a block of snow (2-D, 40 000 particles) for the same steps without frames, with one every ten steps, and with
+Runs a block of snow (2-D, 40 000 particles) for the same steps without frames, with one every fifty steps, and with
 one whose disk needs as long as the solver or twice that; each with the thread, and in the solver's own. Writes
 figures/writer_thread.csv: seconds of wall time a frame. The runs lie in FOLDER (by default where temporary files lie).
 """
@@ -17,7 +17,7 @@ from snowmpm import io, loop, recorder, runtime
 from snowmpm.io import RunWriter
 from snowmpm.scenes import load_scene
 
-STEPS, EVERY = 160, 10
+STEPS, EVERY = 400, 50
 SCENE = """
 name = "block"
 dimension = 2
@@ -28,7 +28,7 @@ fields = ["velocity", "density", "stress"]
 checkpoint_interval = 1e9
 [solver]
 dx = 0.01
-dt = 2e-4
+dt = 1e-4
 [materials.snow]
 kind = "cohesive_cam_clay"
 density = 300.0
@@ -43,8 +43,9 @@ name = "block"
 material = "snow"
 shape = { kind = "box", min = [0.0, 0.1], max = [1.0, 1.1] }
 velocity = [0.0, -1.0]
-[terrain]
-kind = "plane"
+[domain]
+min = [-0.5, 0.0]
+max = [1.5, 1.5]
 """
 
 
@@ -76,7 +77,7 @@ def main(folder):
     runtime.start("cpu", threads=1)
     path = Path(folder) / "block.toml"
     path.write_text(SCENE)
-    dt, rows = 2e-4, []
+    dt, rows = 1e-4, []
     end, frames = STEPS * dt, STEPS // EVERY
 
     def case(name, interval, background, disk=0.0):

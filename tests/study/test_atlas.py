@@ -7,7 +7,7 @@ from snowmpm.study.atlas.catalogue import ENTRIES
 from snowmpm.timestep import CRITICAL
 
 BORDERS = read(SHIPPED)
-SLOW = {"shallow_flow"}
+SLOW = {"shallow_flow", "stacked_bodies", "unstable_friction"}
 """Entries whose runs take some ten seconds."""
 
 

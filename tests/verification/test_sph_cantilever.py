@@ -1,5 +1,11 @@
-"""SPH on a cantilever (M11): its first frequency. L = 1 m, t = 0.1 m, 6 particles across, 0.5355 Hz (Timoshenko: 1 %
-less)."""
+"""SPH on a cantilever (M11): its first frequency. L = 1 m, t = 0.1 m, 0.5355 Hz for a slender beam, of which shear
+takes 1 %.
+
+The corrected gradient and the sum of forces in balance with it. At a free surface their fit is one-sided, and sees the
+bending strain of the outer layer nearer the middle than it is: the beam is 9 % too slow with 6 particles across it, 3 %
+with 12, less with a narrower kernel. The clamp is not what gives way: half of a beam that swings free of any, against a
+mirror, is as slow.
+"""
 
 import numpy as np
 import pytest
@@ -10,39 +16,49 @@ from snowmpm.study.problems.particle_states import ParticleStates
 from tests.sph.stage import lattice, solver_of
 from tests.verification.test_sph_elastic import crossings
 
-EXACT, LENGTH, THICK = 0.5355, 1.0, 0.1
+LENGTH, THICK = 1.0, 0.1
+CLAMPED, FREE = 1.875104, 2.365020
+"""k L of the first mode of a beam clamped at one end, and of half of one that is free at both."""
 
 
-def frequency(**scheme):
-    """-> over the exact one, amplitude of the speed kept after half a period."""
-    law, dx = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3), THICK / 6
+def free_mode(x):
+    """Deflection and slope of half a free beam at x / L from its middle."""
+    z = FREE * x
+    return (np.cos(z) / np.cos(FREE) + np.cosh(z) / np.cosh(FREE),
+            FREE * (np.sinh(z) / np.cosh(FREE) - np.sin(z) / np.cos(FREE)))
+
+
+def frequency(across, clamped=True, **scheme):
+    """First frequency over that of a slender beam, from the first quarter of a period."""
+    law, dx = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3), THICK / across
+    mode, side = (first_mode, "stick") if clamped else (free_mode, "slip")
+    exact = 0.5355 * (1.0 if clamped else (FREE / CLAMPED) ** 2)
 
     def velocity(x):
-        deflection, slope = first_mode(x[:, 0] / LENGTH)
+        deflection, slope = mode(x[:, 0] / LENGTH)
         return 0.01 * np.stack([-x[:, 1] * slope / LENGTH, deflection], axis=1)
 
     positions, volumes = lattice([0.0, -0.5 * THICK], [LENGTH, 0.5 * THICK], dx)
     solver = solver_of(positions, volumes, law, dx=dx, velocity=velocity, lower=[0.0, -0.6], upper=[1.5, 0.6],
-                       sides=[["stick", "open"], ["open", "open"]], scheme=scheme)
+                       sides=[[side, "open"], ["open", "open"]], scheme=scheme)
     states = ParticleStates(solver)
-    mode, rows = first_mode(states.reference[:, 0] / LENGTH)[0], []
-    while solver.time < 1.0 / EXACT:
+    shape, rows = mode(states.reference[:, 0] / LENGTH)[0], []
+    while solver.time < 0.35 / exact:
         for _ in range(10):
             solver.step(solver.stable_dt()[0])
-        rows.append((solver.time, (states.column("velocity")[:, 1] * mode).mean()))
+        rows.append((solver.time, (states.column("velocity")[:, 1] * shape).mean()))
     time, speed = np.array(rows).T
-    return float((0.5 / np.diff(crossings(time, speed)) / EXACT)[0]), float(-speed.min() / speed[0])
+    return float(0.25 / crossings(time, speed)[0] / exact)
 
 
 @pytest.mark.slow
-def test_the_corrected_sum_is_stiffer_and_keeps_the_motion():
-    plain, corrected = frequency(), frequency(momentum="corrected")
-    assert corrected[0] > plain[0] + 0.03
-    assert min(plain[1], corrected[1]) > 0.99
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="0.911 of it: dummies of a clamp follow means over three particles, half of the"
-                                       " beam's depth, and let it turn a little; 0.876 with the usual momentum sum")
 def test_first_frequency():
-    assert frequency(momentum="corrected")[0] == pytest.approx(0.99, rel=0.03)
+    assert frequency(12, momentum="corrected", smoothing=1.2) == pytest.approx(0.99, rel=0.03)
+
+
+@pytest.mark.slow
+def test_the_corrected_sum_is_stiffer_and_the_clamp_is_not_to_blame():
+    plain, corrected = (frequency(6, momentum=form) for form in ("density", "corrected"))
+    assert corrected > plain + 0.03
+    assert frequency(6, clamped=False, momentum="corrected") == pytest.approx(corrected, abs=0.02)
+    assert 0.97 * corrected < 0.91 < 1.03 * corrected

@@ -107,9 +107,9 @@ def test_rayleigh_wave():
 
 @pytest.mark.parametrize(("speed", "alpha", "overshoot"), [
     (1.0, 1.0, 1.3), pytest.param(5.0, 1.0, 1.3, marks=pytest.mark.slow),
-    pytest.param(1.0, 0.1, 1.45, marks=pytest.mark.slow)])
+    pytest.param(1.0, 0.3, 1.3, marks=pytest.mark.slow), pytest.param(1.0, 0.1, 1.45, marks=pytest.mark.slow)])
 def test_bar_against_a_wall(speed, alpha, overshoot):
-    """With alpha = 0.1 the front rings by 40 %, which more viscosity takes away."""
+    """With the usual alpha = 0.1 the front rings by 40 %, with 0.3 by 27 %, with 0.5 by 19 %."""
     dx, high, exact = 0.01, 0.04, IMPACTS[speed][2]
     positions, volumes = lattice([0.0, 0.0], [1.0, high], dx)
     solver = solver_of(positions, volumes, BAR, dx=dx, velocity=lambda x: np.tile([-speed, 0.0], (len(x), 1)),

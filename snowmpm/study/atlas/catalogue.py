@@ -2,6 +2,7 @@
 
 from snowmpm.study.atlas import (
     contacts,
+    granular,
     layers,
     round_off,
     softening,
@@ -15,7 +16,7 @@ GROUPS = {
     "time steps": time_steps.ENTRIES,
     "transfers and splines": transfers.ENTRIES,
     "large deformation": stretching.ENTRIES,
-    "materials and layers": (*layers.ENTRIES, *softening.ENTRIES),
+    "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES),
     "contact": contacts.ENTRIES,
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,

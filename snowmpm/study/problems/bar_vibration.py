@@ -45,7 +45,7 @@ def shape_error(scheme, cells, offset=0.0, per_axis=2, dim=2, courant=0.2):
     solver = bar(scheme, cells, offset, per_axis, dim, SMALL)
     states = ParticleStates(solver)
     x = states.reference[:, 0] - offset * LENGTH / cells
-    steps = int(np.ceil(PERIODS * PERIOD * LAW.wave_speed() / (courant * LENGTH / cells)))
+    steps = int(np.ceil(PERIODS * PERIOD * LAW.wave_speed() / (courant * solver.dx)))
     dt = PERIODS * PERIOD / steps
     mode = SMALL * np.sin(np.pi * x / (2 * LENGTH))
     # Symplectic Euler keeps v half a step behind

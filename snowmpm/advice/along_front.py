@@ -1,19 +1,25 @@
 """A scene moved along the Pareto front: what `--fast` and `--accurate` change in it, and what was measured of that.
 
 The moves and what they cost in error are those of `presets`, in problems with known answers; what they save is worked
-out for the scene at hand, from its dimension and time step and the measured cost of a particle-step.
+out for the scene at hand, from its own `Budget`: particles, blocks, steps, calls and frames at their measured costs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from snowmpm.advice.budget import Budget
+from snowmpm.advice.facts import SceneFacts
+from snowmpm.build import build
 from snowmpm.errors import InputError
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 from snowmpm.study.presets import FASTER, LESS_ERROR, MARGIN
 from snowmpm.study.variation import LONGEST
 from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
+
+LEAST_CELLS = 0.7
+"""Of the thinnest part of a scene: a row of particles or two, whose stiffness across is then that of a cell."""
 
 
 @dataclass(frozen=True)
@@ -30,26 +36,27 @@ def _check_method(scene, option):
 
 
 def faster(scene):
-    """`Change` that makes a scene run FASTER with the least loss that was measured."""
+    """`Change` that makes a scene run FASTER with the least loss that was measured. Raises InputError as `build`."""
     _check_method(scene, "--fast")
-    table, limit = _table(scene), coarsest(scene)
-    allowed = [gain for gain in table if gain.move.coarser <= limit]
-    saving = _saving(scene, table)
+    limit, saving = coarsest(scene), _saving(scene)
+    allowed = [gain for gain in _table(scene) if gain.move.coarser <= limit]
     gain = presets.fastest(allowed, saving)
     lines = _said(scene, gain, saving, "--fast")
+    thin = thinnest(scene)
+    if gain.move.coarser > 1.0 and thin < gain.move.coarser * scene.solver.dx:
+        lines.append(f"its thinnest part, {thin:.3g} m, is then {thin / (gain.move.coarser * scene.solver.dx):.2g} of a"
+                     " cell: what happens in it is smeared over one")
     if saving(gain.move) > 1.0 / (FASTER * MARGIN):
-        thin = thinnest(scene)
         lines.append(f"not {FASTER:g} times for sure: its thinnest part is {thin:.3g} m, which a coarser grid would not"
-                     " resolve")
+                     " resolve" if np.isfinite(thin) else f"not {FASTER:g} times for sure: frames and calls stay")
     return Change(_overrides(scene, gain.move), tuple(lines))
 
 
 def more_accurate(scene):
     """`Change` that brings the typical error to LESS_ERROR of what it was, at the least cost that was measured."""
     _check_method(scene, "--accurate")
-    table = _table(scene)
-    saving = _saving(scene, table)
-    gain = presets.most_accurate(table, saving)
+    saving = _saving(scene)
+    gain = presets.most_accurate(_table(scene), saving)
     lines = _said(scene, gain, saving, "--accurate")
     if gain.typical > LESS_ERROR:
         lines.append(f"not {LESS_ERROR:g} of the error: nothing that was measured does that for this choice of solver")
@@ -79,17 +86,18 @@ def _step(scene, move=None):
     return min(usual * (move.variation.step if move else 1.0), max(usual, LONGEST * critical))
 
 
-def _saving(scene, table):
-    """saving(move): time after it over the time before, of as many particles and steps as it leaves, each at the cost
-    that was measured."""
-    cost = presets.costs(table)
+def _saving(scene):
+    """saving(move): expected time of the run after it over the time before, steps and frames at their measured
+    costs."""
+    model = build(scene)
+    budget = Budget(SceneFacts(scene, model, model.solver()))
 
     def saving(move):
-        particles = _particles(scene, move) / move.coarser**scene.dimension
-        steps = 1.0 / move.coarser
-        if not scene.solver.dt:
-            steps *= _step(scene) / _step(scene, move)
-        return particles * steps * cost[move.name]
+        size = move.coarser**-scene.dimension
+        share = size * _particles(scene, move)
+        longer = move.coarser * (1.0 if scene.solver.dt else _step(scene, move) / _step(scene))
+        step = budget.step(replace(budget.scheme, **move.variation.scheme), share, size)
+        return (budget.facts.steps / longer * step + share * budget.output) / budget.total
 
     return saving
 
@@ -121,9 +129,9 @@ def _said(scene, gain, saving, option):
         was = before.get(key, getattr(scene.solver, key.partition(".")[2]))
         parts.append(f"{key} {_text(was)} -> {_text(value)}")
     ratio = saving(gain.move)
-    work = f"{1.0 / ratio:.2g} times less work" if ratio < 1.0 else f"{ratio:.2g} times the work"
+    time = f"{1.0 / ratio:.2g} times faster" if ratio < 1.0 else f"{ratio:.2g} times the time"
     return [f"{option}: {', '.join(parts)}",
-            f"expected: {work}, {presets.in_words(gain.error)} times the error, as measured in {len(gain.error)}"
+            f"expected: {time}, {presets.in_words(gain.error)} times the error, as measured in {len(gain.error)}"
             " problems with known answers (median, range)"]
 
 
@@ -154,5 +162,5 @@ def _extent(shape):
 
 
 def coarsest(scene):
-    """Largest factor of dx at which the thinnest part is still a cell thick; 1 where it is less already."""
-    return max(1.0, thinnest(scene) / scene.solver.dx * (1.0 + 1e-9))
+    """Largest factor of dx at which the thinnest part is still LEAST_CELLS thick; 1 where it is less already."""
+    return max(1.0, thinnest(scene) / (LEAST_CELLS * scene.solver.dx) * (1.0 + 1e-9))

@@ -1,0 +1,11 @@
+"""Corners of the atlas that a scene sits in: one rule a failure, by the borders that were measured."""
+
+from snowmpm.advice.cautions import contacts, layers, round_off, sph_sums, time_steps, transfers  # noqa: F401
+from snowmpm.advice.cautions.caution import RULES, Caution
+
+__all__ = ["Caution", "cautions"]
+
+
+def cautions(facts):
+    """`Caution`s of a scene (`SceneFacts`), in the order of the rules."""
+    return [caution for rule in RULES[facts.scene.solver.method] for caution in rule(facts)]

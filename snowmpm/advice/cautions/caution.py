@@ -1,0 +1,45 @@
+"""One warning of `snowmpm check`, and the rules that give them."""
+
+from dataclasses import dataclass
+
+from snowmpm.borders import shipped
+
+RULES = {"mpm": [], "sph": []}
+"""By method, in the order in which they are asked."""
+
+
+@dataclass(frozen=True)
+class Caution:
+    """entry: of the atlas; key: of the scene; says: what lies beyond which border; cure: settings."""
+
+    entry: str
+    key: str
+    says: str
+    cure: str
+
+    def __str__(self):
+        return f"{self.key}: {self.says} (atlas: {self.entry}); {self.cure}"
+
+
+def rule(*methods):
+    """Mark a generator of cautions about scenes of these methods."""
+    def marked(function):
+        for method in methods:
+            RULES[method].append(function)
+        return function
+    return marked
+
+
+def beyond(entry, setting, value):
+    """The border of an entry with a setting when `value` lies on its failing side, else None."""
+    border = shipped()[entry, setting]
+    return border if border.failing(value) else None
+
+
+def worded(border, key, value, what=None):
+    """A caution in the usual words: `what` is value, beyond the border."""
+    unit = f" {border.unit}" if border.unit else ""
+    limit = f"{border.value:.3g}{unit}" if border.value is not None else "any"
+    side = "over" if border.fails == "above" else "under"
+    says = f"{what or border.parameter} {value:.3g}{unit} is {side} {limit}: {border.in_a_sentence}"
+    return Caution(border.entry, key, says, border.cure)

@@ -1,0 +1,28 @@
+"""Rules: bodies that meet, and obstacles thinner than the grid."""
+
+import numpy as np
+
+from snowmpm.advice.cautions.caution import beyond, rule, worded
+
+
+@rule("mpm")
+def early_contact(facts):
+    """Bodies that stand apart and come together: they will meet that much too early."""
+    for pair in facts.pairs:
+        first, second = (facts.scene.bodies[body] for body in (pair.first, pair.second))
+        differ = np.linalg.norm(np.subtract(first.velocity, second.velocity)) > 1e-3 * facts.wave_speed
+        if pair.distance == 0 and not differ:
+            continue
+        setting = ("separate" if pair.separate else "shared") + (" cubic" * (facts.scene.solver.kernel == "cubic"))
+        if not pair.separate and (border := beyond("early_contact", setting, float(pair.distance))):
+            yield worded(border, f"bodies ({first.name} and {second.name})", float(pair.distance))
+
+
+@rule("mpm")
+def thin_obstacle(facts):
+    """An obstacle thinner than the grid can keep snow from passing."""
+    setting = "cubic" if facts.scene.solver.kernel == "cubic" else "between nodes"
+    for i, obstacle in enumerate(facts.model.obstacles):
+        thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
+        if border := beyond("thin_obstacle", setting, thickness):
+            yield worded(border, f"obstacles.{i} ({obstacle.name})", thickness)

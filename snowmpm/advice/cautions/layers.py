@@ -1,0 +1,122 @@
+"""Rules: materials and layers that a grid is too coarse for."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.borders import shipped
+
+DRAWN_CELLS = 2.0
+"""Cells through a weak layer of which one row collapses first; more of them break for less energy."""
+
+
+@rule("mpm")
+def volumetric_locking(facts):
+    """Too stiff an answer of nearly incompressible or dilating snow, with many particles in a cell."""
+    solver = facts.scene.solver
+    many = solver.kernel == "quadratic" and solver.gradient == "affine" and facts.per_axis > 2.5
+    for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
+        ratio = law.bulk_modulus / law.shear_modulus
+        if border := beyond("volumetric_locking", f"{facts.spline} {9 if many else 4}", ratio):
+            nu = (3.0 * border.value - 2.0) / (6.0 * border.value + 2.0)
+            what = f"{law.poisson_ratio:g} (border {nu:.3f}): K / G"
+            yield worded(border, f"materials.{name}.poisson_ratio", ratio, what)
+
+
+@rule("mpm")
+def stiffness_contrast(facts):
+    """A stiff body on a soft one within a cell or two."""
+    for pair in facts.pairs:
+        if pair.distance == 0 and not pair.separate:
+            first, second = (facts.law(body).youngs_modulus for body in (pair.first, pair.second))
+            contrast = max(first, second) / min(first, second)
+            setting = "cubic" if facts.scene.solver.kernel == "cubic" else (
+                "shape" if facts.scene.solver.gradient == "shape" else "quadratic")
+            if border := beyond("stiffness_contrast", setting, contrast):
+                names = " and ".join(facts.scene.bodies[body].name for body in (pair.first, pair.second))
+                yield worded(border, f"bodies ({names})", contrast)
+
+
+@rule("mpm")
+def thin_layer(facts):
+    """A soft layer between stiffer bodies, by the contrast to the softest of them."""
+    for body, spec in enumerate(facts.scene.bodies):
+        others = [pair.second if pair.first == body else pair.first for pair in facts.pairs
+                  if body in (pair.first, pair.second) and pair.distance == 0]
+        own = facts.law(body).youngs_modulus
+        stiffer = [facts.law(other).youngs_modulus / own for other in others if facts.law(other).youngs_modulus > own]
+        if not stiffer:
+            continue
+        known = {5.0: "1 : 5", 20.0: "1 : 20" if facts.spline == "quadratic" else f"1 : 20 {facts.spline.split()[-1]}"}
+        for contrast, setting in sorted(known.items(), reverse=True):
+            if min(stiffer) >= contrast:
+                if border := beyond("thin_layer", setting, facts.thickness(body)):
+                    yield worded(border, f"bodies.{body} ({spec.name})", facts.thickness(body))
+                break
+
+
+@rule("mpm")
+def softening_on_grid(facts):
+    """A weak layer whose energy follows the grid: one that softens, with no thickness of reference. Where the grid is
+    that of the tuning nothing is wrong; so it is said only of a layer of more cells than collapse as one."""
+    for body, spec in enumerate(facts.scene.bodies):
+        law = facts.scene.materials[spec.material]
+        if getattr(law, "softening", None) and getattr(law, "reference_thickness", None) is None:
+            border = shipped()["softening_on_grid", "as given"]
+            ratio = DRAWN_CELLS / facts.thickness(body)
+            if border.failing(ratio):
+                yield worded(border, f"materials.{spec.material}.reference_thickness", ratio,
+                          f"{facts.thickness(body):.3g} cells through the layer, of which single rows collapse;"
+                          " spacing over that of two cells")
+
+
+@rule("mpm")
+def shallow_flow(facts):
+    """Layers of snow on ground that they may slide on: by their depth at the start."""
+    if not any(body.shape.kind == "layer" for body in facts.scene.bodies):
+        return
+    depth = facts.model.depth / facts.dx
+    setting = {"aflip": "aflip 0.99", "flip": "flip 0.99"}.get(facts.scene.solver.transfer, facts.scene.solver.transfer)
+    if border := beyond("shallow_flow", setting, depth):
+        found = worded(border, "solver.dx", depth)
+        yield replace(found, cure=_deep_enough(facts.model.depth, setting))
+
+
+def _deep_enough(depth, own):
+    """Settings that put enough cells over a depth [m]."""
+    known = shipped()["shallow_flow", "aflip 0.99"].value, shipped()["shallow_flow", own].value
+    damped = f'solver.transfer = "aflip", flip_ratio = 0.99 and solver.dx = {_below(depth / known[0]):g}'
+    if own == "aflip 0.99" or not known[1]:
+        return damped if own != "aflip 0.99" else f"solver.dx = {_below(depth / known[0]):g}"
+    return f"{damped}; or solver.dx = {_below(depth / known[1]):g} as it is"
+
+
+def _below(length):
+    """A length rounded down to two digits."""
+    unit = 10.0 ** (np.floor(np.log10(length)) - 1)
+    return float(f"{np.floor(length / unit) * unit:.3g}")
+
+
+@rule("mpm")
+def unstable_friction(facts):
+    """Layers of grains that dilate less than they rub, on ground that they may slide on: by their depth at the
+    start."""
+    solver = facts.scene.solver
+    for body, spec in enumerate(facts.scene.bodies):
+        law = facts.law(body)
+        rubs = getattr(law, "friction_angle", None) or (45.0 if law.kind == "mu_i" else 0.0)
+        if spec.shape.kind != "layer" or getattr(law, "dilation_angle", 0.0) >= rubs:
+            continue
+        if border := beyond("unstable_friction", _damping(solver), facts.model.depth / facts.dx):
+            yield worded(border, f"bodies.{body} ({spec.name})", facts.model.depth / facts.dx)
+
+
+def _damping(solver):
+    """Setting of the atlas whose numerical viscosity is that of a solver, or the next one below."""
+    if solver.transfer in ("aflip", "flip"):
+        return f"{solver.transfer} 0.99"
+    if solver.kernel == "cubic":
+        return "cubic"
+    cfl = solver.cfl or 1.0
+    return "apic, cfl 0.1" if cfl <= 0.1 else "apic, cfl 0.2" if cfl <= 0.2 else "apic"

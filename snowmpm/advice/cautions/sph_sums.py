@@ -1,0 +1,51 @@
+"""Rules: sums over neighbours, for method "sph"."""
+
+from snowmpm.advice.cautions.caution import beyond, rule, worded
+
+
+@rule("sph")
+def sph_pairing(facts):
+    """Particles that pair under compression, with this kernel and this many neighbours."""
+    chosen = facts.scene.solver.sph
+    if border := beyond("sph_pairing", chosen.kernel.replace("_", " "), chosen.smoothing):
+        yield worded(border, "solver.sph.kernel", chosen.smoothing)
+
+
+@rule("sph")
+def sph_free_surface(facts):
+    """Stresses at a free surface with gradients that are not corrected."""
+    chosen = facts.scene.solver.sph
+    if chosen.gradient == "plain":
+        setting = min((1.2, 1.5, 2.0), key=lambda h: abs(h - chosen.smoothing))
+        if border := beyond("sph_free_surface", f"plain {setting:g}", 0.5):
+            yield worded(border, "solver.sph.gradient", 0.5)
+
+
+@rule("sph")
+def sph_tensile(facts):
+    """Materials that bear tension, where nothing acts against it: the strength of cohesive ones, the load of those
+    without an end."""
+    chosen = facts.scene.solver.sph
+    if chosen.disorder_damping > 0.0 or chosen.artificial_stress > 0.0:
+        return
+    for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
+        modulus = law.density * law.wave_speed() ** 2
+        strength = getattr(law, "cohesion", None)
+        if law.kind == "elastic":
+            pulled = facts.least_strain
+        elif strength and hasattr(law, "p0"):
+            pulled = strength * law.p0 / modulus
+        else:
+            continue
+        if border := beyond("sph_tensile", "wendland c6 1.5", pulled):
+            yield worded(border, f"materials.{name}", pulled)
+
+
+@rule("sph")
+def sph_wall(facts):
+    """Fast particles, where no barrier stops them."""
+    if facts.scene.solver.sph.barrier:
+        return
+    speed = max(facts.start_speed, facts.fall_speed) / facts.wave_speed
+    if border := beyond("sph_wall", "mirrored", speed):
+        yield worded(border, "solver.sph.barrier", speed)

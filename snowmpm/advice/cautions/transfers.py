@@ -1,0 +1,54 @@
+"""Rules: what transfers and splines do to motion that they should leave alone."""
+
+from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.borders import shipped
+
+
+@rule("mpm")
+def null_space_noise(facts):
+    """Motion that the grid does not see, which FLIP's share lets grow."""
+    solver = facts.scene.solver
+    if "flip" in solver.transfer:
+        setting = "flip cubic" if solver.transfer == "flip" and solver.kernel == "cubic" else solver.transfer
+        if border := beyond("null_space_noise", setting, solver.flip_ratio):
+            yield worded(border, "solver.flip_ratio", solver.flip_ratio)
+
+
+@rule("mpm")
+def damped_waves(facts):
+    """PIC, or little FLIP: the longest wave that a body can have, twice as long as itself."""
+    solver = facts.scene.solver
+    settings = {"pic": [("pic", 0.0)], "flip": [("flip 0.95", 0.95), ("flip 0.99", 0.99)]}.get(solver.transfer, [])
+    known = [name for name, ratio in settings if solver.transfer == "pic" or solver.flip_ratio <= ratio]
+    longest = 2.0 * max(facts.extent(body) for body in range(len(facts.scene.bodies)))
+    if known and (border := beyond("damped_waves", known[0], longest)):
+        yield worded(border, "solver.transfer", longest, f"{solver.transfer}: the longest wave of a body,")
+
+
+@rule("mpm")
+def lost_spin(facts):
+    """Turning that transfers without an affine part take away."""
+    solver = facts.scene.solver
+    if solver.transfer in ("pic", "flip"):
+        ratio = solver.flip_ratio if solver.transfer == "flip" else 0.0
+        if border := beyond("lost_spin", solver.transfer, ratio):
+            yield worded(border, "solver.transfer", ratio, f'"{solver.transfer}" with flip_ratio')
+
+
+@rule("mpm")
+def cell_crossing(facts):
+    """Jumps of the stress when a particle crosses into the next cell."""
+    solver = facts.scene.solver
+    basis = "cubic shape" if solver.kernel == "cubic" else f"quadratic {solver.gradient}"
+    if border := beyond("cell_crossing", basis, 1.0 / facts.per_axis):
+        yield worded(border, "solver.particles_per_cell", 1.0 / facts.per_axis)
+
+
+@rule("mpm")
+def numerical_fracture(facts):
+    """Bodies tear when they are drawn out: what a scene will stretch is not known, but one particle a cell is torn by
+    any stretch at all."""
+    if facts.per_axis < 1.5 and facts.scene.solver.kernel == "quadratic":
+        border = shipped()["numerical_fracture", "quadratic 1"]
+        if border.failing(border.lowest):
+            yield worded(border, "solver.particles_per_cell", border.lowest)

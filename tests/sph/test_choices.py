@@ -1,0 +1,68 @@
+"""Choices of [solver.sph] that are no default: what goes wrong without each, and that it is right with it."""
+
+import numpy as np
+import pytest
+
+from snowmpm.materials import Elastic
+from snowmpm.population import Population
+from snowmpm.scenes.numerics import Sph
+from snowmpm.sph.solver import SphSolver
+from snowmpm.study.problems.particle_states import ParticleStates
+from tests.sph.stage import ICE, lattice, solver_of
+
+DX = 0.1
+AROUND = [["periodic", "periodic"]] * 2
+
+
+@pytest.mark.parametrize(("form", "quiet"), [("density", False), ("volume", True)])
+def test_unlike_densities_under_one_pressure(form, quiet):
+    """Snow on ice, eight times as heavy: a uniform pressure pushes nothing. Squared densities let it push the particles
+    at the border, by p / (rho dx) of the light ones."""
+    snow, pressure = ICE.model_copy(update={"density": ICE.density / 8.0}), 100.0
+    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
+    material = (positions[:, 1] > 8 * DX).astype(int)
+    stress = -pressure * np.tile([1.0, 1.0, 1.0, 0.0], (len(positions), 1))
+    elastic = ICE.h_from_stress(-pressure * np.eye(3))[0, 0] * np.array([1.0, 1.0, 1.0, 0.0])
+    solver = SphSolver(Population(positions, volumes, material, None, np.tile(elastic, (len(positions), 1)), stress),
+                       [ICE, snow], dx=DX, precision="f64", origin=np.zeros(2), lower=np.zeros(2),
+                       upper=np.full(2, 16 * DX), gravity=np.zeros(2), sides=AROUND, scheme=Sph(momentum=form))
+    dt = 1e-6
+    solver.step(dt)
+    pushed = np.abs(solver.particles.column("velocity")).max() / (dt * pressure / (snow.density * DX))
+    assert pushed < 1e-8 if quiet else pushed > 0.3
+
+
+@pytest.mark.parametrize(("beta", "holds"), [(0.0, False), (2.0, True)])
+def test_particles_that_fly_into_each_other(beta, holds):
+    """Two soft bars that meet at once their sound speed: without the quadratic viscosity their particles end up in each
+    other."""
+    from scipy.spatial import cKDTree
+
+    soft = Elastic(density=300.0, youngs_modulus=1e4, poisson_ratio=0.3)
+    positions, volumes = lattice([-20 * DX, 0.0], [20 * DX, 4 * DX], DX)
+    speed = 0.5 * soft.wave_speed()
+    solver = solver_of(positions, volumes, soft, dx=DX, lower=[-80 * DX, 0.0], upper=[80 * DX, 4 * DX],
+                       velocity=lambda x: np.stack([-speed * np.sign(x[:, 0]), 0.0 * x[:, 0]], axis=1),
+                       sides=[["open", "open"], ["slip", "slip"]],
+                       scheme={"quadratic_viscosity": beta, "disorder_damping": 0.0})
+    least = 1.0
+    while solver.time < 10 * DX / speed:
+        for _ in range(5):
+            solver.step(solver.stable_dt()[0])
+        tree = cKDTree(solver.particles.positions())
+        least = min(least, tree.query(tree.data, k=2)[0][:, 1].min())
+    assert (least > 0.25 * DX) == holds, least / DX
+
+
+@pytest.mark.parametrize(("kind", "left"), [("none", (0.9, 1.1)), ("diffusion", (0.0, 0.05))])
+def test_stress_that_alternates_from_particle_to_particle(kind, left):
+    """Of a sign that changes like the squares of a chessboard: forces do not feel it, and it stays for ever."""
+    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
+    sign = (-1.0) ** np.round(positions / DX - 0.5).sum(axis=1)
+    solver = solver_of(positions, volumes, dx=DX, stress=10.0 * sign[:, None, None] * np.eye(3), lower=[0.0, 0.0],
+                       upper=[16 * DX, 16 * DX], sides=AROUND, scheme={"regularisation": kind})
+    states = ParticleStates(solver)
+    for _ in range(100):
+        solver.step(solver.stable_dt()[0])
+    share = (states.column("stress")[:, 1] * sign).mean() / 10.0
+    assert left[0] < share < left[1]
