@@ -14,7 +14,7 @@ from .critical_state_return import (
     return_problem,
 )
 from .elastic import elastic_trial, small_elastic_trial
-from .ellipse import first_iterate, point_of, straight_step
+from .ellipse import first_iterate, point_of, straight_slopes, straight_step
 from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
 from .hencky import deviation_of_small_strain
 from .invariant_return import h_of_invariants, stress_of_invariants
@@ -86,72 +86,82 @@ def plastic_work(prm, p_trial, p, deviator2, ratio):
 def critical_state_lanes(return_map, hardening):
     """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening.
 
-    Held are the iterate of `straight_step`; then 1 if the state could be tried in a straight line, 1 if it yields and
-    if it is separated, p and e : e of the trial state, what `return_problem` found, and the tensors h and e of the
-    trial state.
+    Held are, from the places below on: what `straight_slopes` found, the iterate of `straight_step`, the problem (what
+    `return_problem` found, but v) and the trial state: 1 if it could be found in a straight line, p, e : e, h, e.
     """
     frozen = return_map == "frozen"
 
     @ti.func
-    def start(prm, h, state, A, dt):
-        h_trial, deviator, volume, deviator2, valid = small_elastic_trial(h, A)
-        p_trial, zeta = -prm[0] * volume, state[0]
-        yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, near, far = return_problem(
-            prm, p_trial, deviator2, zeta, collapsed_of(prm, state), frozen, hardening
+    def begin(prm, h, state, A, dt):
+        h_trial, deviator, volume, deviator2, possible = small_elastic_trial(h, A)
+        valid = ti.select(possible == 1 and in_reach(prm[2] * state[0], prm[10]), 1.0, 0.0)
+        p_trial = -prm[0] * volume
+        yielded, separated, zeta0, rate, collapsed, beta, p_fixed, value, side, start, end = return_problem(
+            prm, p_trial, deviator2, state[0], collapsed_of(prm, state), frozen, hardening
         )
-        valid *= ti.select(in_reach(prm[2] * zeta, prm[10]), 1, 0)
-        going = ti.cast(valid * yielded * (1 - separated), float)
+        going = valid * ti.cast(yielded * (1 - separated), float)
         problem = ti.Vector(
             [
-                ti.cast(valid, float), ti.cast(yielded, float), ti.cast(separated, float), p_trial, deviator2, zeta0,
-                rate, collapsed_new, beta, p_fixed, side, near, far
+                ti.cast(yielded, float), ti.cast(separated, float), zeta0, rate, collapsed, beta, p_fixed, side, start,
+                end,
             ]
         )  # fmt: skip
-        return joined(first_iterate(going, near, value, prm[10]), joined(problem, joined(h_trial, deviator)))
+        trial = joined(ti.Vector([valid, p_trial, deviator2]), joined(h_trial, deviator))
+        return joined(first_iterate(going, start, value, prm[10]), joined(problem, trial))
 
     @ti.func
-    def step(prm, held):
-        iterate, problem = part(held, 0, ITERATE), part(held, ITERATE, PROBLEM)
-        p_trial, deviator2, rate, beta, p_fixed = problem[3], problem[4], problem[6], problem[8], problem[9]
-        shape, growth, scale = 1.0 + 2.0 * beta, prm[2] * rate, prm[9]
-        if ti.static(frozen):
-            growth, scale = 0.0, 0.0
+    def growth_of(prm, held):
+        return 0.0 if ti.static(frozen) else prm[2] * held[PROBLEM + 3]
+
+    @ti.func
+    def slopes(prm, state, held):
+        beta, p_fixed = held[PROBLEM + 5], held[PROBLEM + 6]
+        shape, scale = 1.0 + 2.0 * beta, 0.0 if ti.static(frozen) else prm[9]
+        return straight_slopes(
+            held[TRIAL + 1], shape * prm[6] * held[TRIAL + 2], prm[0], shape * prm[5], growth_of(prm, held), beta,
+            p_fixed, scale, part(held, ITERATE, PROBLEM - ITERATE)
+        )  # fmt: skip
+
+    @ti.func
+    def step(prm, state, held):
         return straight_step(
-            p_trial, shape * prm[6] * deviator2, prm[0], shape * prm[5], growth, beta, p_fixed, scale, problem[10],
-            problem[11], problem[12], iterate
+            growth_of(prm, held), held[PROBLEM + 7], held[PROBLEM + 8], held[PROBLEM + 9], part(held, SLOPES, ITERATE),
+            part(held, ITERATE, PROBLEM - ITERATE)
         )  # fmt: skip
 
     @ti.func
     def end(prm, state, held, yields: ti.template()):
-        iterate, problem = part(held, 0, ITERATE), part(held, ITERATE, PROBLEM)
-        entries = ti.static((held.n - ITERATE - PROBLEM) // 2)
-        h_new = part(held, ti.static(ITERATE + PROBLEM), entries)
-        deviator = part(held, ti.static(held.n - entries), entries)
-        valid, p_trial, deviator2 = problem[0] > 0.0, problem[3], problem[4]
+        entries = ti.static((held.n - TRIAL - 3) // 2)
+        h_new, deviator = part(held, TRIAL + 3, entries), part(held, ti.static(held.n - entries), entries)
+        valid, p_trial, deviator2 = held[TRIAL] > 0.0, held[TRIAL + 1], held[TRIAL + 2]
         p, ratio, work, state_new, iterations = p_trial, 1.0, 0.0, state, 0
         if ti.static(yields):
-            yielded, separated, beta = problem[1] > 0.0, problem[2] > 0.0, problem[8]
-            p, ratio = point_of(iterate[4], iterate[5], (1.0 + 2.0 * beta) * prm[6] * deviator2, beta)
+            yielded, separated, beta = held[PROBLEM] > 0.0, held[PROBLEM + 1] > 0.0, held[PROBLEM + 5]
+            p, ratio = point_of(held[ITERATE + 4], held[ITERATE + 5], (1.0 + 2.0 * beta) * prm[6] * deviator2, beta)
             p, ratio = ti.select(separated, 0.0, p), ti.select(separated, 0.0, ratio)
             zeta, collapsed = internal_variables(
-                prm, p_trial, p, problem[5], problem[6], collapsed_of(prm, state), problem[7], frozen
-            )
+                prm, p_trial, p, held[PROBLEM + 2], held[PROBLEM + 3], collapsed_of(prm, state), held[PROBLEM + 4],
+                frozen
+            )  # fmt: skip
             p, ratio = ti.select(yielded, p, p_trial), ti.select(yielded, ratio, 1.0)
             h_plastic, near = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
             h_new = ti.select(yielded, h_plastic, h_new)
             state_new = ti.select(yielded, state_of(prm, state, zeta, collapsed), state)
             work = ti.select(yielded, plastic_work(prm, p_trial, p, deviator2, ratio), 0.0)
-            found = iterate[0] == 0.0 and iterate[7] >= 0.0 and near and in_reach(prm[2] * zeta, prm[10])
-            valid = valid and (not yielded or found)
-            iterations = ti.cast(iterate[7], ti.i32)
+            converged = held[ITERATE] == 0.0 and held[ITERATE + 7] >= 0.0
+            valid = valid and (not yielded or (converged and near and in_reach(prm[2] * zeta, prm[10])))
+            iterations = ti.cast(held[ITERATE + 7], ti.i32)
         tau = stress_of_invariants(prm[1], deviator, p, ratio)
         return h_new, tau, state_new, work, ti.select(valid, iterations, REDO)
 
-    return Stages(start, step, end, changed=ITERATE + 1, moving=ITERATE, fixed=PROBLEM)
+    return Stages(
+        begin, first=ITERATE, step=((slopes, SLOPES), (step, ITERATE)), end=end, going=ITERATE, changed=PROBLEM,
+        numbers=TRIAL + 3,
+    )  # fmt: skip
 
 
-ITERATE, PROBLEM = 8, 13
-"""Numbers of an iterate and of a problem, see `critical_state_lanes`."""
+SLOPES, ITERATE, PROBLEM, TRIAL = 0, 11, 19, 29
+"""Where what is held of a lane begins, see `critical_state_lanes`."""
 
 
 class CriticalStateLaw(Law):

@@ -76,27 +76,34 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 
 
 @ti.func
-def straight_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, side, start, end, iterate):
-    """One step of `return_to_ellipse` in a straight line, without a bracket. growth: d(ξ ζ)/dΔz.
+def straight_slopes(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate):
+    """What `straight_step` needs to know of the place where the iterate is: the numbers of `newton_step`, but Q."""
+    p0, d, root, w, _, newton, bend, change, slopes = newton_step(
+        p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate[2], iterate[3], iterate[1]
+    )
+    return ti.Vector([p0, d, root, w, newton, bend, change, slopes[0], slopes[1], slopes[2], slopes[3]])
+
+
+@ti.func
+def straight_step(growth, side, start, end, found, iterate):
+    """One step of `return_to_ellipse` in a straight line, without a bracket. growth: d(ξ ζ)/dΔz; found: its
+    `straight_slopes`.
 
     iterate: 1 while steps must follow, Δz, v and dv/dt there, p₀ and d of the answer, what the first step measured, and
     iterations, −1 where it fails; `first_iterate` begins it. What has converged stays as it is.
     """
-    going, x, value, dvalue, reach = iterate[0] > 0.0, iterate[1], iterate[2], iterate[3], iterate[6]
-    p0, d, root, w, _, newton, bend, change, slopes = newton_step(
-        p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, dvalue, x
-    )
-    last = newton - newton * bend
-    done = is_small(change, growth * newton, p0, reach) and side * w >= 0.0
-    step = ti.select(done, last, damped(newton, bend))
-    p0, d = followed(p0, d, slopes, step)
-    value, dvalue, right = hardening_moved(value, dvalue, growth * step)
-    x += step
+    going, reach = iterate[0] > 0.0, iterate[6]
+    newton, bend = found[4], found[5]
+    done = is_small(found[6], growth * newton, found[0], reach) and side * found[3] >= 0.0
+    step = ti.select(done, newton - newton * bend, damped(newton, bend))
+    p0, d = followed(found[0], found[1], ti.Vector([found[7], found[8], found[9], found[10]]), step)
+    value, dvalue, right = hardening_moved(iterate[2], iterate[3], growth * step)
+    x = iterate[1] + step
     sound = side * x >= side * start and (done or (right and side * x <= side * end))
     following = ti.Vector(
         [
-            ti.select(sound and not done, 1.0, 0.0), x, value, dvalue, p0, d, ti.select(iterate[7] > 0.0, reach, root),
-            ti.select(sound, iterate[7] + 1.0, -1.0),
+            ti.select(sound and not done, 1.0, 0.0), x, value, dvalue, p0, d,
+            ti.select(iterate[7] > 0.0, reach, found[2]), ti.select(sound, iterate[7] + 1.0, -1.0),
         ]
     )  # fmt: skip
     return ti.select(going, following, iterate)

@@ -67,24 +67,26 @@ def part(a, first: ti.template(), n: ti.template()):
 
 @dataclass(frozen=True)
 class Stages:
-    """A straight-line update in three parts, each a loop over the lanes of a pack.
+    """A straight-line update in parts, each a loop over the lanes of a pack, for which some numbers of a lane are held.
 
-        start(prm, h, state, A, dt)     -> what is held of a lane, a vector
-        step(prm, held)                 -> its first `moving` numbers anew, as long as the first of them is not 0
-        end(prm, state, held, yields)   -> h, τ, state, dissipation, iterations, as `Law.update`
+        begin(prm, h, state, A, dt)       -> what is held from number `first` on, as a vector
+        step                              one after the other, as long as number `going` of a lane is not 0: pairs of
+                                          (prm, state, held) -> vector, and the number from which on it is held
+        end(prm, state, held, yields)     -> h, τ, state, dissipation, iterations, as `Law.update`
 
-    A pack in which nobody needs a step is spared them, and one where number `changed` is 0 in every lane a return map:
-    `end` is then made for yields = False. And short loops are faster than one long one, since a processor works on as
-    many lanes at once as their instructions fit into its window. `step` must leave alone what needs no more of it: then
-    no lane hangs on the others. Held are two tensors besides these `moving` and `fixed` numbers.
+    A pack in which nobody is going is spared the steps, and one where number `changed` is 0 in every lane a return map:
+    `end` is then made for yields = False. And short loops may be faster than a long one, since a processor works on as
+    many lanes at once as their instructions fit into its window. A step must leave alone what needs no more of it: then
+    no lane hangs on the others. Held are two tensors besides `numbers`.
     """
 
-    start: Callable
-    step: Callable
+    begin: Callable
+    first: int
+    step: tuple[tuple[Callable, int], ...]
     end: Callable
+    going: int
     changed: int
-    moving: int
-    fixed: int
+    numbers: int
 
 
 MOST_STEPS = 5
@@ -93,7 +95,7 @@ MOST_STEPS = 5
 
 def held_numbers(lanes, entries):
     """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
-    return lanes.moving + lanes.fixed + 2 * entries if isinstance(lanes, Stages) else 0
+    return lanes.numbers + 2 * entries if isinstance(lanes, Stages) else 0
 
 
 @ti.func
@@ -105,22 +107,18 @@ def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.templ
     hold anything. held: `held_numbers` arrays or more.
     """
     if ti.static(isinstance(lanes, Stages)):
-        changed, going = 0.0, 0.0
         for lane in range(LANES):
-            numbers = lanes.start(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
-            write_lane(held[: lanes.moving], lane, part(numbers, 0, lanes.moving))
-            rest = ti.static(numbers.n - lanes.moving)
-            write_lane(held[lanes.moving : numbers.n], lane, part(numbers, lanes.moving, rest))
-        for lane in range(LANES):
-            going += held[0][lane]
-            changed += held[lanes.changed][lane]
-        steps = 0
+            numbers = lanes.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
+            n, rest = ti.static(lanes.numbers - lanes.first, numbers.n - (lanes.numbers - lanes.first))
+            write_lane(held[lanes.first : lanes.numbers], lane, part(numbers, 0, n))
+            write_lane(held[lanes.numbers : lanes.numbers + rest], lane, part(numbers, n, rest))
+        going, changed, steps = _sum(held[lanes.going]), _sum(held[lanes.changed]), 0
         while going > 0.0 and steps < MOST_STEPS:
-            for lane in range(LANES):
-                write_lane(held[: lanes.moving], lane, lanes.step(prm, _held_of(lanes, held, h, lane)))
-            going = 0.0
-            for lane in range(LANES):
-                going += held[0][lane]
+            for function, place in ti.static(lanes.step):
+                for lane in range(LANES):
+                    numbers = function(prm, read_lane(state, lane), _held_of(lanes, held, h, lane))
+                    write_lane(held[place : place + numbers.n], lane, numbers)
+            going = _sum(held[lanes.going])
             steps += 1
         if changed > 0.0:
             for lane in range(LANES):
@@ -140,6 +138,14 @@ def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.templ
                 prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt
             )
             _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
+
+
+@ti.func
+def _sum(array: ti.template()):
+    total = 0.0
+    for lane in range(LANES):
+        total += array[lane]
+    return total
 
 
 @ti.func

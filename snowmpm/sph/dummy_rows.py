@@ -8,13 +8,13 @@ import taichi as ti
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE, BlockMap
 from snowmpm.runtime import DTYPES
-from snowmpm.sph.neighbours import Group
+from snowmpm.sph.candidates import Group
 
 
 class DummyRows:
     """Rows from `first_row` on of the dummies of all surfaces, those that never move first.
 
-    groups: `neighbours.Group`s, one a surface; frames: vectors of normal (dim), depth [cells], velocity of the surface
+    groups: `candidates.Group`s, one a surface; frames: vectors of normal (dim), depth [cells], velocity of the surface
     above (dim) [m/s], volume [cells]; surface_of (n,).
     """
 

@@ -36,7 +36,8 @@ from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
-from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST, SURFACE
+from snowmpm.sph.candidates import SURFACE
+from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
 

@@ -19,16 +19,12 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.arrays import int_array
-from snowmpm.blocks import EDGE
 from snowmpm.parallel import alone, chunk, chunks, is_worker, shares
-from snowmpm.particles import accessors
 from snowmpm.runtime import DTYPES
+from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
 
 FIRST, COUNT, BLOCK = range(3)
 """Columns of the table of packs."""
-
-BEGIN, END, SURFACE, MIRRORED = range(4)
-"""Integer columns of the table of candidates."""
 
 
 class Packs:
@@ -45,73 +41,6 @@ class Packs:
         size = np.minimum(width, counts[block] - width * number)
         self.table = int_array(np.stack([first[block] + width * number, size, block], axis=1))
         self.shares = int_array(shares(np.ones(self.n)))
-
-
-class Group:
-    """Rows of one surface (-1: particles), sorted by block: keys (n,) of blocks, start (n + 1,) rows."""
-
-    def __init__(self, surface, blocks, first_row=0):
-        self.surface, self.blocks = surface, blocks
-        self.start = blocks.start.astype(np.int64) + first_row
-
-
-def candidates(targets, groups, mirrors, reach):
-    """Which groups of rows may hold neighbours of each block.
-
-    targets: block coordinates (blocks, dim); groups: [Group]; mirrors: [(surface, axis, level [cells])]; reach [cells].
-    -> start (blocks + 1,), ints (m, 4): BEGIN, END, SURFACE (of the mirror for particles seen in one), MIRRORED;
-    reals (m, 2 dim): signs and offsets.
-    """
-    dim = targets.shape[1]
-    edge = EDGE[dim]
-    rings = int(np.ceil(reach / edge - 1e-9))
-    ints, reals, owner = [], [], []
-    home = np.asarray(targets, np.int64)
-    every = np.arange(len(targets))
-
-    def add(block, group, number, step, mirrored):
-        """Group `group`'s blocks `number`, `step` blocks away from target blocks `block`, seen in mirrors."""
-        sign, offset = np.ones((len(block), dim)), edge * step.astype(float)
-        surface = np.full(len(block), group.surface)
-        for mirror, axis, level in mirrored:
-            sign[:, axis] = -1.0
-            offset[:, axis] = 2.0 * level - edge * (home[block, axis] + home[block, axis] + step[:, axis])
-            if group.surface < 0:
-                surface[:] = mirror
-        ints.append(np.stack([group.start[number], group.start[number + 1], surface,
-                              np.full(len(block), len(mirrored))], axis=1))
-        reals.append(np.concatenate([sign, offset], axis=1))
-        owner.append(block)
-
-    combinations = [[]]
-    for mirror in mirrors:
-        combinations += [[*some, mirror] for some in combinations if all(one[1] != mirror[1] for one in some)]
-    for some in combinations:
-        near = every
-        for _, axis, level in some:
-            low = edge * home[near, axis] + 0.5
-            near = near[(low - level < reach) & (level - low - edge < reach)]
-        if len(near) == 0:
-            continue
-        ranges = [np.arange(-rings - 1, rings + 2) if any(one[1] == a for one in some)
-                  else np.arange(-rings, rings + 1) for a in range(dim)]
-        for step in np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, dim):
-            around = home[near] + step
-            seen = np.ones(len(near), bool)
-            for _, axis, level in some:
-                low = edge * around[:, axis] + 0.5
-                seen &= (low - level < reach) & (level - low - edge < reach)
-            for group in groups:
-                number, found = group.blocks.find(around)
-                found &= seen
-                if found.any():
-                    add(near[found], group, number[found], np.tile(step, (found.sum(), 1)), some)
-    if not ints:
-        return np.zeros(len(targets) + 1, np.int64), np.zeros((0, 4), np.int64), np.zeros((0, 2 * dim))
-    ints, reals, owner = np.concatenate(ints), np.concatenate(reals), np.concatenate(owner)
-    order = np.lexsort((ints[:, BEGIN], ints[:, MIRRORED], ints[:, SURFACE], owner))
-    start = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(targets)))])
-    return start, ints[order], reals[order]
 
 
 class NeighbourLists:
@@ -235,44 +164,3 @@ def find_kernel(dim, real, width, _key):
                                   n_runs, counts)
 
     return find
-
-
-@functools.cache
-def order_kernel(layout):
-    """Kernel that gives every particle the row that it has in the order of the Morton curve of its block."""
-    dim, edge = layout.dim, EDGE[layout.dim]
-    access, bits, serial = accessors(layout), {2: 3, 3: 2}[layout.dim], alone()
-    n_cells = edge**dim
-
-    @ti.func
-    def place_on_curve(x):
-        """Number along the curve of the cell that a local position lies in."""
-        code = 0
-        for a in ti.static(range(dim)):
-            cell = ti.max(0, ti.min(edge - 1, ti.floor(x[a] - 0.5, ti.i32)))
-            for b in ti.static(range(bits)):
-                code |= (cell >> b & 1) << (b * dim + dim - 1 - a)
-        return code
-
-    @ti.kernel
-    def order(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
-              shares: ti.types.ndarray()):
-        ti.loop_config(serialize=serial)
-        for i in range(chunks(shares)):
-            if is_worker(i):
-                begin, end = chunk(i, shares)
-                places = access.places(reals, turn)
-                row_of = ti.Vector.zero(ti.i32, n_cells + 1)
-                for b in range(begin, end):
-                    for c in range(n_cells + 1):
-                        row_of[c] = 0
-                    for p in range(start[b], start[b + 1]):
-                        row_of[place_on_curve(access.load(reals, places, p, 0, dim)) + 1] += 1
-                    for c in range(n_cells):
-                        row_of[c + 1] += row_of[c]
-                    for p in range(start[b], start[b + 1]):
-                        c = place_on_curve(access.load(reals, places, p, 0, dim))
-                        target[p] = start[b] + row_of[c]
-                        row_of[c] += 1
-
-    return order

@@ -23,10 +23,12 @@ from snowmpm.materials.packs import LANES
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
+from snowmpm.sph.candidates import Group
 from snowmpm.sph.extrapolation import extrapolation_kernel
 from snowmpm.sph.momentum import momentum_kernel, tally_width
-from snowmpm.sph.neighbours import Group, NeighbourLists, Packs, order_kernel
+from snowmpm.sph.neighbours import NeighbourLists, Packs
 from snowmpm.sph.operators import operator_kernel, results
+from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.update import update_kernels

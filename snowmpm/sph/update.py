@@ -4,7 +4,8 @@
     L_i = A_i K_i^-1                    "corrected": exact for linear velocities on any arrangement (Bui & Nguyen 2021,
                                         Eq. 21)
     L_i = A_i                           "plain" (Favero Neto & Borja 2018)
-    L_i = W_i + (D_i K_i + K_i D_i)/2   "balanced": D, W the symmetric and skew parts of the corrected one
+    L_i = C_i - D_i + (D_i K_i + K_i D_i) / 2   "balanced": C the corrected one, D = (f^T f - I) / 2 dt of its f, which
+                                        is zero in any rotation
     f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f;   x <- x + dt v
 
 A = L K for the corrected L, so the balanced stretching has the plain sum's trace: the rate at which the particles
@@ -26,7 +27,6 @@ import taichi as ti
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.materials.spectral import eigen
 from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
@@ -34,68 +34,11 @@ from snowmpm.response import response_functions
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.row_writing import row_functions
 from snowmpm.sph.smoothing import KERNELS
 
 LEAST_DETERMINANT = {2: 0.02, 3: 0.005}
 """Of K; a corner of a body has about 0.2 and 0.1."""
-
-LARGEST_GROWTH = 2.0
-"""J at which the volume that a particle stands for in sums stops to grow: one that flies alone does not fill the air
-around it."""
-
-
-@functools.cache
-def row_functions(layout, row_layout, real, form, epsilon):
-    """`store_row(i, source, back, x, v, L, tau, ratio, volume, density, speed)`: what i shows its neighbours."""
-    dim, at, entries = layout.dim, row_layout.at, row_layout.entries
-
-    @ti.func
-    def artificial_stress(S):
-        """R = -epsilon sum_k <S_k> n_k n_k^T over the principal axes in tension (Gray et al. 2001)."""
-        whole = ti.Vector.zero(real, 4 if ti.static(dim == 2) else 6)
-        for k in ti.static(range(row_layout.n_stress)):
-            whole[entries[k]] = S[k]
-        values, axes = eigen(whole)
-        R = ti.Vector.zero(real, row_layout.n_stress)
-        for k in ti.static(range(row_layout.n_stress)):
-            a, b = ti.static(row_layout.pairs[k])
-            for m in ti.static(range(3)):
-                R[k] -= epsilon * ti.max(0.0, values[m]) * axes[a, m] * axes[b, m]
-        return R
-
-    @ti.func
-    def store_row(i, source: ti.template(), back, x, v, L, tau, ratio, volume, density, speed):
-        """back: K^-1; L: velocity gradient a cell; volume: reference volume in cells."""
-        row = ti.Vector.zero(real, row_layout.source_width)
-        J = ti.min(ratio, LARGEST_GROWTH)
-        scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J
-        for a in ti.static(range(dim)):
-            row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
-        S = ti.Vector([scale * tau[entries[k]] for k in ti.static(range(row_layout.n_stress))])
-        if ti.static(row_layout.full):
-            whole = ti.Matrix.zero(real, dim, dim)
-            for k in ti.static(range(row_layout.n_stress)):
-                a, b = ti.static(row_layout.pairs[k])
-                whole[a, b], whole[b, a] = S[k], S[k]
-            whole = whole @ back
-            for a in ti.static(range(dim)):
-                for b in ti.static(range(dim)):
-                    row[at["S"] + a * dim + b] = whole[a, b]
-        else:
-            for k in ti.static(range(row_layout.n_stress)):
-                row[at["S"] + k] = S[k]
-        if ti.static(row_layout.tension):
-            R = artificial_stress(S)
-            for k in ti.static(range(row_layout.n_stress)):
-                row[at["R"] + k] = R[k]
-        if ti.static(row_layout.ordered):
-            for k in ti.static(range(row_layout.n_stress)):
-                a, b = ti.static(row_layout.pairs[k])
-                row[at["D"] + k] = 0.5 * (L[a, b] + L[b, a])
-        row[at["m"]], row[at["V"]], row[at["z"]] = density * volume, J * volume, density / J * speed
-        source[i] = row
-
-    return store_row
 
 
 @functools.cache
@@ -190,7 +133,8 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                     write_matrix_lane(pack["back"], lane, back)
             write_matrix_lane(pack["L"], lane, L)
             if ti.static(gradient == "balanced" and not row_layout.full):
-                stretching = 0.5 * (L + L.transpose())
+                # That of f: L alone has a part -omega^2 dt / 2 I in a body that turns, which keeps its volume
+                stretching = 0.5 * (L + L.transpose() + dt * (L.transpose() @ L))
                 L += 0.5 * (stretching @ K + K @ stretching) - stretching
             A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
             write_matrix_lane(pack["A"], lane, A)

@@ -93,12 +93,18 @@ def give_scale(rows):
 def draw(rows, file):
     """Error over time, a panel a scene, a line a method; beside each point its particles."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     from snowmpm.render.figure import plain, save
 
     scenes = list(dict.fromkeys(one["scene"] for one in rows))
-    figure = Figure(figsize=(4.6 * len(scenes), 4.4), layout="constrained")
-    for axes, scene in zip(np.atleast_1d(figure.subplots(1, len(scenes))), scenes, strict=True):
+    across = min(3, len(scenes))
+    down = -(-len(scenes) // across)
+    figure = Figure(figsize=(4.2 * across, 3.8 * down), layout="constrained")
+    places = figure.subplots(down, across, squeeze=False).ravel()
+    for axes in places[len(scenes) :]:
+        axes.remove()
+    for axes, scene in zip(places, scenes, strict=False):
         plain(axes)
         for method, colour in zip(METHODS, ("#1d4f91", "#d9642a"), strict=True):
             own = [one for one in rows if (one["scene"], one["method"]) == (scene, method)]
@@ -110,6 +116,10 @@ def draw(rows, file):
                 axes.annotate(f"{one['particles']:,}".replace(",", " "), (x, 100.0 * y), xytext=(5, 5),
                               textcoords="offset points", fontsize=7, color=colour)
         axes.margins(0.2)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
         axes.set_title(scene.replace("_", " "), loc="left", fontsize=10)
         axes.set_xlabel("processor time of the steps  [s]")
         axes.set_ylabel("error  [%]")

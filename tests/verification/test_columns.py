@@ -9,6 +9,12 @@ Borja (2018), doi:10.1007/s11440-018-0700-3; a softer sand than theirs, on which
 MPM takes random particles ("poisson"). A tall column is stretched fourfold sideways while its middle falls: rows of a
 lattice move further apart than the grid sees, the sand between them is gone for it, and the heap comes to rest too low
 (`test_rows_of_particles_lower_a_tall_column`). Sixteen particles a cell in rows do what four random ones do.
+
+Run-out and height, percent of the law, at 0.01 and 0.005 m:
+
+    MPM   a = 0.5  -13.1 +3.2, -7.6 +1.4    1  -6.2 -3.5, -1.6 -2.9    2  +0.7 -1.7, +2.5 -5.2
+          4  -4.1 -5.6, -2.5 -2.8           8  -0.2 -6.8, +1.8 -6.0
+    SPH   a = 1    +0.5 -10.7               2  -4.6 -11.5              4  -2.1 -4.7    8  +0.7 -7.0
 """
 
 import numpy as np
@@ -93,7 +99,9 @@ def test_stiffness_means_nothing(method, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.5, 1.0])
-@pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_round_columns(method, a, tmp_path):
+@pytest.mark.parametrize(("method", "spacing"), [("mpm", 0.00694), ("sph", 0.0125)])
+def test_round_columns(method, spacing, a, tmp_path):
+    """MPM: 14 cells over 0.2 m; on 12 the heap of a = 1 is 12.4 % low, of a lattice 14.6 % low, 15.4 % short."""
     shape = {"kind": "cylinder", "base": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "radius": 0.2, "height": 0.2 * a}
-    agree(collapse(tmp_path, "column_collapse_3d", method, 0.00833, {"bodies.0.shape": shape, "end_time": 0.7, **SOFT}))
+    changes = {"bodies.0.shape": shape, "end_time": 0.7, **SOFT}
+    agree(collapse(tmp_path, "column_collapse_3d", method, spacing, changes))

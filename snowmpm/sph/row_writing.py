@@ -1,0 +1,65 @@
+"""How a particle fills its row (`sph.rows`) from its state."""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.materials.spectral import eigen
+
+LARGEST_GROWTH = 2.0
+"""J at which the volume that a particle stands for in sums stops to grow: one that flies alone does not fill the air
+around it."""
+
+
+@functools.cache
+def row_functions(layout, row_layout, real, form, epsilon):
+    """`store_row(i, source, back, x, v, L, tau, ratio, volume, density, speed)`: what i shows its neighbours."""
+    dim, at, entries = layout.dim, row_layout.at, row_layout.entries
+
+    @ti.func
+    def artificial_stress(S):
+        """R = -epsilon sum_k <S_k> n_k n_k^T over the principal axes in tension (Gray et al. 2001)."""
+        whole = ti.Vector.zero(real, 4 if ti.static(dim == 2) else 6)
+        for k in ti.static(range(row_layout.n_stress)):
+            whole[entries[k]] = S[k]
+        values, axes = eigen(whole)
+        R = ti.Vector.zero(real, row_layout.n_stress)
+        for k in ti.static(range(row_layout.n_stress)):
+            a, b = ti.static(row_layout.pairs[k])
+            for m in ti.static(range(3)):
+                R[k] -= epsilon * ti.max(0.0, values[m]) * axes[a, m] * axes[b, m]
+        return R
+
+    @ti.func
+    def store_row(i, source: ti.template(), back, x, v, L, tau, ratio, volume, density, speed):
+        """back: K^-1; L: velocity gradient a cell; volume: reference volume in cells."""
+        row = ti.Vector.zero(real, row_layout.source_width)
+        J = ti.min(ratio, LARGEST_GROWTH)
+        scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J
+        for a in ti.static(range(dim)):
+            row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
+        S = ti.Vector([scale * tau[entries[k]] for k in ti.static(range(row_layout.n_stress))])
+        if ti.static(row_layout.full):
+            whole = ti.Matrix.zero(real, dim, dim)
+            for k in ti.static(range(row_layout.n_stress)):
+                a, b = ti.static(row_layout.pairs[k])
+                whole[a, b], whole[b, a] = S[k], S[k]
+            whole = whole @ back
+            for a in ti.static(range(dim)):
+                for b in ti.static(range(dim)):
+                    row[at["S"] + a * dim + b] = whole[a, b]
+        else:
+            for k in ti.static(range(row_layout.n_stress)):
+                row[at["S"] + k] = S[k]
+        if ti.static(row_layout.tension):
+            R = artificial_stress(S)
+            for k in ti.static(range(row_layout.n_stress)):
+                row[at["R"] + k] = R[k]
+        if ti.static(row_layout.ordered):
+            for k in ti.static(range(row_layout.n_stress)):
+                a, b = ti.static(row_layout.pairs[k])
+                row[at["D"] + k] = 0.5 * (L[a, b] + L[b, a])
+        row[at["m"]], row[at["V"]], row[at["z"]] = density * volume, J * volume, density / J * speed
+        source[i] = row
+
+    return store_row
