@@ -56,6 +56,7 @@ class Audit:
 
     Moving snow is what has left its place by `MOVED_CELLS` grid spacings. front: where its front is, along `direction`
     (unit vector in plan), from the centroid of all snow at the start; runout: the same from the highest place it left.
+    A slab that lets go as a whole has a front as soon as it has left its place: at its lower end, its length away.
     Both [m] in plan; 0 while nothing moves.
     """
 
