@@ -46,7 +46,7 @@ class ColourScale:
 
     @property
     def title(self):
-        return f"{self.label} [{self.units}]" if self.units else self.label
+        return self.label if self.units in ("", "1") else f"{self.label} [{self.units}]"
 
 
 def scalar(values):

@@ -165,8 +165,8 @@ def _draw_numbers(axes, comparison):
     numbers = _beside_a_scale(comparison)
     for k, (_, _, low, high, measured) in enumerate(numbers):
         middle = 0.5 * (low + high)
-        axes.barh(k, max((high - low) / abs(middle), 0.004), left=min(low / middle, high / middle), height=0.7,
-                  color="0.8", lw=0)
+        width = max((high - low) / abs(middle), 0.004)
+        axes.barh(k, width, left=1.0 - 0.5 * width, height=0.7, color="0.8", lw=0)
         axes.plot([1.0, 1.0], [k - 0.35, k + 0.35], color=KNOWN, lw=1.2)
         for i, value in enumerate(measured):
             axes.plot(value / middle, k + 0.5 * ((i + 0.5) / len(measured) - 0.5), "o", color=_colour(i), ms=6)

@@ -17,6 +17,7 @@ else:
 
 NAME = "fracture"  # the colour that asks for it
 WEAK = "anticrack_cam_clay"
+FLAT = 0.02  # slope below which there is no way down
 CRACK = LinearSegmentedColormap.from_list("crack", ["#7fb2d9", "#b9cfe0", "#f3d9a0", "#ef7d38", "#c4202f"])
 
 
@@ -74,15 +75,20 @@ class Cutaway:
 
     @classmethod
     def of(cls, run, layer, camera):
-        """Through the middle of what lies over the weak layer at first, down its slope. Raises InputError where nothing
-        does."""
+        """Through the middle of what lies over the weak layer at first, downhill, or on the flat along its length.
+
+        Raises InputError where nothing lies over it.
+        """
         frame = run.frame(0, ["material"])
         over = np.isin(frame.fields["material"], layer.over)
         if not over.any():
             raise InputError(f"{run.path}: nothing lies over the weak layer, so there is nothing to cut away")
         point = frame.points[over, :2].mean(axis=0).astype(float)
-        down = downhill(frame.points[over].astype(float))
-        normal = np.array([-down[1], down[0]]) / max(float(np.linalg.norm(down)), 1e-12)
+        along = downhill(frame.points[over].astype(float))
+        if np.linalg.norm(along) < FLAT:
+            plan = frame.points[over, :2] - point
+            along = np.linalg.eigh(plan.T @ plan)[1][:, 1]
+        normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
         to_camera = camera.eye[:2] - point if camera.perspective else -camera.axes[2, :2]
         return cls(layer, point, normal if normal @ to_camera >= 0.0 else -normal)
 

@@ -12,6 +12,9 @@ NAMES = ("auto", "top", "side", "front")
 SAMPLED_FRAMES = 16
 SAMPLED_POINTS = 4000
 MOVING = 0.02  # share of the largest speed, and of the sample: less counts as rest
+RIM = (0.03, 0.03, 0.04, 0.04)  # of the picture around the ground, where all of it is shown
+CLOSER = 0.8  # size of the action on the picture, of the one without all the ground, that is worth showing it
+ROOM = 1.25  # what is kept free around the action there: as without the ground
 SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 
 
@@ -28,6 +31,10 @@ class Action:
     def showing(self, more):
         """The same with further points (k, 3) to be kept in sight."""
         return Action(np.concatenate([self.points, more]), self.direction)
+
+    def size_in(self, camera):
+        """Pixels that a metre of it has in a picture, halfway from its front to its back."""
+        return float(np.median(camera.pixels_per_metre(camera.project(self.points)[2])))
 
     def box(self):
         """(lower, upper) plan box of the action with its surroundings."""
@@ -105,11 +112,23 @@ def choose_camera(name, action, relief, size):
         for elevation in (24.0, 34.0, 46.0, 60.0)
         for side in (52.0, -52.0, 75.0, -75.0, 28.0, -28.0)
     ]
-    return max(candidates, key=lambda camera: _merit(camera, action, relief, along))
+    return _with_ground(max(candidates, key=lambda camera: _merit(camera, action, relief, along)), action, relief)
+
+
+def _with_ground(camera, action, relief):
+    """The same view from as far as brings all the ground into the picture, where that is little farther."""
+    if relief is None:
+        return camera
+    bearing, elevation = _angles(camera.bearing_and_elevation())
+    middle = 0.5 * (action.points.min(axis=0) + action.points.max(axis=0))
+    everything = np.concatenate([middle + ROOM * (action.points - middle), relief.vertices])
+    whole = fit_camera(everything, bearing, elevation, camera.size, margins=RIM)
+    return whole if CLOSER < action.size_in(whole) / action.size_in(camera) < 1.0 else camera
 
 
 def _merit(camera, action, relief, along):
-    """Share of the action in sight, less what departs from the usual stance, plus how much picture it fills."""
+    """Share of the action in sight, less what departs from the usual stance, plus how large it is and how much picture
+    it fills."""
     points = action.points[:: max(1, len(action.points) // 1500)]
     seen = 1.0
     if relief is not None:
@@ -122,7 +141,8 @@ def _merit(camera, action, relief, along):
     out = -camera.axes[2]
     elevation = np.degrees(np.arcsin(out[2]))
     turn = np.degrees(abs((np.arctan2(out[0], out[1]) - along + np.pi) % (2.0 * np.pi) - np.pi))
-    return 3.0 * min(seen, 0.97) + 1.5 * filled.mean() - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
+    large = 0.4 * np.log(action.size_in(camera)) + 1.5 * filled.mean()
+    return 3.0 * min(seen, 0.97) + large - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
 
 
 def emptier_side(camera, action):

@@ -15,6 +15,7 @@ ROCK = light.decode([0.47, 0.45, 0.45])
 EARTH = light.decode([0.40, 0.34, 0.29])  # of the walls below the rim
 BEDROCK = light.decode([0.30, 0.29, 0.30])
 CONTOURS = 14  # about so many over the height of the picture
+LEVEL = 1e-3  # rise over extent below which ground has no contours
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def draw_ground(relief, camera, sun):
         return Ground(backdrop, nothing, np.ones(nothing.shape))
     large = camera.enlarged(OVERSAMPLING)
     raster, depth, underside = seen_facets(relief, large)
-    interval = contour_interval(relief.vertices[:, 2])
+    interval = contour_interval(relief.heights, relief.cell * max(relief.heights.shape))
     picture = light.sky(large.size)
     picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
@@ -50,9 +51,11 @@ def draw_ground(relief, camera, sun):
     return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, interval)
 
 
-def contour_interval(heights):
-    """A round distance in height between contour lines [m], for about CONTOURS of them."""
-    return _nice(np.ptp(heights) / CONTOURS)
+def contour_interval(heights, extent):
+    """A round distance in height [m] between contour lines, for about CONTOURS of them over ground of that extent [m]
+    in plan; 0, none, on a level floor."""
+    rise = float(np.nanmax(heights) - np.nanmin(heights))
+    return _nice(rise / CONTOURS) if rise > LEVEL * extent else 0.0
 
 
 def ground_colour(relief, vertices, sun):
@@ -145,6 +148,8 @@ def _grain(point, cell):
 
 def _contours(point, raster, interval):
     """Strength [0, 1] of a contour line at each pixel, one pixel and a half wide; every fifth is stronger."""
+    if not interval:
+        return np.zeros(len(point), np.float32)
     height = np.full(raster.facet.shape, np.nan, np.float32)
     height[raster.hit] = point[:, 2]
     change = np.zeros_like(height)

@@ -10,6 +10,10 @@ from PIL import Image, ImageDraw, ImageFont
 INK = (24, 34, 46)
 HALO = (255, 255, 255)
 PANEL = (255, 255, 255, 178)
+EDGE = 16  # from a panel to the edge of a picture 720 pixels high
+PAD = 12  # from what stands in a panel to its own edge
+STRIP = (300, 14)  # width and height of the colours
+ABOVE, BELOW = 26, 24  # of the colours: title and numbers
 
 
 class Overlay:
@@ -18,7 +22,7 @@ class Overlay:
     def __init__(self, picture):
         self.image = Image.fromarray(picture)
         self.draw = ImageDraw.Draw(self.image, "RGBA")
-        self.unit = max(self.image.height / 720.0, self.image.width / 2000.0)
+        self.unit = unit_of(self.image.size)
 
     def px(self, length):
         """Pixels for a length given for a picture 720 pixels high, at least one."""
@@ -38,23 +42,25 @@ class Overlay:
 
     def note(self, words, side="left"):
         """A small line in a lower corner."""
-        font, bottom = _font(max(8, self.px(14)), False), self.image.height - self.px(24)
-        width = self.draw.textlength(words, font)
-        left = self.px(28) if side == "left" else self.image.width - width - self.px(28)
-        box = self.draw.textbbox((left, bottom), words, font, "ls")
-        self._panel([box[0], box[1], box[2], box[3]], 8)
+        font, bottom = _font(max(8, self.px(14)), False), self.image.height - self.px(EDGE + PAD)
+        left = self._left(self.draw.textlength(words, font), side)
+        self._panel(self.draw.textbbox((left, bottom), words, font, "ls"))
         self.draw.text((left, bottom), words, INK, font, "ls")
 
-    def _panel(self, box, margin):
-        m = self.px(margin)
+    def _left(self, width, side, taken=0):
+        """Where something of a `width` [px] begins in a panel on that side, beside what has `taken` [px] there."""
+        rim = self.px(EDGE + PAD) + taken
+        return rim if side == "left" else self.image.width - rim - width
+
+    def _panel(self, box):
+        m = self.px(PAD)
         self.draw.rounded_rectangle([box[0] - m, box[1] - m, box[2] + m, box[3] + m], self.px(7), fill=PANEL)
 
     def colour_scale(self, scale, side="right"):
         """The colours of `scale` with numbers and units, in a lower corner."""
-        width, height = self.px(300), self.px(14)
-        left = self.image.width - width - self.px(46) if side == "right" else self.px(46)
-        top = self.image.height - self.px(60)
-        self._panel([left, top - self.px(26), left + width, top + height + self.px(24)], 16)
+        width, height = (self.px(side) for side in STRIP)
+        left, top = self._left(width, side), self.image.height - self.px(EDGE + PAD + BELOW) - height
+        self._panel([left, top - self.px(ABOVE), left + width, top + height + self.px(BELOW)])
         font, small = _font(max(8, self.px(16)), True), _font(max(8, self.px(14)), False)
         self.draw.text((left, top - self.px(10)), scale.title, INK, font, "ls")
         if scale.names:
@@ -79,20 +85,24 @@ class Overlay:
             self.draw.text((x + 1.4 * height, top + 0.5 * height), name, INK, font, "lm")
             x += 1.4 * height + self.draw.textlength(name, font) + min(gap, 2.0 * height)
 
-    def length_scale(self, pixels_per_metre, side="left", raised=False):
-        """A bar of a round length in a lower corner, for views without perspective; `raised` above a colour scale."""
+    def length_scale(self, pixels_per_metre, side="left", beside=False, about=False):
+        """A bar of a round length in a lower corner.
+
+        beside: next to a colour scale in that corner;  about: of a view whose scale is that of its middle only
+        """
         longest = 0.2 * self.image.width / pixels_per_metre
         length = max(value for value in _rounds(longest) if value <= longest)
         width = length * pixels_per_metre
-        left = self.image.width - width - self.px(46) if side == "right" else self.px(46)
-        bottom = self.image.height - self.px(140 if raised else 36)
-        self._panel([left, bottom - self.px(24), left + width, bottom + self.px(6)], 12)
+        left = self._left(width, side, self.px(STRIP[0] + 3 * PAD) if beside else 0)
+        bottom = self.image.height - self.px(EDGE + PAD + 6)
+        self._panel([left, bottom - self.px(24), left + width, bottom + self.px(6)])
         self.draw.line([left, bottom, left + width, bottom], INK, self.px(3))
         for x in (left, left + width):
             self.draw.line([x, bottom - self.px(6), x, bottom + self.px(6)], INK, self.px(2))
         font = _font(max(8, self.px(14)), False)
         factor, prefix = small_prefix(10.0 * length)
-        self.draw.text((left + 0.5 * width, bottom - self.px(9)), f"{length / factor:g} {prefix}m", INK, font, "ms")
+        words = f"{'about ' if about else ''}{length / factor:g} {prefix}m"
+        self.draw.text((left + 0.5 * width, bottom - self.px(9)), words, INK, font, "ms")
 
     def inset(self, picture, position):
         """`picture` with a frame, its upper left corner at `position`."""
@@ -107,6 +117,17 @@ class Overlay:
     def picture(self):
         """(height, width, 3) uint8."""
         return np.asarray(self.image)
+
+
+def unit_of(size):
+    """Pixels of a picture of `size` (width, height) for one of a picture 720 high; of a strip it follows the width."""
+    return max(size[1] / 720.0, size[0] / 2000.0)
+
+
+def bands(size):
+    """Shares (top, bottom) of the height of a picture of `size` that heading and colour scale take."""
+    share = unit_of(size) / size[1]
+    return 90.0 * share, (EDGE + 2 * PAD + ABOVE + STRIP[1] + BELOW) * share
 
 
 @cache

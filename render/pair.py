@@ -5,9 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.render.film import open_film, output_kind
 from snowmpm.render.framing import Action, sample_action
-from snowmpm.render.run_film import SectionView, SpaceView, checked_size, nearest_frame, particle_spacing
+from snowmpm.render.run_film import (
+    SectionView,
+    SpaceView,
+    check_drawable,
+    checked_wishes,
+    nearest_frame,
+    particle_spacing,
+    write_pictures,
+)
 from snowmpm.render.section import Profile
 from snowmpm.render.tracking import joint_track, plan_track
 
@@ -27,6 +34,8 @@ class PairView:
                              " side by side go runs of the same")
         self.runs = (first, second)
         self.times = first.times if first.times[-1] >= second.times[-1] else second.times
+        for run in self.runs:
+            check_drawable(run)
         above = first.dimension == 2
         width, height = size
         self._axis, part = (0, (width, (height - GAP) // 2)) if above else (1, ((width - GAP) // 2, height))
@@ -55,24 +64,9 @@ def render_pair(first, second, output, *, color=None, camera=None, time=None, si
 
     Frames are those of the run that lasts longer; the other shows its nearest frame, at last its end.
     """
-    kind = output_kind(output)
-    for run in (first, second):
-        if not any(run.n_points(i) for i in range(len(run))):
-            raise InputError(f"{run.path}: no frame with particles to draw")
-    if not fps > 0:
-        raise InputError.at("fps", fps, "must be > 0")
-    if time is not None and kind != ".png":
-        raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
-    view = PairView(first, second, checked_size(size, even=kind == ".mp4"), color, camera, cutaway)
-    chosen = range(len(view.times))
-    if kind == ".png":
-        chosen = [len(view.times) - 1 if time is None else int(np.abs(view.times - time).argmin())]
-    with open_film(output, fps) as show:
-        for done, i in enumerate(chosen, 1):
-            show(view.picture(i))
-            if progress:
-                progress(done, len(chosen))
-    return output
+    size = checked_wishes(output, size, time, fps)
+    view = PairView(first, second, size, color, camera, cutaway)
+    return write_pictures(view, view.times, output, time, fps, progress)
 
 
 def _spaces(runs, size, color, camera, cutaway):

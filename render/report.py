@@ -10,7 +10,9 @@ from PIL import Image
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.hazard_units import unit_of
 from snowmpm.io.impact import impact
+from snowmpm.io.remarks import remarks
 from snowmpm.render import page
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
@@ -24,8 +26,6 @@ from snowmpm.render.viewer import viewer
 SIZE = (1280, 620)
 MOMENTS = 4
 FILM = 24 << 20  # bytes: a larger film is named, not put in
-MASS_LOST, MOMENTUM, ENERGY, EMPTIED = 1e-3, 1e-4, 0.05, 0.02
-"""From where on the audit warns: shares of mass that left, of momentum, of the energy put in, and of the cells."""
 
 
 def render_report(run_path, output, *, interactive=True, size=SIZE):
@@ -81,35 +81,8 @@ def _key_numbers(run):
 
 def _warnings(run):
     """Marked lines: what in the audit a reader should know of, or that there is nothing."""
-    found = list(warnings_of(run))
+    found = list(remarks(run))
     return [page.note(text) for text in found] or [page.note("The audit shows nothing to warn of.", "good")]
-
-
-def warnings_of(run):
-    """What in a run's history is out of the ordinary, a line each."""
-    history = {name: values for name, values in run.history.items() if len(values)}
-    if not run.complete:
-        yield f"The run is not complete: it ends at {run.times[-1]:g} s."
-    mass, lost = history.get("mass"), history.get("removed_mass")
-    if mass is not None and lost is not None and lost[-1] > MASS_LOST * mass[0]:
-        yield f"{lost[-1] / mass[0]:.2%} of the mass left the domain."
-    if _last(history, "momentum_residual") > MOMENTUM:
-        yield f"The momentum balance is open by {_last(history, 'momentum_residual'):.2g} of what was exchanged."
-    if _last(history, "unconverged") > 0.0:
-        yield f"{_last(history, 'unconverged'):.0f} stress updates did not converge."
-    turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work", "kinetic_energy"))
-    if turned > 0.0 and abs(_last(history, "energy_remainder")) > ENERGY * turned:
-        yield (f"The scheme itself took {_last(history, 'energy_remainder') / turned:.1%} of the energy turned over:"
-               " a finer grid, or a transfer with less damping, takes less.")
-    cells = _last(history, "occupied_cells")
-    if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
-        yield (f"{_last(history, 'emptied_cells') / cells:.1%} of the cells are empty between occupied ones: there snow"
-               " is thinner than the grid resolves (numerical fracture).")
-
-
-def _last(history, name):
-    values = history.get(name)
-    return float(values[-1]) if values is not None and np.isfinite(values[-1]) else 0.0
 
 
 def _pictures(run, view, folder):
@@ -166,8 +139,8 @@ def _film(run):
 def _turning(run, view, interactive):
     if not interactive:
         return ""
-    return (viewer(run, view) + '<p class="lead">Drag to turn, wheel to come closer, shift-drag to move, double-click'
-            " to go back.</p>")
+    return (viewer(run, view) + '<p class="lead">Drag to turn, wheel or two fingers to come closer, shift-drag to move,'
+            " double-click to go back.</p>")
 
 
 def _curves(run, folder):
@@ -186,7 +159,8 @@ def _maps(run, folder):
 
 
 def _hazard(run):
-    return {name.replace("_", " "): _number(value) for name, value in run.hazard.get("numbers", {}).items()}
+    return {name.replace("_", " "): f"{_number(value)} {_unit(unit_of(name))}".strip()
+            for name, value in run.hazard.get("numbers", {}).items()}
 
 
 def _impacts(run):
@@ -199,8 +173,13 @@ def _impacts(run):
 
 def _audit(run):
     last = {name: values[-1] for name, values in run.history.items() if len(values) and name != "time"}
-    units = {name: "" if run.units.get(name) == "1" else run.units.get(name, "") for name in last}
-    return {name.replace("_", " "): f"{_number(value)} {units[name]}".strip() for name, value in last.items()}
+    return {name.replace("_", " "): f"{_number(value)} {_unit(run.units.get(name, ''))}".strip()
+            for name, value in last.items()}
+
+
+def _unit(unit):
+    """A unit as it is read: none for "1", powers raised."""
+    return {"1": "", "m2": "m²", "m3": "m³", "degrees": "°"}.get(unit, unit)
 
 
 def _reproduction(run):
@@ -208,7 +187,7 @@ def _reproduction(run):
     precision, backend = origin.get("precision", "f32"), origin.get("backend", "auto")
     made = {name: origin[name] for name in ("version", "taichi", "numpy", "python", "backend", "device", "threads",
                                             "precision", "seed") if name in origin}
-    yield page.listing("\n".join([f"pip install snowmpm=={origin.get('version', '')}    # or the working copy used",
+    yield page.listing("\n".join([f"# with snowmpm {origin.get('version', '')}",
                                   f"snowmpm run scene.toml --backend {backend} --precision {precision}",
                                   f"snowmpm report runs/{origin.get('scene_name', 'NAME')}"]))
     yield ('<p class="lead">scene.toml lies in the folder of the run, and is the text under Settings. On a processor'

@@ -42,15 +42,25 @@ def render_run(
     Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
+    size = checked_wishes(output, size, time, fps)
+    return write_pictures(view_of(run, size, color, camera, cutaway), run.times, output, time, fps, progress)
+
+
+def checked_wishes(output, size, time, fps):
+    """The size [px] to draw in. Raises InputError for what does not go together, before anything is drawn."""
     kind = output_kind(output)
     if not fps > 0:
         raise InputError.at("fps", fps, "must be > 0")
     if time is not None and kind != ".png":
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
-    view = view_of(run, checked_size(size, even=kind == ".mp4"), color, camera, cutaway)
-    chosen = range(len(run))
-    if kind == ".png":
-        chosen = [len(run) - 1 if time is None else nearest_frame(run, time)]
+    return checked_size(size, even=kind == ".mp4")
+
+
+def write_pictures(view, times, output, time=None, fps=25, progress=None):
+    """One picture of a view for each of `times`; output, time, fps, progress as of `render_run`. Returns the path."""
+    chosen = range(len(times))
+    if output_kind(output) == ".png":
+        chosen = [len(times) - 1 if time is None else int(np.abs(times - time).argmin())]
     with open_film(output, fps) as show:
         for done, i in enumerate(chosen, 1):
             show(view.picture(i))
@@ -59,10 +69,15 @@ def render_run(
     return Path(output)
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False):
-    """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
+def check_drawable(run):
+    """Raises InputError for a run without anything to draw."""
     if not any(run.n_points(i) for i in range(len(run))):
         raise InputError(f"{run.path}: no frame with particles to draw")
+
+
+def view_of(run, size, color=None, camera=None, cutaway=False):
+    """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
+    check_drawable(run)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
@@ -160,6 +175,8 @@ class SpaceView(_View):
         elif self.ground.contour_interval:
             words = [f"contours every {self.ground.contour_interval:g} m", attribution(self.run.provenance)]
             overlay.note("; ".join(filter(None, words)), other)
+        else:
+            overlay.length_scale(self.action.size_in(self.camera), other, about=True)
         return overlay.picture()
 
 
@@ -183,7 +200,7 @@ class SectionView(_View):
         if self.track.close:
             self._inset(overlay, camera, snow)
         self._legend(overlay, time, side)
-        overlay.length_scale(camera.scale, side, raised=self.scale is not None)
+        overlay.length_scale(camera.scale, side, beside=self.scale is not None)
         return overlay.picture()
 
     def _inset(self, overlay, camera, snow):

@@ -10,6 +10,7 @@ from snowmpm.render.splat import splat_balls
 SNOW = light.decode([0.955, 0.97, 0.99])
 BALL = 0.80  # radius of a ball in particle spacings: neighbours overlap into a closed surface
 SMOOTHING = 1.7  # of the surface, in ball radii on the picture
+STEP = (0.65, 1.4)  # ball radii of scatter about the smooth surface: from an even lattice to two sides of an edge
 SOFTNESS = 0.35
 EXPOSURE = 0.86  # below the ground's, or fresh snow in the sun would lose its relief
 LONELY = 6  # particles in three cells each way around one: fewer is spray, drawn smaller than the snow of a surface
@@ -44,7 +45,7 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     picture = ground.light * light.shaded(on_ground)
     window = _window(hit, int(8.0 * width) + 4)
     number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]
-    surface = _smooth_depth(front, hit, width, 4.0 * radius)
+    surface = _smooth_depth(front, hit, width, radius)
     corner = (window[0].start, window[1].start)
     sunlight = sunlit(shadow, camera, surface, hit, corner, blur=max(0.6 * width, 0.8))
     openness = 1.0 - _hollows(surface, hit, behind, camera, width)
@@ -73,13 +74,27 @@ def _window(hit, margin):
     )
 
 
-def _smooth_depth(front, hit, width, step):
-    """Depth blurred within the snow, but not across edges: where it would move by more than `step` it stays."""
+def _smooth_depth(front, hit, width, radius):
+    """Depth blurred within the snow, but not across steps: there each side is blurred by itself, so that edges stay.
+
+    A step is where the depth scatters around its blur by more than balls of that `radius` [m] on a lattice do.
+    """
     filled = np.where(hit, front, 0.0)
-    weight = ndimage.gaussian_filter(hit.astype(np.float32), width)
-    blurred = ndimage.gaussian_filter(filled, width) / np.maximum(weight, 1e-6)
-    share = np.clip(2.0 - np.abs(blurred - filled) / step, 0.0, 1.0)
-    return np.where(hit, filled + share * (blurred - filled), np.inf).astype(np.float32)
+    blurred = _mean(filled, hit, width)
+    off = np.where(hit, filled - blurred, 0.0)
+    scatter = np.sqrt(np.maximum(_mean(off**2, hit, width), 0.0)) / radius
+    stepped = np.clip((scatter - STEP[0]) / (STEP[1] - STEP[0]), 0.0, 1.0)
+    if stepped.any():
+        before = off < 0.0
+        sides = [_mean(np.where(side, filled, 0.0), side, 0.7 * width) for side in (hit & before, hit & ~before)]
+        blurred += stepped * (np.where(before, *sides) - blurred)
+    return np.where(hit, blurred, np.inf).astype(np.float32)
+
+
+def _mean(values, mask, width):
+    """Mean of what is in the mask around each pixel; `values` are 0 outside it."""
+    weight = ndimage.gaussian_filter(mask.astype(np.float32), width)
+    return ndimage.gaussian_filter(values, width) / np.maximum(weight, 1e-6)
 
 
 def _normals(surface, hit, camera, window):

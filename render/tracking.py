@@ -6,13 +6,14 @@ import numpy as np
 from scipy import ndimage
 
 from snowmpm.render.colour import scalar
+from snowmpm.render.overlay import bands
 from snowmpm.render.section import section_camera
 from snowmpm.render.solid import nearby
 
-THINNEST = 8.0  # px: a layer drawn thinner than this asks for a closer view
-CLOSE_UP = 16.0  # px: thickness of the layer in the closer view
+THINNEST = 10.0  # px: a layer drawn thinner than this asks for a closer view
+CLOSE_UP = 24.0  # px: thickness of the layer in the closer view
 SMOOTHING = 0.06  # of the number of frames: the view moves steadily
-MARGINS = (0.06, 0.06, 0.16, 0.14)
+MARGINS = (0.06, 0.06, 0.16, 0.14)  # left, right, top, bottom of the picture that stay free, if words need no more
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def plan_track(run, profile, spacing, size, close=True):
         ground = ground[np.isfinite(ground)]
         if len(ground):
             low[1], high[1] = min(low[1], ground.min()), max(high[1], ground.max())
-    scale, centre = _whole(low, high, size, MARGINS)
+    scale, centre = _whole(low, high, size, _margins(size))
     falls_left = slope > 0.0
     if not close or thickness * scale >= THINNEST:
         return Track(np.tile(centre, (len(run), 1)), scale, tuple(size), False, low, high, falls_left)
@@ -66,7 +67,7 @@ def joint_track(first, second, shift):
     low, high = np.minimum(first.low, second.low + shift), np.maximum(first.high, second.high + shift)
     if first.close:
         return replace(first, low=low, high=high, scale=min(first.scale, second.scale) if second.close else first.scale)
-    scale, centre = _whole(low, high, first.size, MARGINS)
+    scale, centre = _whole(low, high, first.size, _margins(first.size))
     return replace(first, centres=np.tile(centre, (len(first.centres), 1)), scale=scale, low=low, high=high)
 
 
@@ -98,6 +99,12 @@ def _filled(rows):
     known = np.flatnonzero(np.isfinite(rows[:, 0]))
     nearest = known[np.abs(np.arange(len(rows))[:, None] - known).argmin(axis=1)]
     return rows[nearest]
+
+
+def _margins(size):
+    """Of a whole view: on a low picture heading and colour scale want more than their share of a high one."""
+    top, bottom = bands(size)
+    return *MARGINS[:2], max(MARGINS[2], top), max(MARGINS[3], bottom)
 
 
 def _whole(low, high, size, margins):

@@ -20,6 +20,7 @@ COARSEST = 8.0  # particle spacings: side of the cells that stand for the snow, 
 TERRAIN = 200  # cells of the ground along its longer side
 BALL = 1.7  # diameter of a point in cells
 SCALE = 65535
+NEVER = 1e9  # m: a distance between contours that draws none
 PLAY = "\u25b6"
 PLAIN = np.tile(np.array([[243, 247, 252]], np.uint8), (256, 1))
 
@@ -72,7 +73,7 @@ def viewer(run, view, frames=FRAMES, points=POINTS):
     head = {
         "low": low.tolist(), "span": span.tolist(), "reach": float(np.linalg.norm(span)), "frames": counts,
         "times": [round(float(run.times[i]), 6) for i in chosen], "size": BALL * cell, "sun": _sun(view, flat),
-        "interval": 1e9 if flat else contour_interval(terrain[0][:, 2]) if terrain else 1.0,
+        "interval": _contours(None if flat else terrain) or NEVER,
         "table": (PLAIN if scale is None else (255 * scale.table()).astype(np.uint8)).ravel().tolist(),
         "terrain": {"vertices": len(terrain[0]), "facets": len(terrain[2])} if terrain else None,
         "solids": {"vertices": len(solids[0][0]) * (2 if flat else 1), "facets": len(facets)} if solids else None,
@@ -88,6 +89,14 @@ def viewer(run, view, frames=FRAMES, points=POINTS):
             f'<input type="range" min="0" value="0" aria-label="time"><span class="clock"></span></div>\n'
             f'<script type="application/json">{about}</script>\n'
             f'<script type="text/plain" class="data">{encoded(data)}</script></div>')
+
+
+def _contours(terrain):
+    """Distance in height between contour lines [m], 0 for none, of ground from `_ground`."""
+    if terrain is None:
+        return 0.0
+    vertices = terrain[0]
+    return contour_interval(vertices[:, 2], float(np.ptp(vertices[:, :2], axis=0).max()))
 
 
 def _liveliest(run, chosen):

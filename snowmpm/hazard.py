@@ -36,18 +36,6 @@ SMOOTHING = 4.0
 MOVING_SPEED = 1.0
 """Speed above which snow has not come to rest [m/s]."""
 
-UNITS = {
-    "release_area": "m2", "release_volume": "m3", "top": "m", "runout": "m", "fall": "m", "travel_angle": "degrees",
-    "runout_x": "m", "runout_y": "m", "runout_z": "m", "affected_area": "m2",
-    "largest_depth": "m", "largest_speed": "m/s", "largest_pressure": "Pa", "deposit_area": "m2",
-    "deposit_volume": "m3", "deposit_mean_depth": "m", "flow_depth": "m", "moving_share": "1",
-}
-
-
-def unit_of(name):
-    """Unit of one of the numbers."""
-    return "m2" if name.startswith("area_above") else "m" if name.startswith("reach_of") else UNITS[name]
-
 
 @dataclass(frozen=True)
 class Thalweg:
@@ -104,8 +92,9 @@ def smoothed(line):
 
 @dataclass(frozen=True)
 class Hazard:
-    """numbers: by name, `UNITS`; profile: arrays along the thalweg by name (x, y, z, s, peak_depth, peak_speed,
-    peak_pressure, deposit_depth: largest value across it); line: the two ends of the run-out line (2, 2) [m], or None.
+    """numbers: by name, units as in `snowmpm.io.hazard_units`; profile: arrays along the thalweg by name (x, y, z, s,
+    peak_depth, peak_speed, peak_pressure, deposit_depth: largest value across it); line: the two ends of the run-out
+    line (2, 2) [m], or None.
     """
 
     numbers: dict

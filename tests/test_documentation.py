@@ -2,6 +2,8 @@
 
 import ast
 import re
+import shlex
+import shutil
 from collections import defaultdict
 from pathlib import Path
 
@@ -58,11 +60,16 @@ def test_every_member_of_what_the_packages_offer_is_documented():
     assert bare == []
 
 
-def commands(text):
-    """`snowmpm` command lines of a guide, from its code blocks and its code words."""
+def typed(text):
+    """`snowmpm` command lines of a guide's code blocks, in their order."""
     for language, block in re.findall(r"```(\w*)\n(.*?)```", text, re.DOTALL):
         for line in block.replace("\\\n", " ").split("\n") if language in ("", "sh") else ():
             yield from re.findall(r"(?:^|&& )\s*(snowmpm [a-z][^#&|]*)", line)
+
+
+def commands(text):
+    """The same and those among the words."""
+    yield from typed(text)
     text = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
     yield from re.findall(r"`(snowmpm [a-z][^`]*)`", text)
 
@@ -88,3 +95,50 @@ def test_links_of_a_guide_lead_somewhere(guide):
     text = guide.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
         assert target.startswith("http") or (guide.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_of_a_guide_may_be_typed_as_they_stand(guide, tmp_path, monkeypatch, capsys):
+    """From top to bottom in an empty folder: arguments are taken, `new` writes its scene, `run` and `check` know it.
+
+    Runs themselves are not computed.
+    """
+    import typer
+
+    from snowmpm.cli.app import app
+    from snowmpm.cli.options import setting_values
+    from snowmpm.errors import InputError
+    from snowmpm.scenes import library, load_scene
+    from snowmpm.scenes.library import FOLDER
+
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(FOLDER / "valley.asc", "dem.asc")
+    shutil.copy(FOLDER / "valley_release.geojson", "release.geojson")
+    text = guide.read_text(encoding="utf-8")
+    for script in re.findall(r'^python -c "\n(.*?)"$', text, re.DOTALL | re.MULTILINE):
+        exec(script, {})
+    if not Path("slope.stl").exists():
+        shutil.copy(FOLDER / "slope.stl", "slope.stl")
+    program = typer.main.get_command(app)
+    for line in typed(text):
+        name, *words = shlex.split(line)[1:]
+        if "/path/" in line or any(word.isupper() for word in (name, *words)):
+            continue  # a place for the reader's own
+        command = program.commands[name]
+        try:
+            values = command.make_context(name, list(words)).params
+        except Exception as error:
+            pytest.fail(f"{line}: {error}")
+        if name == "new" and words:
+            try:
+                app([name, *words, "--overwrite"])  # a guide shows several for one name
+            except SystemExit as end:
+                assert not end.code, f"{line}: {capsys.readouterr().err}"
+        elif name in ("run", "check"):
+            scene = values["scene"]
+            assert scene in library() or Path(scene).exists() or guide.name != "TUTORIAL.md", line
+            if "cohesionn" in line:  # misspelt on purpose
+                with pytest.raises(InputError, match="did you mean cohesion"):
+                    load_scene(scene, setting_values(values["settings"]))
+            elif scene in library() or Path(scene).exists():
+                load_scene(scene, setting_values(values["settings"]))

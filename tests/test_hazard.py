@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm import hazard
+from snowmpm.io.hazard_units import UNITS
 
 CELL, SLOPE = 5.0, 0.5
 
@@ -49,7 +50,7 @@ def test_areas_and_volumes():
     assert found["area_above_30_kPa"] < found["area_above_10_kPa"] < found["area_above_1_kPa"]
     assert found["reach_of_10_kPa"] == pytest.approx(467.5 - 22.5, abs=CELL)
     assert found["largest_pressure"] == pytest.approx(250.0 * 400.0)
-    assert set(found) <= {*hazard.UNITS, *(n for n in found if n.startswith(("area_above", "reach_of")))}
+    assert set(found) <= {*UNITS, *(n for n in found if n.startswith(("area_above", "reach_of")))}
 
 
 def test_the_way_does_not_turn_back_with_what_still_moves_behind():

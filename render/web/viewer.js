@@ -98,9 +98,11 @@ async function showRun(root) {
     const out = [Math.sin(a) * Math.cos(e), Math.cos(a) * Math.cos(e), Math.sin(e)], right = [-Math.cos(a), Math.sin(a), 0];
     return {out, right, up: cross(out, right)};
   }
+  // Tangent of half the view upright: wider on a canvas so narrow that the sides would be cut off
+  const opening = () => Math.tan(VIEW / 2) * Math.max(1, 1.3 * canvas.clientHeight / canvas.clientWidth);
   function matrix() {
     const {out, right, up} = axes(), eye = camera.target.map((t, i) => t + camera.distance * out[i]);
-    const f = 1 / Math.tan(VIEW / 2), aspect = canvas.width / canvas.height, near = 0.01 * camera.distance, far = 10 * camera.distance + 4 * head.reach;
+    const f = 1 / opening(), aspect = canvas.width / canvas.height, near = 0.01 * camera.distance, far = 10 * camera.distance + 4 * head.reach;
     const rows = [right.map(x => x * f / aspect), up.map(x => x * f), out], shift = [-dot(rows[0], eye), -dot(rows[1], eye), -dot(out, eye)];
     const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
     return new Float32Array([0, 1, 2].flatMap(i => [rows[0][i], rows[1][i], a * out[i], -out[i]]).concat([shift[0], shift[1], a * shift[2] + b, -shift[2]]));
@@ -120,7 +122,7 @@ async function showRun(root) {
     gl.depthMask(false); use(sky, {height: h}); gl.drawArrays(gl.TRIANGLES, 0, 3); gl.depthMask(true);
     if (terrain) { use(ground, {interval: head.interval}); gl.bindVertexArray(terrain.vao); gl.drawElements(gl.TRIANGLES, terrain.n, gl.UNSIGNED_INT, 0); }
     if (now.solid) { use(solid, {softness: 0.1}); gl.bindVertexArray(now.solid); gl.drawElements(gl.TRIANGLES, 3 * head.solids.facets, gl.UNSIGNED_INT, 0); }
-    use(snow, {size: head.size / Math.tan(VIEW / 2), height: 0.5 * h, softness: 0.4}); gl.bindVertexArray(now.vao); gl.drawArrays(gl.POINTS, 0, now.n);
+    use(snow, {size: head.size / opening(), height: 0.5 * h, softness: 0.4}); gl.bindVertexArray(now.vao); gl.drawArrays(gl.POINTS, 0, now.n);
     gl.bindVertexArray(null);
     clock.textContent = "t = " + head.times[frame].toFixed(2) + " s"; slider.value = frame;
   }
@@ -139,7 +141,7 @@ async function showRun(root) {
   canvas.onpointermove = e => {
     const before = fingers.get(e.pointerId); if (!before) return;
     const dx = e.clientX - before[0], dy = e.clientY - before[1]; fingers.set(e.pointerId, [e.clientX, e.clientY]);
-    const metres = 2 * camera.distance * Math.tan(VIEW / 2) / canvas.clientHeight, {right, up} = axes();
+    const metres = 2 * camera.distance * opening() / canvas.clientHeight, {right, up} = axes();
     const move = (x, y) => { for (let i = 0; i < 3; i++) camera.target[i] -= metres * (x * right[i] - y * up[i]); };
     if (fingers.size === 2) {
       const [p, q] = [...fingers.values()], now = Math.hypot(p[0] - q[0], p[1] - q[1]);

@@ -35,7 +35,7 @@ def info(run: RunPath, as_json: Json = False):
 
 def print_avalanche(run):
     """The numbers of hazard mapping, of a run that has them."""
-    from snowmpm.hazard import unit_of
+    from snowmpm.io.hazard_units import unit_of
 
     if run.hazard:
         numbers = run.hazard["numbers"]

@@ -8,12 +8,13 @@ import sys
 from collections import deque
 from contextlib import contextmanager
 
-from snowmpm.cli.wording import count, duration, short
+from snowmpm.cli.wording import count, duration, short, step
 
 LINE_INTERVAL = 10.0  # s of wall time between plain lines
 WINDOW = 20.0  # s of wall time over which the present speed is measured
 SAMPLE_INTERVAL = 0.5
 BAR = 36  # characters
+WIDE = 100  # characters: a narrower terminal has its facts in two columns
 
 ENERGIES = {"kinetic_energy": "kinetic", "elastic_energy": "elastic", "plastic_work": "plastic work",
             "contact_work": "contact"}
@@ -109,14 +110,16 @@ class Screen:
         if self._start is None:
             self._start = progress.audit.get("potential_energy")
 
-    def __rich__(self):
-        from rich.console import Group
+    def __rich_console__(self, console, options):
         from rich.text import Text
 
         progress = self._progress
         if progress is None:
-            return Text(f"{self._name}: preparing (the first run of a scene also compiles its kernels)")
-        return Group(self._bar(progress), self._table(progress), self._energies(progress))
+            yield Text(f"{self._name}: preparing (the first run of a scene also compiles its kernels)")
+            return
+        yield self._bar(progress)
+        yield self._table(progress, 3 if options.max_width >= WIDE else 2)
+        yield self._energies(progress, options.max_width)
 
     def _bar(self, progress):
         from rich.progress_bar import ProgressBar
@@ -133,30 +136,38 @@ class Screen:
         )
         return bar
 
-    def _table(self, progress):
+    def _table(self, progress, columns):
         from rich.table import Table
 
         table = Table.grid(padding=(0, 2))
-        for _ in range(3):
-            table.add_column(style="dim", min_width=9)
+        for _ in range(columns):
+            table.add_column(style="dim", min_width=10, no_wrap=True)
             table.add_column(min_width=16, no_wrap=True)
-        speed = short(self._pace.speed)
-        table.add_row("time", f"{progress.time:.3f} / {progress.end_time:g} s",
-                      "particles", count(progress.n_particles), "frames", count(progress.frames))
-        table.add_row("max speed", f"{progress.max_speed:.3g} m/s", "front", _metres(progress.front),
-                      "running", duration(progress.wall))
-        table.add_row("step", f"{short(1e6 * progress.dt)} µs", "limited by",
-                      CAUSES.get(progress.dt_cause, progress.dt_cause), "pace", f"{speed} particle-steps/s")
+        facts = [("time", f"{progress.time:.3f} / {progress.end_time:g} s"), ("particles", count(progress.n_particles)),
+                 ("frames", count(progress.frames)), ("max speed", f"{progress.max_speed:.3g} m/s"),
+                 ("front", _metres(progress.front)), ("running", duration(progress.wall)),
+                 ("step", step(progress.dt)),
+                 ("limited by", CAUSES.get(progress.dt_cause, progress.dt_cause)),
+                 ("pace", f"{short(self._pace.speed)} particle-steps/s")]
+        for k in range(0, len(facts), columns):
+            table.add_row(*(word for fact in facts[k : k + columns] for word in fact))
         return table
 
-    def _energies(self, progress):
+    def _energies(self, progress, width):
+        """The energies, in lines that break between two of them."""
         from rich.text import Text
 
-        line = Text("energy  ", style="dim")
+        found = Text("energy", style="dim")
+        used = len(found)
         for word, joules in energies(progress, self._start).items():
-            line.append(f"  {word} ", style="dim")
-            line.append(f"{short(joules)}{'' if short(joules)[-1] in 'kMG' else ' '}J", style="default")
-        return line
+            number = f"{short(joules)}{'' if short(joules)[-1] in 'kMG' else ' '}J"
+            length = 4 + len(word) + len(number)
+            if used + length > width:
+                found.append("\n      ")
+                used = 6
+            found.append(f"   {word} ", style="dim").append(number, style="not dim")
+            used += length
+        return found
 
 
 @contextmanager

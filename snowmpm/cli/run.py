@@ -59,6 +59,7 @@ def run(
     On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
     elsewhere only the end is told.
     """
+    from snowmpm.io.remarks import remarks
     from snowmpm.scenes import load_scene
 
     if fast and accurate:
@@ -74,6 +75,8 @@ def run(
     told = not quiet and not as_json
     if told:
         print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
+    for remark in remarks(result):
+        print(f"warning: {remark}", file=sys.stderr)
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})

@@ -15,6 +15,14 @@ def duration(seconds):
     return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
+def step(seconds):
+    """1.25e-4 -> 125 µs; three digits that count."""
+    for factor, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
+        if seconds >= 0.9995 * factor:
+            return f"{seconds / factor:.3g} {unit}"
+    return f"{seconds / 1e-9:.3g} ns"
+
+
 def short(number):
     """1234567 -> 1.23 M; three digits that count."""
     if number is None or not math.isfinite(number):

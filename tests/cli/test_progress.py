@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 
 from snowmpm.cli.progress import Lines, Pace, Screen, display
+from snowmpm.cli.wording import step
 
 
 def state(time, wall, potential):
@@ -25,8 +26,8 @@ def screen():
     return screen
 
 
-def drawn(screen):
-    console = Console(width=120, record=True, file=io.StringIO())
+def drawn(screen, width=120):
+    console = Console(width=width, record=True, file=io.StringIO())
     console.print(screen)
     return console.export_text()
 
@@ -38,6 +39,22 @@ def test_screen_tells_all_that_a_person_waits_for(screen):
                   "fastest particle", "5 M particle-steps/s", "potential lost 2 MJ", "kinetic 2.5 kJ",
                   "plastic work 1.2 MJ", "elastic 40 J"):
         assert words in text, (words, text)
+
+
+@pytest.mark.parametrize("width", [80, 100, 160])
+def test_no_line_of_the_screen_is_folded_or_cut(screen, width):
+    lines = drawn(screen, width).rstrip().split("\n")
+    assert max(map(len, lines)) <= width
+    text = "\n".join(" ".join(line.split()) for line in lines)
+    for words in ("limited by fastest particle", "pace 5 M particle-steps/s", "potential lost 2 MJ",
+                  "plastic work 1.2 MJ", "contact 0 J", "frames 21"):
+        assert words in text, text
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(3.27e-3, "3.27 ms"), (1.25e-4, "125 µs"), (2.0, "2 s"),
+                                                (9.9999e-4, "1 ms"), (4.3e-8, "43 ns")])
+def test_steps_in_units_of_their_size(seconds, words):
+    assert step(seconds) == words
 
 
 def test_screen_before_the_first_step():

@@ -14,9 +14,10 @@ import pytest
 from snowmpm.runtime import _has_cuda
 from tests.gpu.steps import CASES
 
-GROWTH = {"f64": 1e-12, "f32": 1e-3}
-"""Largest difference, of the largest number: round-off, grown over a few dozen steps of snow that yields, where a
-particle at its limit may fall on either side of it."""
+GROWTH = {("fine", "f64"): 1e-12, ("fine", "f32"): 1e-5, ("cuda", "f64"): 1e-9, ("cuda", "f32"): 1e-2}
+"""Largest difference, of the largest number: round-off over a few dozen steps (measured: 4e-15 and 1.4e-6 of it on a
+CPU). A GPU's compiler fuses multiply-adds besides: not measured, so that room is left for particles that yield in one
+of two runs only."""
 WAYS = ["fine", pytest.param("cuda", marks=pytest.mark.skipif(not _has_cuda(), reason="needs a GPU"))]
 STEPS = Path(__file__).with_name("steps.py")
 
@@ -45,6 +46,6 @@ def test_both_kinds_of_kernels_agree(steps, case, way, precision):
     for key in ("position", "velocity", "stress"):
         a, b = expected[f"{case}/{key}"], found[f"{case}/{key}"]
         assert a.shape == b.shape
-        assert np.abs(a - b).max() <= GROWTH[precision] * np.abs(a).max(), key
-    if precision == "f64":
+        assert np.abs(a - b).max() <= GROWTH[way, precision] * np.abs(a).max(), key
+    if precision == "f64" and way == "fine":
         np.testing.assert_array_equal(expected[f"{case}/plastic"], found[f"{case}/plastic"])

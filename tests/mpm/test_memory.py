@@ -1,7 +1,9 @@
 """Memory follows the snow, not the domain."""
 
 import numpy as np
+import pytest
 
+from snowmpm.errors import InputError, SimulationError
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
@@ -39,3 +41,18 @@ def test_grid_memory_follows_the_snow():
     assert long.particles.bytes_per_particle == short.particles.bytes_per_particle <= PARTICLE_LIMIT
     domain = np.prod((long.frame.upper - long.frame.lower) + 1.0) * 16  # bytes of a dense grid, four numbers a node
     assert long.grid.bytes < 0.01 * domain
+
+
+def test_more_particles_than_indices_are_refused(make_solver, monkeypatch):
+    """Taichi would read and write other particles' numbers without a word."""
+    monkeypatch.setattr("snowmpm.particles.LARGEST_INDEX", 24 * 255)  # 24 numbers each in 2-D, the spare table included
+    with pytest.raises(InputError, match=r"256 particles: at most 255 .* 32-bit"):
+        make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))
+    monkeypatch.setattr("snowmpm.particles.LARGEST_INDEX", 24 * 256)
+    make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))
+
+
+def test_more_nodes_than_indices_are_refused(make_solver, monkeypatch):
+    monkeypatch.setattr("snowmpm.mpm.grid.LARGEST_INDEX", 1000)
+    with pytest.raises(SimulationError, match="32-bit"):
+        make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))

@@ -5,10 +5,11 @@ import pytest
 
 from snowmpm.io import Terrain
 from snowmpm.render.camera import fit_camera, view_axes
+from snowmpm.render.colour import SNOW_WHITE_LOW, ColourScale
 from snowmpm.render.framing import Action, choose_camera
-from snowmpm.render.ground import draw_ground
+from snowmpm.render.ground import contour_interval, draw_ground
 from snowmpm.render.light import sun_direction
-from snowmpm.render.overlay import ticks
+from snowmpm.render.overlay import Overlay, bands, ticks
 from snowmpm.render.raster import rasterise
 from snowmpm.render.relief import build_relief
 from snowmpm.render.splat import splat_balls, splat_discs
@@ -183,6 +184,42 @@ def test_ground_of_two_huge_triangles_is_drawn_up_to_the_camera():
     assert np.isfinite(ground.depth).mean() > 0.8
     assert (ground.slack == 1.0).all()
     assert np.isfinite(ground.light).all() and ground.contour_interval > 0.0
+
+
+def test_a_level_floor_has_no_contours_but_a_scale():
+    """Round-off in the heights of a floor once made contours every micrometre."""
+    assert contour_interval(1e-6 * np.random.default_rng(0).random((40, 40)), 0.4) == 0.0
+    assert contour_interval(np.array([[0.0, np.nan], [30.0, 12.0]]), 50.0) == 2.0
+
+
+@pytest.mark.parametrize("reach", [25.0, 400.0])
+def test_the_rim_of_ground_that_is_little_larger_than_the_action_is_in_sight(reach):
+    relief = build_relief(plane(0.5, reach), np.full(2, -reach), np.full(2, reach))
+    points = np.random.default_rng(0).uniform([-20.0, -18.0], [20.0, 18.0], (500, 2))
+    points = np.column_stack([points, -0.5 * points[:, 0]])
+    size = (640, 360)
+    camera = choose_camera("auto", Action(points, np.array([1.0, 0.0])), relief, size)
+    inside = [((x > 0) & (x < size[0]) & (y > 0) & (y < size[1])).mean()
+              for x, y, _ in (camera.project(relief.vertices), camera.project(points))]
+    assert inside[1] == 1.0
+    assert (inside[0] == 1.0) == (reach < 100.0)
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1280, 200), (640, 480), (480, 480)])
+def test_words_stay_in_the_bands_that_are_kept_free(size):
+    """Heading above, colours and length scale side by side below: between the bands nothing is written."""
+    blank = np.full((size[1], size[0], 3), 90, np.uint8)
+    overlay = Overlay(blank)
+    overlay.heading("elastic beam", 0.5)
+    overlay.colour_scale(ColourScale("velocity", "speed", "m/s", 0.0, 1.0, SNOW_WHITE_LOW), "right")
+    colours = (overlay.picture() != blank).any(axis=-1)
+    overlay.length_scale(100.0, "right", beside=True)
+    written = (overlay.picture() != blank).any(axis=-1)
+    top, bottom = (share * size[1] for share in bands(size))
+    assert not written[int(top) + 1 : int(size[1] - bottom) - 1].any()
+    added = np.flatnonzero((written & ~colours).any(axis=0))
+    assert added.size > 20 and added.min() > 0
+    assert added.max() < np.flatnonzero(colours[size[1] // 2 :].any(axis=0)).min()
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 32.0), (0.0, 0.05), (-4.0e4, 4.0e4), (180.0, 300.0)])

@@ -1,5 +1,7 @@
 """The weak layer: found in the scene, coloured by its damage, seen where the slab is cut away."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from synthetic_runs import slab_3d, weak_layer_3d
@@ -7,6 +9,7 @@ from synthetic_runs import slab_3d, weak_layer_3d
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light
+from snowmpm.render.camera import fit_camera
 from snowmpm.render.fracture import Cutaway, WeakLayer
 from snowmpm.render.run_film import view_of
 
@@ -46,6 +49,18 @@ def test_only_the_slab_on_the_side_of_the_camera_is_left_out(run, cut):
     slab = frame.fields["material"] == 0
     assert not shown[slab & near].any()
     assert shown[~slab].all() and shown[slab & (np.sign(view.camera.eye[1]) * frame.points[:, 1] < -0.1)].all()
+
+
+def test_on_the_flat_the_cut_runs_along_the_slab():
+    """A saw test's column, 3 m by 0.4 m: half of its width goes, not half of its length."""
+    x, y = np.meshgrid(np.arange(0.0, 3.0, 0.1), np.arange(0.0, 0.4, 0.1), indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.2)]).astype(np.float32)
+    frame = SimpleNamespace(points=points, fields={"material": np.ones(len(points))})
+    flat = SimpleNamespace(frame=lambda i, names: frame, path="run")
+    camera = fit_camera(points, np.radians(150.0), np.radians(30.0), (320, 180))  # from the south-east
+    shown = Cutaway.of(flat, WeakLayer(0, (1,)), camera).shown(frame)
+    assert shown.sum() == len(points) // 2
+    assert (shown == (points[:, 1] > 0.15)).all()
 
 
 def test_the_crack_is_seen_only_through_the_cut(cut, whole):

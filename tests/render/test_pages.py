@@ -12,8 +12,8 @@ from synthetic_runs import slab_2d, slab_3d, weak_layer_3d
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
+from snowmpm.io.remarks import remarks
 from snowmpm.render import render_page, render_report
-from snowmpm.render.report import warnings_of
 from snowmpm.render.surface_points import surface_points
 
 SMALL = (320, 160)
@@ -178,7 +178,7 @@ def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
             writer.history(1.0, row, {})
             writer.frame(0.0, np.zeros((1, 3)), {})
             writer.close(complete=True)
-        found = list(warnings_of(Run(tmp_path / str(k))))
+        found = list(remarks(Run(tmp_path / str(k))))
         assert len(found) == (1 if name else 0) and words in "".join(found)
 
 

@@ -7,7 +7,7 @@ from synthetic_runs import slab_3d
 from snowmpm.io import Run
 from snowmpm.render.run_film import SpaceView
 from snowmpm.render.shadow import Shadow
-from snowmpm.render.snow import _crowd, draw_snow
+from snowmpm.render.snow import _crowd, _smooth_depth, draw_snow
 
 HIGH = np.array([0.0, 0.0, 12.0])
 
@@ -41,6 +41,19 @@ def test_the_lit_side_of_snow_does_not_shade_itself():
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     lit, facing = shadow.lit(2.05 * directions), directions @ sun
     assert (lit[facing > 0.6] > 0.99).all() and (lit[facing < -0.4] < 0.01).all()
+
+
+def test_the_surface_is_smooth_but_its_edges_are_not_rounded():
+    """Balls on a lattice, in two levels: the bumps go, the step of five balls stays within a pixel or two."""
+    rows, columns = np.indices((60, 80))
+    bumps = 0.25 * (np.sin(1.9 * rows) * np.sin(1.7 * columns))
+    front = np.where(columns < 40, 20.0, 25.0) + 0.05 * rows + bumps
+    surface = _smooth_depth(front.astype(np.float32), np.ones(front.shape, bool), 3.0, 1.0)
+    even = np.where(columns < 40, 20.0, 25.0) + 0.05 * rows
+    off = np.abs(surface - even)[12:-12]
+    assert off[:, 10:30].max() < 0.1 and off[:, 50:70].max() < 0.1  # of the bumps' 0.25
+    assert (off[:, 30:50] > 0.5).sum(axis=1).max() <= 2
+    assert np.isinf(_smooth_depth(front.astype(np.float32), columns < 40, 3.0, 1.0)[:, 40:]).all()
 
 
 def test_spray_is_told_from_snow():

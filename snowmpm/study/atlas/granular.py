@@ -76,5 +76,5 @@ ENTRIES = (
                   "cubic": {"kernel": "cubic"}, "aflip 0.99": {"transfer": "aflip", "flip_ratio": 0.99},
                   "flip 0.99": {"transfer": "flip", "flip_ratio": 0.99}, "dilation": {"dilation": 30.0}},
         symptom="spread of velocities along the slope", limit=GROWN, measure=disturbance,
-        shown="apic", cured="apic, cfl 0.1", resolution=0.1),
+        shown="apic", cured="apic, cfl 0.1", resolution=0.2),
 )

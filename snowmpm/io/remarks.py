@@ -1,0 +1,33 @@
+"""What a reader of a run should know before believing it: the audit in words."""
+
+import numpy as np
+
+MASS_LOST, MOMENTUM, ENERGY, EMPTIED = 1e-3, 1e-4, 0.05, 0.02
+"""From where on the audit warns: shares of mass that left, of momentum, of the energy put in, and of the cells."""
+
+
+def remarks(run):
+    """What in the history of a `Run` is out of the ordinary, a line each."""
+    history = {name: values for name, values in run.history.items() if len(values)}
+    if not run.complete:
+        yield f"The run is not complete: it ends at {run.times[-1]:g} s."
+    mass, lost = history.get("mass"), history.get("removed_mass")
+    if mass is not None and lost is not None and lost[-1] > MASS_LOST * mass[0]:
+        yield f"{lost[-1] / mass[0]:.2%} of the mass is gone: it left the domain, or a cut or a removal took it."
+    if _last(history, "momentum_residual") > MOMENTUM:
+        yield f"The momentum balance is open by {_last(history, 'momentum_residual'):.2g} of what was exchanged."
+    if _last(history, "unconverged") > 0.0:
+        yield f"{_last(history, 'unconverged'):.0f} stress updates did not converge."
+    turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work", "kinetic_energy"))
+    if turned > 0.0 and abs(_last(history, "energy_remainder")) > ENERGY * turned:
+        yield (f"The scheme itself took {_last(history, 'energy_remainder') / turned:.1%} of the energy turned over:"
+               " a finer grid, or a transfer with less damping, takes less.")
+    cells = _last(history, "occupied_cells")
+    if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
+        yield (f"{_last(history, 'emptied_cells') / cells:.1%} of the cells are empty between occupied ones: there snow"
+               " is thinner than the grid resolves (numerical fracture).")
+
+
+def _last(history, name):
+    values = history.get(name)
+    return float(values[-1]) if values is not None and np.isfinite(values[-1]) else 0.0
