@@ -121,7 +121,8 @@ def test_confining_pressure_acts_on_free_surfaces_alone():
     1 % too much); particles are not told where the surface is."""
     positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
     for scheme in ({}, {"kernel": "cubic_spline", "smoothing": 1.2}):
-        solver = solver_of(positions, volumes, STIFF, dx=DX, scheme={"confining_pressure": 1e3, "gradient": "corrected", **scheme})
+        solver = solver_of(positions, volumes, STIFF, dx=DX,
+                           scheme={"confining_pressure": 1e3, "gradient": "corrected", **scheme})
         c = STIFF.wave_speed()
         while solver.time < 80 * 16 * DX / c:
             dt = solver.stable_dt()[0]
