@@ -33,7 +33,8 @@ def test_every_command_that_writes(tmp_path):
             assert len(text) in (1, 2) and text[0].startswith("error: ") and "No space left on device" in text[0], text
             assert str(tmp_path / "disk" / "out") in text[0] and "unfinished" not in text[0], text
         assert all(whole[file] == size for file, size in left.items()), (name, share, left)  # whole, or not there
-        assert (again, after.keys()) == (0, whole.keys()), (name, share, after)
+        assert after.keys() == whole.keys(), (name, share, after)
+        assert again == 0 or not code, (name, share)  # a scene that is there is not made once more
     print({name: f"{count} of 6 disks too small" for name, count in refused.items()})
     assert len(refused) == 11 and min(refused.values()) >= 4
 
