@@ -41,7 +41,7 @@ MAY_IMPORT = {
     "solids": {"seeding", "terrain", "common", "errors"},
     "saw_test": {"materials", "common", "errors"},
     "mpm": {"solids", "materials", "common", "errors"},
-    "sph": {"materials", "common", "errors"},
+    "sph": {"materials", "common", "memory", "errors"},
     "composition": {
         "errors",
         "draft",

@@ -96,3 +96,12 @@ def test_memory_that_just_suffices(block, monkeypatch):
     monkeypatch.setattr(memory, "available", lambda: 0.5 * memory.PER_PARTICLE[2] * particles)
     with pytest.raises(InputError, match=r"bodies\.0 \(block\): shape: its particles: needs about"):
         snowmpm.build.build(block)
+
+
+@pytest.mark.parametrize("height", [1e7, 1e12])
+def test_an_obstacle_far_larger_than_the_snow_is_refused_by_sph(height):
+    """Its dummies would fill the memory: a box of 5 km that moves, for cells of 0.1 m, took 5 GiB and minutes."""
+    piston = {"name": "piston", "shape": {"kind": "box", "min": [-1.0, 1.0], "max": [2.0, height]},
+              "contact": "separate", "motion": {"velocity": [0.0, -1.0]}}
+    with pytest.raises(InputError, match=r"dummy particles of SPH .* a smaller obstacle"):
+        snowmpm.Simulation(load_scene(BLOCK, {"solver.method": "sph", "obstacles": [piston]}))

@@ -12,12 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm import memory
+from snowmpm.errors import InputError
+
 STEP = 0.5
 COARSE = 4.0
 SPACING = 0.85
 OWN = 0.25
 """How much nearer than its depth another piece of the surface may be."""
 LARGEST_SHARE = 1.5
+MOST_BOXES = 1e7
+"""A search of a minute."""
+WHAT, REMEDY = "dummy particles of SPH in the ground and in obstacles", "a smaller obstacle or domain needs less"
 BOXES = 200
 """Of COARSE cells that are searched at a time: all those of a whole valley would take gigabytes."""
 
@@ -69,9 +75,14 @@ def seed_dummies(query, lower, upper, layers, surface):
 
 def _surface_points(query, lower, upper):
     dim = len(lower)
+    boxes = float(np.prod(np.floor((upper - lower) / COARSE) + 2.0))
+    if boxes > MOST_BOXES:
+        raise InputError(f"{WHAT}: {boxes:.2g} boxes of {COARSE:g} cells to search; {REMEDY}")
+    memory.require(100.0 * dim * boxes, WHAT, REMEDY)
     coarse = _lattice(np.floor(lower / COARSE) * COARSE, upper, COARSE) + 0.5 * COARSE
     distance, _ = query(coarse)
     coarse = coarse[np.abs(distance) < 0.5 * COARSE * np.sqrt(dim) + 1.0]
+    memory.require(100.0 * dim * len(coarse) * (COARSE / STEP) ** (dim - 1), WHAT, REMEDY)
     fine = _lattice(np.full(dim, -0.5 * COARSE), np.full(dim, 0.5 * COARSE - STEP), STEP)
     parts = [_near_surface(query, coarse[i : i + BOXES], fine, lower, upper) for i in range(0, len(coarse), BOXES)]
     if not sum(len(part[0]) for part in parts):
