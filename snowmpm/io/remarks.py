@@ -21,9 +21,10 @@ def remarks(run):
     # Energy that was stored counts too: in a run at rest what is turned over is noise, and any share of it large
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))
-    if turned > 0.0 and abs(_last(history, "energy_remainder")) > ENERGY * turned:
-        yield (f"The scheme itself took {_last(history, 'energy_remainder') / turned:.1%} of the energy that was stored and"
-               " turned over: a finer grid, or a transfer with less damping, takes less.")
+    taken = _last(history, "energy_remainder")
+    if turned > 0.0 and abs(taken) > ENERGY * turned:
+        yield (f"The scheme itself took {taken / turned:.1%} of the energy that was stored and turned over: a finer"
+               " grid, or a transfer with less damping, takes less.")
     cells = _last(history, "occupied_cells")
     if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
         yield (f"{_last(history, 'emptied_cells') / cells:.1%} of the cells are empty between occupied ones: there snow"
