@@ -182,6 +182,17 @@ def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
         assert len(found) == (1 if name else 0) and words in "".join(found)
 
 
+def test_a_run_at_rest_is_nothing_to_warn_of(tmp_path):
+    """Whatever share of the little that moved the scheme took: it is nothing beside the energy that is stored."""
+    with RunWriter(tmp_path, provenance={}) as writer:
+        for time in (0.0, 1.0):
+            writer.history(time, {"mass": 100.0, "removed_mass": 0.0, "elastic_energy": 10.0, "plastic_work": 0.0,
+                                  "contact_work": 1e-8, "kinetic_energy": 1e-7, "energy_remainder": 1e-2 * time}, {})
+        writer.frame(0.0, np.zeros((1, 3)), {})
+        writer.close(complete=True)
+    assert list(remarks(Run(tmp_path))) == []
+
+
 def test_other_endings_are_refused(tmp_path):
     slab_3d(tmp_path, particles=500, frames=2)
     for draw in (render_page, render_report):

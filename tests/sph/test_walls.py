@@ -116,13 +116,15 @@ def test_a_barrier_holds_what_stresses_of_dummies_do_not():
 
 
 @pytest.mark.slow
-def test_confining_pressure_acts_on_free_surfaces_alone():
-    """A free block under 1 kPa all around: that is the pressure inside, to 0.2 % with the corrected gradient (balanced:
-    1 % too much); particles are not told where the surface is."""
+@pytest.mark.parametrize("gradient", ["corrected", pytest.param("balanced", marks=pytest.mark.xfail(
+    strict=True, reason="up to 1.1 % too much inside"))])
+def test_confining_pressure_acts_on_free_surfaces_alone(gradient):
+    """A free block under 1 kPa all around: that is the pressure inside, to 0.5 %; particles are not told where the
+    surface is."""
     positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
     for scheme in ({}, {"kernel": "cubic_spline", "smoothing": 1.2}):
         solver = solver_of(positions, volumes, STIFF, dx=DX,
-                           scheme={"confining_pressure": 1e3, "gradient": "corrected", **scheme})
+                           scheme={"confining_pressure": 1e3, "gradient": gradient, **scheme})
         c = STIFF.wave_speed()
         while solver.time < 80 * 16 * DX / c:
             dt = solver.stable_dt()[0]
