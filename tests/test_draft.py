@@ -1,5 +1,6 @@
 """What cannot be written to its end is not there, and the reason names the file: pictures, films, rasters, tables."""
 
+import contextlib
 import errno
 import resource
 import signal
@@ -15,15 +16,18 @@ from snowmpm.render.figure import save
 from snowmpm.render.film import open_film
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def no_room():
-    """Files may not grow beyond 3 kB: to who writes them this is like a full disk, also to ffmpeg."""
+    """Files may not grow beyond 3 kB: to who writes them this is like a full disk, also to ffmpeg. Inside a test only:
+    pytest writes what it has to say, perhaps to a file, before it takes fixtures down."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3000, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    signal.signal(signal.SIGXFSZ, handler)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
 
 
 def film(path):
@@ -61,17 +65,18 @@ def test_written_whole(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_not_written(tmp_path, no_room, name):
+def test_not_written(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(b"the one before")
-    with pytest.raises(OSError, match=rf"\[Errno \d+\] [^\n]+: '.*/{name}'") as failure:
+    with no_room(), pytest.raises(OSError, match=rf"\[Errno \d+\] [^\n]+: '.*/{name}'") as failure:
         WRITERS[name](path)
     assert not isinstance(failure.value, BrokenPipeError)  # which the commands take for a reader who has seen enough
     assert path.read_bytes() == b"the one before" and list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_of_frames_has_whole_ones(tmp_path, no_room):
-    with pytest.raises(OSError, match=r"frame_00001\.png"), open_film(tmp_path / "frames", 10.0) as show:
+def test_a_folder_of_frames_has_whole_ones(tmp_path):
+    with (no_room(), pytest.raises(OSError, match=r"frame_00001\.png"),
+          open_film(tmp_path / "frames", 10.0) as show):
         show(np.zeros((8, 8, 3), np.uint8))
         show(np.random.default_rng(1).integers(0, 255, (64, 64, 3), dtype=np.uint8))
     assert [file.name for file in (tmp_path / "frames").iterdir()] == ["frame_00000.png"]
