@@ -18,7 +18,7 @@ written by NumPy's copy of 128 MiB; GFlops, chains of multiply-adds that Taichi 
 times that this takes at those rates, over the least time. Taichi starts once in a process, so each number of threads
 has a process of its own.
 
-On a GPU (`--backend cuda`) parts are timed to their end, and the copy is a kernel's. The issue's figures there:
+On a GPU (`--backend cuda`) parts are timed to their end, and the copy is a kernel's. Figures at large sizes:
 
     python tests/benchmarks/mpm_step.py --backend cuda --threads 1 --case half3 half2 --particles 1000000 10000000
 """
