@@ -45,7 +45,7 @@ def main(folder, run, run_3d):
     disk.mkdir()
     out = disk / "out"
     commands = {
-        "film": ["render", run, "-o", out / "film.mp4", "--size", "320x200"],
+        "film": ["render", run, "-o", out / "film.mp4", "--size", "960x600"],
         "gif": ["render", run, "-o", out / "film.gif", "--size", "160x100"],
         "frames": ["render", run, "-o", out, "--size", "160x100"],
         "picture": ["render", run, "-o", out / "picture.png", "--time", "0.1"],

@@ -20,7 +20,8 @@ HERE = Path(__file__).parent
 RUN = ["run", str(HERE.parent / "resume" / "killed.toml"), "--backend", "cpu", "--threads", "1", "--set", "end_time=9"]
 HANDLERS = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
 KILLED = {"mpm": RUN, "sph": [*RUN, "--set", "solver.method=sph"],
-          "settling": [*RUN, "--set", "initial.stress=settle", "--set", "initial.tolerance=1e-9"]}
+          "settling": [*RUN, "--set", "bodies.0.velocity=[0.0,0.0]", "--set", "initial.stress=settle", "--set",
+                       "initial.tolerance=1e-9"]}
 
 
 @pytest.fixture(autouse=True)
