@@ -4,10 +4,10 @@ Release 2.4 m thick, twice what the surveys of the two polygons say, on cells of
 A third of the scene's stiffness, with the hardening three times as large, so that the strength, K times it, is the same
 in fewer steps. Run-out, fall and travel angle agree within 3 %.
 
-Maps in cells of 30 m, which hold 18 and 144 particles at the depth that counts as flow (`snowmpm.maps.cell_for`): run-out
--0.5 and -1.2 % from the coarser to the finer grid, affected area -4.0 and -10.9 %. In cells of 10 m, with two of the larger
-particles, the area fell by 10 to 12 and by 28 %. 78 and 83 s for 15 500 and 9 200 particles, 520 and 502 s for 125 000 and
-75 000, on two threads of a busy machine.
+Maps in cells of 30 m, which hold 18 and 144 particles at the depth that counts as flow (`snowmpm.maps.cell_for`):
+run-out -0.5 and -1.2 % from the coarser to the finer grid, affected area -4.0 and -10.9 %. In cells of 10 m, with two
+of the larger particles, the area fell by 10 to 12 and by 28 %. 78 and 83 s for 15 500 and 9 200 particles, 520 and
+502 s for 125 000 and 75 000, on two threads of a busy machine.
 """
 
 from pathlib import Path
