@@ -85,4 +85,3 @@ def chunk(i, shares: ti.template()):
     """First and one-past-last block of the worker at iteration i."""
     k = worker(i)
     return shares[k], shares[k + 1]
-

@@ -95,16 +95,17 @@ def at_the_dam(slope_angle, bed_angle):
 
 
 @pytest.mark.slow
-def test_dam_break_early():
+@pytest.mark.parametrize(("slope_angle", "bed_angle"), [(9.0, 8.0), pytest.param(22.0, 21.0, marks=pytest.mark.xfail(
+    strict=True, reason="13 % too deep, 11 % too slow"))])
+def test_dam_break_early(slope_angle, bed_angle):
     """At the dam after five seconds, on a bed of 8 degrees: seen 5 % too deep, 5 % too slow.
 
     On one of 21 degrees (0.514576 m, 2.621898 m/s by the theory) it is 13 % too deep and 11 % too slow, with APIC and
     AFLIP, in float32 and float64 alike: what the theory leaves out, 0.147 instead of 0.020, and the shear through the
     depth of the first collapse, 1.2 to 3.4 m/s, which nothing evens out: the law shears at any rate for this stress.
+    That explains the speed, and 3 of the 13 % in depth.
     """
-    weak, strong = at_the_dam(9.0, 8.0), at_the_dam(22.0, 21.0)
-    np.testing.assert_allclose(weak, 1.0, rtol=0.1)
-    assert strong[0] - 1.0 > 1.5 * abs(weak[0] - 1.0) and 1.0 - strong[1] > 1.5 * abs(weak[1] - 1.0)
+    np.testing.assert_allclose(at_the_dam(slope_angle, bed_angle), 1.0, rtol=0.1)
 
 
 @pytest.mark.slow

@@ -42,6 +42,13 @@ def test_order_of_the_fronts_at_rest(runs):
     assert cold > warm + 20.0 and warm > max(plug, slab) + 2.0
 
 
+@pytest.mark.xfail(strict=True, reason="the slab opens gaps at the arc, and its front rests 1.4 m beyond the plug's")
+def test_the_plug_comes_further_than_the_slab(runs):
+    """As published, on another slope; why not here: below."""
+    _, _, plug, slab = fronts(runs, 14.0)
+    assert plug > slab
+
+
 def test_slab_and_plug_come_equally_far(runs):
     """Both slide on one bed, so the energy line takes both as far: their mass comes to rest within 0.1 m of 113.3 m.
 
@@ -83,6 +90,14 @@ def test_what_shears_and_what_slides(runs):
         slip[regime] = speed[0] / speed[-1]
     assert slip[I] < 0.4
     assert all(slip[regime] > 0.95 for regime in (II, III, IV))
+
+
+@pytest.mark.xfail(strict=True, reason="32, 4, 3 and 65 % of I, II, III and IV in a step; 77, 26, 10, 34 % published")
+def test_plastic_shares_as_published(runs):
+    """At 10 s, on another slope; what counts as plastic is not said."""
+    for regime, run in runs.items():
+        share = np.interp(10.0, run.history["time"], run.history["plastic_fraction"])
+        assert share == pytest.approx(PUBLISHED[regime], rel=0.1)
 
 
 def test_order_of_the_plastic_shares(runs):
