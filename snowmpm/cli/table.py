@@ -18,9 +18,13 @@ def print_facts(title, values):
     """A title and one line a fact; facts within a fact are indented. On a terminal titles are bold, names faint."""
     styled = sys.stdout.isatty()
     print(_styled(title, "1", styled))
-    width = min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
-    for line in _lines(values, "  ", width, styled):
+    for line in _lines(values, "  ", line_length(), styled):
         print(line)
+
+
+def line_length():
+    """Characters of a line that is filled with text: of the terminal, or of a page where it is wider or none."""
+    return min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
 
 
 def print_json(values):
