@@ -9,7 +9,7 @@ import textwrap
 from snowmpm.cli.wording import count, duration, memory
 
 FORMATS = {"memory": memory, "run_file": memory, "checkpoint": memory,
-           "run_time": duration, "wall_time": duration, "size": memory}
+           "run_time": duration, "wall_time": duration, "processor_time": duration, "size": memory}
 UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
 LONGEST = 100  # characters of a line; text in a wider terminal is not read more easily
 

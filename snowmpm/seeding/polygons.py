@@ -37,7 +37,7 @@ class Rings:
         return total
 
     def contains(self, points):
-        """Which of the points (k, 2) lie inside; shape (k,). Those on left and lower edges do, those on others do not."""
+        """Which of the points (k, 2) lie inside; shape (k,). Those on left and lower edges do, on others not."""
         if not self.rings:
             return np.zeros(len(points), bool)
         lower, upper = self.bounds()
