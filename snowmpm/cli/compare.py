@@ -92,6 +92,7 @@ def _rows(found):
     yield "method", [case.method for case in cases], None
     yield "dx [m]", [f"{case.dx:g}" for case in cases], None
     yield "particle spacing [m]", [f"{case.spacing:.3g}" for case in cases], None
+    yield "numerical damping", [case.damping for case in cases], None
     yield "particles", [count(n) for n in particles], None
     yield "steps", [count(case.steps) for case in cases], None
     yield "wall time", [duration(case.wall_time) if math.isfinite(case.wall_time) else "-" for case in cases], None
