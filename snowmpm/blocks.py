@@ -14,6 +14,7 @@ import itertools
 import numpy as np
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
 
@@ -179,7 +180,7 @@ def sort_kernels(layout):
                 inside = 0
         return ti.select(inside == 1, code, -1)
 
-    @ti.kernel
+    @taichi_kernel
     def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
                     lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
                     lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
@@ -199,7 +200,7 @@ def sort_kernels(layout):
                         if s >= 0:
                             counts[b, s] += 1
 
-    @ti.kernel
+    @taichi_kernel
     def aim(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
             target: ti.types.ndarray(), shares: ti.types.ndarray()):
         """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new home."""

@@ -19,6 +19,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import chunk, chunks, in_order, is_worker, shares
 
 LEAST_SHARE = 0.1
@@ -92,7 +93,7 @@ def body_contact_kernel(dim, real, flip):
             gradient[a] = mass_of(nodes, room, ahead, q_ahead) - mass_of(nodes, room, back, q_back)
         return gradient
 
-    @ti.kernel
+    @taichi_kernel
     def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, neighbours: ti.types.ndarray(),
                           rows: ti.types.ndarray(), friction: ti.types.ndarray(), density: ti.types.ndarray(),
                           cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int,

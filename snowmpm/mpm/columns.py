@@ -34,6 +34,7 @@ import taichi as ti
 
 from snowmpm.blocks import EDGE
 from snowmpm.contact import SEPARATE, STICK, contact_velocity
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, in_order, is_worker
 
@@ -177,7 +178,7 @@ def contact_kernel(dim, real, kernel, flip, moving):
                     set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
                                  totals, coordinates, motion)
 
-    @ti.kernel
+    @taichi_kernel
     def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
                         start: ti.types.ndarray(), places: ti.types.ndarray(), numbers: ti.types.ndarray(),
                         deep_start: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),

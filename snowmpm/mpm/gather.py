@@ -16,6 +16,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.gather_packs import pack_kernel
 from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import report_functions
@@ -81,7 +82,7 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
         return report
 
-    @ti.kernel
+    @taichi_kernel
     def gather_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
                       boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),

@@ -10,6 +10,7 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.interpolation import interpolation
@@ -186,7 +187,7 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
             reports[b, c] = ti.cast(block[c], ti.f64)
         reports[b, BAD] = ti.cast(worst.max(), ti.f64)
 
-    @ti.kernel
+    @taichi_kernel
     def gather_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
                       boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),

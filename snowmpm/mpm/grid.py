@@ -16,6 +16,7 @@ import taichi as ti
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.errors import SimulationError
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.contact_blocks import ContactBlocks
 from snowmpm.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
 from snowmpm.particles import LARGEST_INDEX
@@ -197,7 +198,7 @@ def grid_kernels(dim, real, flip):
                     v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
         return v
 
-    @ti.kernel
+    @taichi_kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                     boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
@@ -253,7 +254,7 @@ def grid_kernels(dim, real, flip):
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
 
-    @ti.kernel
+    @taichi_kernel
     def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                    boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),

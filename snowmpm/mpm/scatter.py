@@ -17,6 +17,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.interpolation import interpolation
@@ -72,7 +73,7 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
             parts.spread(field, impulses if ti.static(field == 1) else tiles, address, w, vectors, 0)
 
-    @ti.kernel
+    @taichi_kernel
     def scatter_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
