@@ -70,8 +70,8 @@ def test_low_columns(method, spacing, a, tmp_path):
     ("mpm", 0.5, 0.0025), ("mpm", 1.0, 0.005), ("mpm", 2.0, 0.01), ("mpm", 4.0, 0.01), ("mpm", 8.0, 0.01),
     ("sph", 0.5, 0.005), ("sph", 1.0, 0.01), ("sph", 2.0, 0.01), ("sph", 4.0, 0.02), ("sph", 8.0, 0.02)])
 def test_half_the_spacing(method, a, spacing, tmp_path):
-    """On both spacings as the laws say, and on both the same: columns of a <= 1 from twenty cells (MPM) or particles (SPH)
-    over their height, taller ones from ten over the half-width."""
+    """On both spacings as the laws say, and on both the same: columns of a <= 1 from twenty cells (MPM) or particles
+    (SPH) over their height, taller ones from ten over the half-width."""
     cases = [plane(tmp_path / str(n), method, a, spacing / n) for n in (1, 2)]
     for case in cases:
         agree(case)
