@@ -164,7 +164,7 @@ def sort_kernels(layout):
     access, at_position, at_velocity = accessors(layout), layout.offsets["position"], layout.offsets["velocity"]
 
     @ti.func
-    def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower, upper):
+    def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower: ti.template(), upper: ti.template()):
         """Index of the step from a block to the home of local position x; -1 outside [lower, upper) cells.
 
         ahead: time [cells / (m/s)] by which a particle is sorted ahead of itself; lead: at most so many cells.
@@ -182,8 +182,8 @@ def sort_kernels(layout):
 
     @taichi_kernel
     def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-                    lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
-                    lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
+                    lower: ti.types.ndarray(), upper: ti.types.ndarray(), ahead: ti.f64, lead: ti.f64,
+                    counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
         """How many particles of a block take which step; leaves the step of each in `target`."""
         for i in range(chunks(shares)):
             if is_worker(i):

@@ -34,10 +34,10 @@ class BodyContact:
     that their friction took since the start.
     """
 
-    def __init__(self, dim, real, flip, friction, density):
+    def __init__(self, dim, real, flip, friction, density, serial):
         self.lost, self._dim = np.zeros(1), dim
         self._friction, self._density = real_array(friction), real_array(density)
-        self._exchange = body_contact_kernel(dim, real, flip)
+        self._exchange = body_contact_kernel(dim, real, flip, serial)
 
     def fit(self, keys, fields, index):
         """Follow a block map: keys (m,) without the field, fields (m,), index (m,) of the contact block of each."""
@@ -65,7 +65,7 @@ class BodyContact:
 
 
 @functools.cache
-def body_contact_kernel(dim, real, flip):
+def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
     edge = EDGE[dim]
     n_nodes = edge**dim
@@ -98,6 +98,7 @@ def body_contact_kernel(dim, real, flip):
                           rows: ti.types.ndarray(), friction: ti.types.ndarray(), density: ti.types.ndarray(),
                           cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int,
                           cut: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(cut)):
             if is_worker(w):
                 begin, end = chunk(w, cut)

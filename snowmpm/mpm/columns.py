@@ -55,7 +55,7 @@ N_TOTALS = {2: 5, 3: 8}
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving):
+def contact_kernel(dim, real, kernel, flip, moving, serial):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
@@ -184,6 +184,7 @@ def contact_kernel(dim, real, kernel, flip, moving):
                         deep_start: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
                         motion: ti.types.ndarray(), dx: real, code: int, friction: real, part: ti.types.ndarray(),
                         total: ti.types.ndarray(), n_blocks: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(shares)):
             if is_worker(w):
                 first, last = chunk(w, shares)

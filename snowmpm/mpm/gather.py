@@ -26,15 +26,16 @@ from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
 from snowmpm.response import response_functions
 
 
-def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True):
+def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True,
+                  serial=False):
     """Kernel of the second half of a step.
 
     laws: (update, lanes, stiffness) of each, the last two None where a law has none.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
-    beside a grad v of the shape functions.
+    beside a grad v of the shape functions; serial: by one thread.
     """
-    make = particle_kernel if atomic else pack_kernel
-    return make(layout, real, laws, n_parameters, flip, basis, gradient, affine)
+    scheme = layout, real, laws, n_parameters, flip, basis, gradient, affine
+    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
 
 
 @functools.cache

@@ -24,7 +24,7 @@ from snowmpm.stencil import STENCILS
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine):
+def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -194,6 +194,7 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
                       changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
                       reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
                       shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 begin, end = chunk(i, shares)

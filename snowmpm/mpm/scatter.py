@@ -26,14 +26,15 @@ from snowmpm.mpm.spreading import spreading
 from snowmpm.particles import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
-    basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP).
+    basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
+    by one thread, unless atomic.
     """
-    make = particle_kernel if atomic else scatter_pack_kernel
-    return make(layout, real, flip, basis, gradient, affine)
+    scheme = layout, real, flip, basis, gradient, affine
+    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
 
 
 @functools.cache

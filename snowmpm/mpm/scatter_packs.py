@@ -20,7 +20,7 @@ from snowmpm.stencil import STENCILS
 
 
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine):
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
     """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order."""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -84,6 +84,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine):
                        materials: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                        dt: real, dx: real, n_tiles: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 begin, end = chunk(i, shares)
