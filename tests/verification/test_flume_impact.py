@@ -32,7 +32,7 @@ ARRIVED = 1.0
 """Time [s] at which most of the flow has reached the wall, and nothing slides back yet."""
 
 WINDOW = 0.1
-"""Time [s] over which the largest force is a mean, a sensor of 4 Hz: single grains that arrive are no force of the flow.
+"""Time [s] over which the largest force is a mean, a sensor of 4 Hz: single grains are no force of the flow.
 Over 0.02 s it is 2 to 3 % more with particles at 4 mm, 13 to 20 % at 25 mm."""
 
 
