@@ -13,6 +13,7 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.particles import accessors
 
@@ -52,7 +53,7 @@ def totals_kernel(layout, real):
     edge, at = EDGE[layout.dim], layout.offsets
     access = accessors(layout)
 
-    @ti.kernel
+    @taichi_kernel
     def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: ti.f64,
                first_i: int, first_j: int, n_blocks: int):

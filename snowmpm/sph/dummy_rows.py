@@ -7,6 +7,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE, BlockMap
+from snowmpm.launch import taichi_kernel
 from snowmpm.runtime import DTYPES
 from snowmpm.sph.candidates import Group
 
@@ -99,7 +100,7 @@ def carry_kernel(dim, real):
     edge = EDGE[dim]
     at_shift, at_centre, at_velocity, at_omega = dim * dim, dim * dim + dim, dim * dim + 2 * dim, dim * dim + 3 * dim
 
-    @ti.kernel
+    @taichi_kernel
     def carry(body: ti.types.ndarray(), blocks: ti.types.ndarray(), pose: ti.types.ndarray(), dx: ti.f64,
               first_row: int, begin: int, end: int, frames: ti.types.ndarray(), source: ti.types.ndarray(),
               moved: ti.types.ndarray()):
