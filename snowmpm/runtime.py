@@ -16,6 +16,8 @@ from taichi.lang._ndarray import ScalarNdarray
 from taichi.lang.ast import ast_transformer_utils
 from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
+from snowmpm import array_memory
+
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
 
@@ -44,6 +46,8 @@ def start(backend="auto", threads=None, fine_grained=False):
     ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads, offline_cache=True,
             offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, cfg_optimization=False)
     running = "cuda" if impl.current_cfg().arch == ti.cuda else "cpu"
+    if running == "cpu":
+        array_memory.share()
     _started.update(backend=running, threads=threads, fine_grained=fine_grained or running == "cuda")
     return running
 
