@@ -103,7 +103,7 @@ def test_thrust_at_rest_at_half_the_spacing(method, fine):
 
 @pytest.mark.slow
 def test_viscosity_of_sph_lowers_the_thrust_at_rest(tmp_path):
-    """Why it grows on finer particles: half the viscosities on the same ones give 5 % more, and the same largest force."""
+    """Why it grows on finer particles: half the viscosities give 5 % more, and the same largest force."""
     less = {"solver.sph.viscosity": 0.05, "solver.sph.disorder_damping": 0.25}
     default, half = (impact(tmp_path / str(i), "sph", 0.0125, **changes) for i, changes in enumerate(({}, less)))
     assert half.thrust() > 1.03 * default.thrust()
