@@ -168,7 +168,9 @@ def grid_kernels(dim, real, flip, serial):
                 found = 1
                 wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
                 for row in range((last[0] - first[0]) * wide):
-                    i, j = first[0] + row // wide, first[1] + row % wide
+                    i, j = 0, first[1] + row
+                    if ti.static(dim == 3):
+                        i, j = first[0] + row // wide, first[1] + row % wide
                     here = sums + (i * edge + j) * edge
                     there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
                     for k in ti.static(range(edge)):
@@ -227,9 +229,9 @@ def grid_kernels(dim, real, flip, serial):
                             if node[3] > 0.0:
                                 if ti.static(flip):
                                     internal = nodes[sums + n_nodes + q]
-                                v = ti.Vector.zero(real, dim)
+                                v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[3]
                                 for a in ti.static(range(dim)):
-                                    v[a] = (node[a] + internal[a]) / node[3]
+                                    v[a] = (node[a] + internal[a]) * per_mass
                                 v = (v + dt * pull) * keep
                                 if n_loads > 0:
                                     at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)

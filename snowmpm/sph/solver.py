@@ -299,7 +299,8 @@ class SphSolver(Solver):
 
     def _show_state(self):
         """What the lists are made of: rows of the particles now, and the time that obstacles are shown at."""
-        return {"rows": self.rows.source.to_numpy()[: self.particles.count], "time": self._place}
+        rows = self.rows.source.to_numpy()[: self.particles.count].copy()  # of all rows most may be dummies
+        return {"rows": rows, "time": self._place}
 
     def _follow_motion(self, mean):
         self._mean, self._mean_velocity = mean, real_array(mean)

@@ -19,8 +19,8 @@ def test_dummies_lie_in_layers_along_any_plane():
         frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 20.0))
         ground = Plane(angle, (0.0, 6.0))
         dummies = Boundary(frame, 3.0, terrain=ground).dummies
-        points = np.concatenate([part.positions for _, part in dummies._parts])
-        volumes = np.concatenate([part.volume for _, part in dummies._parts])
+        points = np.concatenate([part.dummies.positions for part in dummies.parts])
+        volumes = np.concatenate([part.dummies.volume for part in dummies.parts])
         depth = -ground.query(points)[0]
         inside = ((points > 2.0) & (points < 18.0)).all(axis=1)
         assert set(np.round(depth[inside], 6)) == {0.5, 1.5, 2.5}
