@@ -154,11 +154,12 @@ class SphSolver(Solver):
         """Forces, and the velocities that they lead to."""
         lists, packs, scheme, dummies = self._lists, self._packs, self.scheme, self.boundary.dummies
         totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
+        covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
         self._kick(packs.table, self.rows.source, self.rows.moved, lists.entries, lists.runs, lists.n_runs, lists.ints,
                    lists.reals, lists.room, lists.most_runs, dummies.frames, dummies.first_row, self.boundary.table,
                    self._corners, self._loads, self._n_loads, self._tallies, self._tally_of, self._gravity, self.dx, dt,
                    self.keep, scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
-                   scheme.confining_pressure, scheme.surface_coverage, self._n_tallies, totals, packs.n, packs.shares)
+                   scheme.confining_pressure, covered, self._n_tallies, totals, packs.n, packs.shares)
         if self._n_tallies:
             self._loaded += self.boundary.add(totals, self._place)
 
