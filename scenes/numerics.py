@@ -49,8 +49,9 @@ class Sph(Spec):
     gives it, which also strains the surface of a body that turns"""
     momentum: Literal["density", "corrected", "volume", "difference"] = "density"
     """form of the sum of forces: density, stresses over squared densities; corrected, the same in balance with the
-    corrected gradient, for thin elastic bodies; volume, for neighbours of unlike density; difference, which does not
-    conserve momentum and blows up on irregular particles: for comparison"""
+    corrected gradient, for thin elastic bodies; volume, for layers of unlike density, which density lets push each
+    other: a weak layer near its strength then yields; difference, which does not conserve momentum and blows up on
+    irregular particles: for comparison"""
     viscosity: NonNegative = 0.3
     """alpha of the artificial viscosity [-]: 0.3 keeps the overshoot of a shock below 30 %, where 0.1, usual for sand,
     lets it ring by 40 %, and the noise of stresses so low that a slab of sand that slides over its own grains is 1 %

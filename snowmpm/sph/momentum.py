@@ -240,8 +240,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
 
     @ti.func
     def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
-                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), ints: ti.template(),
-                   reals: ti.template(), room, most_runs, frames: ti.template(), first_dummy, surfaces: ti.template(),
+                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), room,
+                   most_runs, ints: ti.template(), frames: ti.template(), first_dummy, surfaces: ti.template(),
                    coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
                    tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, gamma, pressure,
                    threshold):
@@ -306,7 +306,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     @ti.kernel
     def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int,
+             reals: ti.types.ndarray(), room: int, most_runs: int, ints: ti.types.ndarray(),
              frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
              coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
              tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
@@ -316,7 +316,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs, frames,
+                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints, frames,
                            first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
                            alpha, beta, gamma, pressure, threshold)
         else:
@@ -327,7 +327,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
+                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints,
                                    frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
                                    gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
         ti.loop_config(serialize=ti.static(in_order()))

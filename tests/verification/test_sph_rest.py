@@ -49,6 +49,29 @@ def held(solver, states, time):
     return change, way, 0.5 * (states.column("velocity") ** 2).sum(axis=1).mean() / (0.5 * G * HEIGHT)
 
 
+def test_a_slab_on_rough_ground_carries_in_every_row_what_lies_above():
+    """On a slope of 35 degrees: a tenth of rho g_t dx; with the shear stress of dummies that of the rows beside them,
+    the rows lie 0.75 of it above and below in turns."""
+    rows, slope = 12, np.radians(35.0)
+    positions, volumes = lattice([0.0, 0.0], [8 * DX, rows * DX], DX)
+    weight = ICE.density * G * (rows * DX - positions[:, 1])
+    stress = np.zeros((len(positions), 3, 3))
+    stress[:, 1, 1] = -weight * np.cos(slope)
+    stress[:, 0, 0] = stress[:, 2, 2] = ICE.lateral_pressure * stress[:, 1, 1]
+    stress[:, 0, 1] = stress[:, 1, 0] = weight * np.sin(slope)
+    solver = solver_of(positions, volumes, ICE, dx=DX, stress=stress, gravity=[G * np.sin(slope), -G * np.cos(slope)],
+                       lower=[0.0, 0.0], upper=[8 * DX, 2 * rows * DX],
+                       sides=[["periodic", "periodic"], ["stick", "open"]])
+    states, c = ParticleStates(solver), ICE.wave_speed()
+    while solver.time < 40 * rows * DX / c:
+        dt = solver.stable_dt()[0]
+        solver.keep = 1.0 - min(0.5, 0.1 * dt * c / DX)
+        solver.step(dt)
+    found = states.column("stress")
+    assert np.abs(found[:, 3] - stress[:, 0, 1]).max() < 0.1 * ICE.density * G * np.sin(slope) * DX
+    assert np.abs(found[:, 1] - stress[:, 1, 1]).max() < 0.1 * ICE.density * G * np.cos(slope) * DX
+
+
 @pytest.mark.parametrize(("time"), [0.3, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_elastic_column_between_mirrors(time):
     solver, states, exact = column(ICE, free=False)
