@@ -54,7 +54,7 @@ class Sph(Spec):
     irregular particles: for comparison"""
     viscosity: NonNegative = 0.3
     """alpha of the artificial viscosity [-]: 0.3 keeps the overshoot of a shock below 30 %, where 0.1, usual for sand,
-    lets it ring by 40 %, and the noise of stresses so low that a slab of sand that slides over its own grains is 1 %
+    lets it ring by 40 %, and the noise of stresses so low that a slab of sand that slides over its own grains is 2 %
     too fast, not 8 %; 1 makes run-outs shorter"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of it, against particles that fly into each other [-]"""

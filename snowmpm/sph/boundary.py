@@ -12,7 +12,7 @@ from snowmpm.arrays import real_array
 from snowmpm.contact import CODES
 from snowmpm.sph.dummies import Dummies, seed_dummies
 from snowmpm.sph.dummy_rows import DummyRows
-from snowmpm.sph.momentum import tally_width
+from snowmpm.sph.surface_forces import tally_width
 
 MIRRORS = ("slip", "symmetric")
 MARGIN = 1.0

@@ -24,13 +24,15 @@ from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.extrapolation import extrapolation_kernel
-from snowmpm.sph.momentum import momentum_kernel, tally_width
+from snowmpm.sph.momentum import momentum_kernel
 from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import operator_kernel, results
 from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
-from snowmpm.sph.update import update_kernels
+from snowmpm.sph.showing import showing_kernels
+from snowmpm.sph.surface_forces import tally_width
+from snowmpm.sph.update import update_kernel
 
 USUAL_CFL, USUAL_SHARE = 0.3, 0.8
 """C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the
@@ -95,9 +97,9 @@ class SphSolver(Solver):
             layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
-        self._update, self._show, self._correct = update_kernels(
-            store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
-            scheme.gradient, scheme.artificial_stress)
+        of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
+        self._update = update_kernel(*of_particles, *common, scheme.gradient, scheme.artificial_stress)
+        self._show, self._correct = showing_kernels(*of_particles, *common[1:], scheme.artificial_stress)
         self._order = order_kernel(store.layout)
         self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
         if self.boundary.dummies.count:

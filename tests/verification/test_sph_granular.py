@@ -1,7 +1,7 @@
 """SPH on snow and sand: a slab that slides off over its own grains (M15), an oedometer with a moving wall (M17).
 
 What the slab carries falls with the noise of its stresses, whose directions do not add up: it is 8 % too fast with the
-viscosity alpha = 0.1 that is usual for sand, 20 % without the damping of disorder, 1 % with alpha = 0.3, the default.
+viscosity alpha = 0.1 that is usual for sand, 20 % without the damping of disorder, 2 % with alpha = 0.3, the default.
 The means of Bui & Nguyen (Eq. 113: a linear fit every few steps) take the noise away too: 1 % with alpha = 0.1. They
 also blur what lies between layers, and so are no default.
 """
