@@ -21,6 +21,8 @@ SPACING = 0.85
 OWN = 0.25
 """How much nearer than its depth another piece of the surface may be."""
 LARGEST_SHARE = 1.5
+WIDE = 2.5
+"""Distance within which points share the area of a surface."""
 MOST_BOXES = 1e7
 """A search of a minute."""
 WHAT, REMEDY = "dummy particles of SPH in the ground and in obstacles", "a smaller obstacle or domain needs less"
@@ -53,15 +55,15 @@ class Dummies:
                      for name in ("positions", "normals", "depth", "volume", "surface")))
 
 
-def seed_dummies(query, lower, upper, layers, surface):
+def seed_dummies(query, lower, upper, layers, surface, lengths):
     """Dummies of one solid: query(points (k, dim)) -> distance (k,), > 0 outside, normal (k, dim); lower, upper: the
-    box in which its surface matters."""
+    box in which its surface matters; lengths (dim,): after which it comes again, 0 where it does not."""
     feet = _surface_points(query, np.asarray(lower, float), np.asarray(upper, float))
     dim = feet.shape[1]
     if len(feet) == 0:
         return Dummies.joined([], dim)
     _, normals = query(feet)
-    share = _shares(feet, dim)
+    share = _shares(feet, lengths)
     parts = []
     for layer in range(layers):
         depth = layer + 0.5
@@ -132,18 +134,26 @@ def _apart(points, least):
     return kept
 
 
-def _shares(points, dim):
-    """Area that each point of a surface stands for, 1 on a square lattice."""
+def _shares(points, lengths):
+    """Area that each point of a surface stands for, 1 on a square lattice. lengths (dim,): after which it comes again
+    along each axis, 0 where it does not."""
     from scipy.spatial import cKDTree
 
     def weight(r):
-        s = np.minimum(r / 2.5, 1.0)
+        s = np.minimum(r / WIDE, 1.0)
         return (1.0 - s) ** 4 * (1.0 + 4.0 * s)
 
-    pairs = cKDTree(points).query_pairs(2.5, output_type="ndarray")
+    n, dim = points.shape
+    for axis in np.flatnonzero(lengths):
+        shift = np.zeros(dim)
+        shift[axis] = lengths[axis]
+        x = points[:, axis]
+        points = np.concatenate([points, points[x < x.min() + WIDE] + shift, points[x > x.max() - WIDE] - shift])
+    pairs = cKDTree(points).query_pairs(WIDE, output_type="ndarray")
     found = np.ones(len(points))
     if len(pairs):
         w = weight(np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1))
         found += np.bincount(pairs[:, 0], w, len(points)) + np.bincount(pairs[:, 1], w, len(points))
+    found = found[:n]
     lattice = _lattice(np.full(dim - 1, -3.0), np.full(dim - 1, 3.0), 1.0)
     return np.minimum(weight(np.linalg.norm(lattice, axis=1)).sum() / found, LARGEST_SHARE)

@@ -71,7 +71,7 @@ def test_stress_that_alternates_from_particle_to_particle(kind, left):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_artificial_stress_takes_nothing_from_a_uniform_tension(dim):
     """Half of a bar in tension gains what the section through its middle carries; on a lattice that is all of it."""
-    tension, across = 10.0, 6
+    tension, across = 10.0, 8
     positions, volumes = lattice([0.0] * dim, [12 * DX, *[across * DX] * (dim - 1)], DX)
     stress = np.zeros((3, 3))
     stress[0, 0] = tension

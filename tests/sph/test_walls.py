@@ -30,6 +30,14 @@ def test_dummies_lie_in_layers_along_any_plane():
         assert volumes[first][1:-1].sum() == pytest.approx(np.ptp(along) - np.diff(along)[[0, -1]].mean(), rel=0.05)
 
 
+def test_dummies_between_periodic_sides_have_equal_shares():
+    frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 16.0))
+    sides = [["periodic", "periodic"], ["stick", "open"]]
+    (_, part), = Boundary(frame, 3.0, sides=sides, period=frame.period(sides)).dummies._parts
+    assert len(part) == 3 * 16
+    assert part.volume == pytest.approx(1.0, abs=1e-12)
+
+
 def slide(friction, slope, time=0.4):
     """Way of an elastic block down a plane that lies across the lattice, over that of friction-free fall."""
     ground = Plane(-slope, (0.0, 0.0))
