@@ -142,10 +142,12 @@ def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.templ
 
 @ti.func
 def _sum(array: ti.template()):
-    total = 0.0
-    for lane in range(LANES):
-        total += array[lane]
-    return total
+    """By halves, which do not wait for each other."""
+    sums = ti.Vector([array[k] + array[k + LANES // 2] for k in ti.static(range(LANES // 2))])
+    for n in ti.static((4, 2, 1)):
+        for k in ti.static(range(n)):
+            sums[k] += sums[k + n]
+    return sums[0]
 
 
 @ti.func

@@ -112,7 +112,7 @@ def _draw_fronts(axes, comparison):
     for i, run in enumerate(comparison.runs):
         axes.plot(run.history["time"], run.history["front"], color=_colour(i), lw=1.8, label=run.label)
     axes.legend(**LEGEND)
-    _named(axes, "front", "time  [s]", "from the first centre  [m]")
+    _named(axes, "front of 99.5 % of what moved", "time  [s]", "from the first centre  [m]")
 
 
 def _draw_energies(axes, comparison):
@@ -172,6 +172,7 @@ def _draw_numbers(axes, comparison):
             axes.plot(value / middle, k + 0.5 * ((i + 0.5) / len(measured) - 0.5), "o", color=_colour(i), ms=6)
     axes.set_yticks(range(len(numbers)), [name for name, *_ in numbers])
     axes.set_ylim(len(numbers) - 0.4, -0.6)
+    axes.use_sticky_edges = False  # of the bars: a band that fills the panel has no end
     axes.margins(x=0.15)
     _named(axes, "numbers over what is known", "measured / known", "")
 

@@ -15,6 +15,7 @@ MOVING = 0.02  # share of the largest speed, and of the sample: less counts as r
 RIM = (0.03, 0.03, 0.04, 0.04)  # of the picture around the ground, where all of it is shown
 CLOSER = 0.8  # size of the action on the picture, of the one without all the ground, that is worth showing it
 ROOM = 1.25  # what is kept free around the action there: as without the ground
+GRAZING = 0.3  # sine of the angle between view and ground below which snow on it is a streak
 SURROUNDINGS = 0.6  # of the action's extent, drawn on each side of it
 
 
@@ -127,12 +128,13 @@ def _with_ground(camera, action, relief):
 
 
 def _merit(camera, action, relief, along):
-    """Share of the action in sight, less what departs from the usual stance, plus how large it is and how much picture
-    it fills."""
+    """Share of the action in sight, and not edge-on, less what departs from the usual stance, plus how large it is and
+    how much picture it fills."""
     points = action.points[:: max(1, len(action.points) // 1500)]
     seen = 1.0
     if relief is not None:
-        seen = float(relief.visible(points, camera.eye, clearance=0.5 * relief.cell).mean())
+        facing = relief.facing(points, camera.eye) / GRAZING
+        seen = float((relief.visible(points, camera.eye, clearance=0.5 * relief.cell) * facing.clip(0.0, 1.0)).mean())
     x, y, _ = camera.project(action.points)
     filled = np.zeros((24, 40), bool)
     column = np.clip(40 * x / camera.size[0], 0, 39).astype(int)

@@ -52,7 +52,7 @@ def history_figure(run, dpi=130):
     columns = min(len(drawn), 2)
     figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * rows + 0.5), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
-    title = str(run.provenance.get("scene_name") or run.path.parent.name).replace("_", " ")
+    title = run.name.replace("_", " ")
     figure.suptitle(title, fontsize=13, fontweight="bold", color="#11161c")
     cells = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
     for axes, draw in zip(cells, drawn, strict=False):

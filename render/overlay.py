@@ -121,7 +121,7 @@ class Overlay:
 
 def unit_of(size):
     """Pixels of a picture of `size` (width, height) for one of a picture 720 high; of a strip it follows the width."""
-    return max(size[1] / 720.0, size[0] / 2000.0)
+    return max(size[1] / 720.0, size[0] / 1500.0)
 
 
 def bands(size):

@@ -118,7 +118,7 @@ def _share_scale(views):
 
 def _titles(first, second):
     """What tells the runs apart: scene names, or else names of their folders, or else of the folders above."""
-    names = [str(run.provenance.get("scene_name") or run.path.parent.name) for run in (first, second)]
+    names = [run.name for run in (first, second)]
     if names[0] != names[1]:
         return names
     folders = [run.path.resolve().parent for run in (first, second)]

@@ -162,7 +162,7 @@ def _draw_frame(figure, axes, run, name, lower, upper):
     axes.tick_params(axis="y", labelrotation=90)
     axes.set_xlabel("east [m]")
     axes.set_ylabel("north [m]")
-    axes.set_title(f"{run.provenance.get('scene_name') or run.path.parent.name}: {name}".replace("_", " "))
+    axes.set_title(f"{run.name}: {name}".replace("_", " "))
     _draw_length(axes, upper - lower)
     credits = attribution(run.provenance)
     if credits:

@@ -49,6 +49,14 @@ class Relief:
             free &= self.height(between[:, 0], between[:, 1]) <= between[:, 2]
         return free
 
+    def facing(self, points, eye):
+        """Cosine (n,) of the angle between the ground's normal at `points` (n, 3) and their way to `eye` (3,)."""
+        rise_y, rise_x = (self.sample(rise, points[:, 0], points[:, 1], 0.0)
+                          for rise in np.gradient(self.heights, self.cell))
+        normal = np.column_stack([-rise_x, -rise_y, np.ones(len(points))])
+        way = np.asarray(eye) - points
+        return (normal * way).sum(axis=1) / (np.linalg.norm(normal, axis=1) * np.linalg.norm(way, axis=1))
+
     def sunlight(self, sun):
         """Raster in [0, 1]: share of the sun's disc, blurred a little, above the ground in direction `sun` (3,)."""
         rows, columns = np.indices(self.heights.shape)

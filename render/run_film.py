@@ -115,7 +115,7 @@ class _View:
         self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
-        self.title = str(run.provenance.get("scene_name") or run.path.parent.name)
+        self.title = run.name
 
     def fields_of(self, i):
         """Frame `i` with the fields that its colours need."""

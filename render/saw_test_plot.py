@@ -39,7 +39,7 @@ def saw_test_figure(run, dpi=130):
     figure = Figure(figsize=(13.5, 7.6), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     about, found = test.about, run.summary.get("saw_test", {})
-    title = str(run.provenance.get("scene_name") or run.path.parent.name).replace("_", " ")
+    title = run.name.replace("_", " ")
     figure.suptitle(f"{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
                     f" weak layer {1e3 * about['weak_layer_thickness']:g} mm" + _in_words(found, test),
                     fontsize=12, fontweight="bold", color="#11161c")

@@ -31,7 +31,7 @@ def render_thalweg(run_path, output, *, dpi=130):
         raise InputError(f"{run.path}: no thalweg: the run is two-dimensional, not yet at its end, or nothing moved")
     figure = Figure(figsize=(8.5, 10.0), dpi=dpi, layout="constrained")
     grounds, *others = figure.subplots(1 + len(PANELS), 1, sharex=True, height_ratios=[2.0, 1.0, 1.0, 1.0])
-    title = str(run.provenance.get("scene_name") or run.path.parent.name).replace("_", " ")
+    title = run.name.replace("_", " ")
     figure.suptitle(f"{title}: along the thalweg", fontsize=13, fontweight="bold", color="#11161c")
     _draw_ground(grounds, profile, run.hazard["numbers"])
     for axes, (name, label, scale, colour) in zip(others, PANELS, strict=True):

@@ -14,6 +14,7 @@ import itertools
 import numpy as np
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.particles import accessors
 
@@ -163,7 +164,7 @@ def sort_kernels(layout):
     access, at_position, at_velocity = accessors(layout), layout.offsets["position"], layout.offsets["velocity"]
 
     @ti.func
-    def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower, upper):
+    def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower: ti.template(), upper: ti.template()):
         """Index of the step from a block to the home of local position x; -1 outside [lower, upper) cells.
 
         ahead: time [cells / (m/s)] by which a particle is sorted ahead of itself; lead: at most so many cells.
@@ -179,10 +180,10 @@ def sort_kernels(layout):
                 inside = 0
         return ti.select(inside == 1, code, -1)
 
-    @ti.kernel
+    @taichi_kernel
     def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-                    lower: ti.types.vector(dim, ti.f64), upper: ti.types.vector(dim, ti.f64), ahead: ti.f64,
-                    lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
+                    lower: ti.types.ndarray(), upper: ti.types.ndarray(), ahead: ti.f64, lead: ti.f64,
+                    counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
         """How many particles of a block take which step; leaves the step of each in `target`."""
         for i in range(chunks(shares)):
             if is_worker(i):
@@ -199,7 +200,7 @@ def sort_kernels(layout):
                         if s >= 0:
                             counts[b, s] += 1
 
-    @ti.kernel
+    @taichi_kernel
     def aim(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
             target: ti.types.ndarray(), shares: ti.types.ndarray()):
         """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new home."""

@@ -64,6 +64,7 @@ def draw_exhibit(scene, run, folder, settings=()):
 def _facts(scene, run, settings):
     summary, origin = run.summary, run.provenance
     return {"particles": summary["particles"], "steps": summary["steps"], "wall_time": summary["wall_time"],
+            **({"processor_time": summary["processor_time"]} if "processor_time" in summary else {}),
             "device": origin.get("device", origin["backend"]), "dx": scene.solver.dx, "time": float(run.times[-1]),
             "dimension": scene.dimension, "version": origin["version"],
             "settings": ", ".join(text for text in settings if not text.startswith("picture."))}

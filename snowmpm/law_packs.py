@@ -43,7 +43,11 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
                     if law_of[common] == k:
                         update_pack(lanes[k], particle.parameters_of(materials, common), dt, pack["h"], pack["state"],
                                     pack["A"], pack["tau"], work, iterations, pack["held"])
-        for lane in range(count):
+        left = 0
+        for lane in range(width):
+            left += ti.select(iterations[lane] == REDO, 1, 0)
+        some_left = left > 0 or ti.static(some_stiffen)
+        for lane in range(ti.select(some_left, count, 0)):
             own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):
                 if law_of[own] == k:

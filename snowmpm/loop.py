@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import time as clock
 import warnings
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from snowmpm import checkpoint
@@ -43,25 +43,32 @@ class Progress:
 
 @dataclass
 class Phases:
-    """Wall time [s] of each part of a run."""
+    """Wall time [s] of each part of a run, and processor time [s], which other programs lengthen less."""
 
     setup: float = 0.0
     steps: float = 0.0
     output: float = 0.0
-    started: float = field(default_factory=clock.perf_counter, repr=False)
+    processor: float = 0.0
+    started: tuple = field(default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
 
     def lap(self, name):
         """Book the time since the last lap."""
-        now = clock.perf_counter()
-        setattr(self, name, getattr(self, name) + now - self.started)
+        now = clock.perf_counter(), clock.process_time()
+        wall, processor = (after - before for after, before in zip(now, self.started, strict=True))
+        self.add({name: wall, "processor": processor})
         self.started = now
 
-    def state(self):
+    @property
+    def walls(self):
         """Wall times so far, by name."""
-        return {name: value for name, value in asdict(self).items() if name != "started"}
+        return {"setup": self.setup, "steps": self.steps, "output": self.output}
+
+    def state(self):
+        """Times so far, by name."""
+        return {**self.walls, "processor": self.processor}
 
     def add(self, state):
-        """Count the wall times of the part of the run before a checkpoint, too."""
+        """Count more time, such as that of the part of the run before a checkpoint."""
         for name, value in state.items():
             setattr(self, name, getattr(self, name) + value)
 

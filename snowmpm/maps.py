@@ -4,6 +4,12 @@ A depth in a plan cell is a number of particles, n = depth x area / volume of on
 over time takes the largest of many such counts. Where a cell holds two particles at the depth that counts as flow,
 loose grains of a sheet half as deep make it affected; where it holds `GRAINS`, they rarely do. In cells too small for
 its particles, the area that a flow covers is a matter of their size.
+
+How much, the frames of two real avalanches say (125 000 and 73 000 particles; tests/test_avalanche_on_terrain.py), of
+which every second, fourth or eighth particle was counted for as many: the same flow, drawn of fewer. Particles in a
+cell at the flow depth, cells of 20 to 50 m, and how much larger the affected area was than that of all particles:
+
+    6: 19 %     11 to 14: 5 to 11 %     21 to 29: 2 to 5 %     40 to 57: 1 to 4 %     from 80 on: 1 %
 """
 
 import functools
@@ -13,6 +19,7 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.particles import accessors
 
@@ -22,8 +29,8 @@ FLOW_SHARE = 0.1
 """Share of the mean release depth below which what lies over a plan cell are scattered grains and no flow: their speed
 is not that of the avalanche."""
 
-GRAINS = 16
-"""Particles in a plan cell at the flow depth, below which its scatter and not the flow makes what is affected."""
+GRAINS = 24
+"""Particles in a plan cell at the flow depth: their scatter adds 2 to 5 per cent to what is affected."""
 
 LEAST_CELLS = 2.0
 """Least side of a plan cell in grid spacings: no map is finer than what it is drawn of."""
@@ -52,7 +59,7 @@ def totals_kernel(layout, real):
     edge, at = EDGE[layout.dim], layout.offsets
     access = accessors(layout)
 
-    @ti.kernel
+    @taichi_kernel
     def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: ti.f64,
                first_i: int, first_j: int, n_blocks: int):

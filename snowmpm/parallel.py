@@ -24,6 +24,8 @@ SPREAD = 512
 """Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
 CHUNKS_PER_THREAD = 12
 """Chunks each thread of a CPU gets on average: enough to even out blocks of unequal cost."""
+LITTLE_WORK = 4e-4
+"""Time of a step [s] below which its loops are not worth handing out, to two threads or sixteen."""
 GPU_WORKERS = 1 << 15
 """Chunks on a GPU: enough to hide the latency of its memory, few enough for a scratch block each."""
 
@@ -56,10 +58,12 @@ def shares(cost):
     return np.concatenate([[0], ends, [len(total)]]).astype(np.int32)
 
 
-def alone():
-    """Whether there is one thread, for `ti.loop_config(serialize=...)`: handing a loop to it would take 0.1 ms, what
-    300 particles of a sum over neighbours do."""
-    return not runtime.fine_grained() and runtime.threads() == 1
+def alone(work=np.inf):
+    """Whether one thread should do a loop itself, for `ti.loop_config(serialize=...)`: where there is one only, or
+    where the `work` of a step, an estimate of its time on one thread [s], is little. To hand a loop to others takes
+    0.02 to 0.1 ms, and a step has five or six.
+    """
+    return not runtime.fine_grained() and (runtime.threads() == 1 or work < LITTLE_WORK)
 
 
 @ti.func

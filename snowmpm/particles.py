@@ -17,6 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.runtime import DTYPES
 
 MATERIAL, IDENTITY = 0, 1
@@ -145,20 +146,20 @@ def store_kernels(layout, real):
     access, (n_tables, width) = accessors(layout), layout.tables
     exact = ti.i32 if real == ti.f32 else ti.i64
 
-    @ti.kernel
+    @taichi_kernel
     def read(reals: ti.types.ndarray(), turn: int, rows: ti.types.ndarray()):
         for p in range(rows.shape[0]):
             values = access.load(reals, access.places(reals, turn), p, 0, layout.width)
             for c in ti.static(range(layout.width)):
                 rows[p, c] = values[c]
 
-    @ti.kernel
+    @taichi_kernel
     def write(reals: ti.types.ndarray(), turn: int, rows: ti.types.ndarray()):
         for p in range(rows.shape[0]):
             values = ti.Vector([rows[p, c] for c in ti.static(range(layout.width))])
             access.store(reals, access.places(reals, turn), p, 0, values)
 
-    @ti.kernel
+    @taichi_kernel
     def move_labels(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), identity: ti.types.ndarray(),
                     target: ti.types.ndarray(), count: int, alive: int):
         """By way of the free slot, bit by bit."""
@@ -172,7 +173,7 @@ def store_kernels(layout, real):
             material[p] = ti.cast(ti.bit_cast(pair[0], exact), ti.u8)
             identity[p] = ti.cast(ti.bit_cast(pair[1], exact), ti.i32)
 
-    @ti.kernel
+    @taichi_kernel
     def move_table(reals: ti.types.ndarray(), turn: int, target: ti.types.ndarray(), count: int):
         """Table 0 at this turn, to the free slot."""
         for p in range(count):

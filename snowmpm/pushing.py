@@ -4,6 +4,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.particles import accessors
 
 
@@ -13,7 +14,7 @@ def push_kernel(layout, real):
     access, dim = accessors(layout), layout.dim
     velocity = layout.offsets["velocity"]
 
-    @ti.kernel
+    @taichi_kernel
     def push(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(),
              gain: ti.types.ndarray(dtype=real, ndim=1), first: int, last: int, count: int):
         places = access.places(reals, turn)

@@ -3,7 +3,6 @@
 import copy
 import json
 import platform
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -176,11 +175,12 @@ class Recorder:
     def summary(self, phases, complete):
         """What summary.json says."""
         simulation, solver = self._simulation, self._simulation.solver
-        times = {name: round(value, 3) for name, value in asdict(phases).items() if name != "started"}
+        times = {name: round(value, 3) for name, value in phases.walls.items()}
         per_step = 1e9 * phases.steps / max(1, self.particle_steps)
         return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
                 "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
                 "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
+                "processor_time": round(phases.processor, 3),
                 "writing_time": round(self.background.work, 3),
                 "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
                 "backend": runtime.backend(), "threads": runtime.threads(),

@@ -1,10 +1,9 @@
 """The particles of a simulation in the order of the blocks that they are at home in; what left is accounted for."""
 
 import numpy as np
-import taichi as ti
 
 from snowmpm import runtime
-from snowmpm.arrays import int_array
+from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.errors import InputError
 from snowmpm.material_table import MaterialTable
@@ -36,6 +35,7 @@ class SortedParticles(ParticleStore):
         self.dx, self.origin = dx, np.asarray(origin, float)
         self.materials = MaterialTable(laws, precision)
         self._limits, self._gravity, self._second_moment = limits, np.asarray(gravity, float), second_moment
+        self._bounds = [real_array(limit) for limit in limits]
         self._home_limit, self._keep_block_of = home_limit, keep_block_of
         self._period = np.zeros(self.dim, np.int64) if period is None else period
         cells = (population.positions - self.origin) / dx
@@ -77,11 +77,10 @@ class SortedParticles(ParticleStore):
         """
         blocks = self.blocks
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lower, upper = (ti.Vector(limit) for limit in self._limits)
         lead = LEAD * self._home_limit
         ahead = lead / max(speed, 1e-30)
-        self._count_moves(self.reals, self.turn, self.start, self.coordinates, lower, upper, ahead, lead, counts,
-                          self.target, self.shares)
+        self._count_moves(self.reals, self.turn, self.start, self.coordinates, *self._bounds, ahead, lead,
+                          counts, self.target, self.shares)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < self.count:

@@ -9,13 +9,11 @@ import pytest
 
 from snowmpm.scenes import library
 
-BY_SPH = ("column_collapse_2d", "column_collapse_3d", "elastic_beam", "flume_impact",
+BY_SPH = ("avalanche_on_raster", "column_collapse_2d", "column_collapse_3d", "elastic_beam", "flume_impact",
           "impact_wall_2d", "oedometer", "sand_between_plates", "slab_release_2d", "slope_failure")
 
 CASES = [*([scene] for scene in sorted(library())), *([scene, "solver.method=sph"] for scene in BY_SPH),
-         ["slab_release", "--slow-disk"],
-         # Pairs of points while the ground of a whole valley is seeded take more than the run itself
-         pytest.param(["avalanche_on_raster", "solver.method=sph"], marks=pytest.mark.xfail(strict=True))]
+         ["slab_release", "--slow-disk"]]
 
 
 @pytest.mark.slow

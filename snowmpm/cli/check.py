@@ -1,7 +1,9 @@
 """`snowmpm check`: is a scene valid, what would be modelled, which of it is doubtful, and what it could do without."""
 
+import textwrap
+
 from snowmpm.cli.options import Json, PrecisionOption, SceneName, Settings, scene_overrides
-from snowmpm.cli.table import print_facts, print_json
+from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
 
 
@@ -36,7 +38,10 @@ def _print_payments(advice):
     width = max(len(payment.what) for payment in advice.payments)
     for payment in advice.payments:
         share = "" if payment.share is None else f"{payment.share:.0%}"
-        console.print(f"  {payment.what:<{width}}  {share:>4}  {payment.detail}", markup=False)
+        label = f"  {payment.what:<{width}}  {share:>4}  "
+        rows = textwrap.wrap(payment.detail, max(line_length() - len(label), 30), break_on_hyphens=False)
+        for row, before in zip(rows, [label, *[" " * len(label)] * len(rows)], strict=False):
+            console.print(f"{before}{row}", markup=False)
 
 
 def _print_cautions(cautions):

@@ -92,13 +92,15 @@ def _rows(found):
     yield "method", [case.method for case in cases], None
     yield "dx [m]", [f"{case.dx:g}" for case in cases], None
     yield "particle spacing [m]", [f"{case.spacing:.3g}" for case in cases], None
+    yield "numerical damping", [case.damping for case in cases], None
     yield "particles", [count(n) for n in particles], None
     yield "steps", [count(case.steps) for case in cases], None
     yield "wall time", [duration(case.wall_time) if math.isfinite(case.wall_time) else "-" for case in cases], None
     cost = [case.run.summary.get("ns_per_particle_step") for case in cases]
     yield "ns per particle and step", ["-" if ns is None else f"{ns:.0f}" for ns in cost], None
     yield "simulated [s]", [f"{case.run.times[-1]:g}" for case in cases], None
-    for name, values in (("front [m]", last("front")), ("largest speed [m/s]", largest("max_speed")),
+    for name, values in (("front of 99.5 % of what moved [m]", last("front")),
+                         ("largest speed [m/s]", largest("max_speed")),
                          ("largest kinetic energy [J]", largest("kinetic_energy")),
                          ("plastic work [J]", last("plastic_work"))):
         yield name, [f"{value:.4g}" for value in values], values

@@ -56,7 +56,7 @@ def _print_impacts(run):
 
 
 def _headline(run):
-    name = run.provenance.get("scene_name") or run.path.parent.name
+    name = run.name
     kind = "3-D" if run.dimension == 3 else "2-D, plane strain"
     state = "complete" if run.complete else "not complete: it goes on, or was stopped"
     return f"{name}: {kind}, {state}"

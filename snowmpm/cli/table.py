@@ -9,7 +9,7 @@ import textwrap
 from snowmpm.cli.wording import count, duration, memory
 
 FORMATS = {"memory": memory, "run_file": memory, "checkpoint": memory,
-           "run_time": duration, "wall_time": duration, "size": memory}
+           "run_time": duration, "wall_time": duration, "processor_time": duration, "size": memory}
 UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
 LONGEST = 100  # characters of a line; text in a wider terminal is not read more easily
 
@@ -18,9 +18,13 @@ def print_facts(title, values):
     """A title and one line a fact; facts within a fact are indented. On a terminal titles are bold, names faint."""
     styled = sys.stdout.isatty()
     print(_styled(title, "1", styled))
-    width = min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
-    for line in _lines(values, "  ", width, styled):
+    for line in _lines(values, "  ", line_length(), styled):
         print(line)
+
+
+def line_length():
+    """Characters of a line that is filled with text: of the terminal, or of a page where it is wider or none."""
+    return min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
 
 
 def print_json(values):

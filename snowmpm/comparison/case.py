@@ -67,6 +67,20 @@ class Case:
         return self.run.provenance["particle_spacing"]
 
     @property
+    def damping(self):
+        """What the method takes from motion by itself, on which run-outs depend: viscosities of sph (alpha of the
+        artificial one, beta of its quadratic part, gamma against disorder), transfer and share of FLIP of mpm."""
+        solver = self.scene["solver"]
+        if self.method == "sph":
+            own = solver["sph"]
+            keys = {"viscosity": "alpha", "quadratic_viscosity": "beta", "disorder_damping": "gamma"}
+            # A key that the run's version did not know is one that it did not use
+            named = [f"{name} {own[key]:g}" for key, name in keys.items() if own.get(key, 0.0) > 0.0]
+            return ", ".join(named) or "none"
+        blend = f" {solver['flip_ratio']:g}" if solver["transfer"] in ("flip", "aflip") else ""
+        return solver["transfer"] + blend
+
+    @property
     def steps(self):
         return int(self.run.history["steps"][-1])
 

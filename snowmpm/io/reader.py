@@ -60,7 +60,8 @@ class Run:
 
     What it shows is the state when it was opened or last `refresh`ed; frames are read from the disk when asked for.
 
-    path, dimension (2 or 3), origin (3,) [m], complete (the run came to its end)
+    path, name (of its scene, or else of its folder), dimension (2 or 3), origin (3,) [m]
+    complete (the run came to its end)
     times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame
     field_names;  units of fields and history by name;  history: arrays by name, "time" among them
     terrain -> Terrain or None;  obstacles: `snowmpm.io.obstacles.Obstacle` by name;  maps: Map by name;  provenance
@@ -160,6 +161,10 @@ class Run:
 
         points, values = self._read(action)
         return Frame(float(self.times[i]), points, values)
+
+    @property
+    def name(self):
+        return str(self.provenance.get("scene_name") or self.path.parent.name)
 
     @cached_property
     def terrain(self):

@@ -19,6 +19,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import chunk, chunks, in_order, is_worker, shares
 
 LEAST_SHARE = 0.1
@@ -33,10 +34,10 @@ class BodyContact:
     that their friction took since the start.
     """
 
-    def __init__(self, dim, real, flip, friction, density):
+    def __init__(self, dim, real, flip, friction, density, serial):
         self.lost, self._dim = np.zeros(1), dim
         self._friction, self._density = real_array(friction), real_array(density)
-        self._exchange = body_contact_kernel(dim, real, flip)
+        self._exchange = body_contact_kernel(dim, real, flip, serial)
 
     def fit(self, keys, fields, index):
         """Follow a block map: keys (m,) without the field, fields (m,), index (m,) of the contact block of each."""
@@ -64,7 +65,7 @@ class BodyContact:
 
 
 @functools.cache
-def body_contact_kernel(dim, real, flip):
+def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
     edge = EDGE[dim]
     n_nodes = edge**dim
@@ -92,11 +93,12 @@ def body_contact_kernel(dim, real, flip):
             gradient[a] = mass_of(nodes, room, ahead, q_ahead) - mass_of(nodes, room, back, q_back)
         return gradient
 
-    @ti.kernel
+    @taichi_kernel
     def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, neighbours: ti.types.ndarray(),
                           rows: ti.types.ndarray(), friction: ti.types.ndarray(), density: ti.types.ndarray(),
                           cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int,
                           cut: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(cut)):
             if is_worker(w):
                 begin, end = chunk(w, cut)

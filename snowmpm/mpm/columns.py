@@ -34,6 +34,7 @@ import taichi as ti
 
 from snowmpm.blocks import EDGE
 from snowmpm.contact import SEPARATE, STICK, contact_velocity
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, in_order, is_worker
 
@@ -54,7 +55,7 @@ N_TOTALS = {2: 5, 3: 8}
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving):
+def contact_kernel(dim, real, kernel, flip, moving, serial):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
@@ -177,12 +178,13 @@ def contact_kernel(dim, real, kernel, flip, moving):
                     set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
                                  totals, coordinates, motion)
 
-    @ti.kernel
+    @taichi_kernel
     def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
                         start: ti.types.ndarray(), places: ti.types.ndarray(), numbers: ti.types.ndarray(),
                         deep_start: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
                         motion: ti.types.ndarray(), dx: real, code: int, friction: real, part: ti.types.ndarray(),
                         total: ti.types.ndarray(), n_blocks: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(shares)):
             if is_worker(w):
                 first, last = chunk(w, shares)

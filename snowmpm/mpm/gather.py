@@ -16,6 +16,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.gather_packs import pack_kernel
 from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import report_functions
@@ -25,15 +26,16 @@ from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
 from snowmpm.response import response_functions
 
 
-def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True):
+def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True,
+                  serial=False):
     """Kernel of the second half of a step.
 
     laws: (update, lanes, stiffness) of each, the last two None where a law has none.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
-    beside a grad v of the shape functions.
+    beside a grad v of the shape functions; serial: by one thread.
     """
-    make = particle_kernel if atomic else pack_kernel
-    return make(layout, real, laws, n_parameters, flip, basis, gradient, affine)
+    scheme = layout, real, laws, n_parameters, flip, basis, gradient, affine
+    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
 
 
 @functools.cache
@@ -81,7 +83,7 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
         return report
 
-    @ti.kernel
+    @taichi_kernel
     def gather_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
                       boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),

@@ -10,6 +10,7 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.interpolation import interpolation
@@ -23,7 +24,7 @@ from snowmpm.stencil import STENCILS
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine):
+def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -186,13 +187,14 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine)
             reports[b, c] = ti.cast(block[c], ti.f64)
         reports[b, BAD] = ti.cast(worst.max(), ti.f64)
 
-    @ti.kernel
+    @taichi_kernel
     def gather_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
                       boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
                       changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
                       reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
                       shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 begin, end = chunk(i, shares)

@@ -16,6 +16,7 @@ import taichi as ti
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.errors import SimulationError
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.contact_blocks import ContactBlocks
 from snowmpm.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
 from snowmpm.particles import LARGEST_INDEX
@@ -121,12 +122,12 @@ class TileGrid:
 
 
 @functools.cache
-def grid_kernels(dim, real, flip):
+def grid_kernels(dim, real, flip, serial):
     """`update_grid` advances the nodes: v = p / m + dt g, loads; `write_back` hands contact blocks back to the tiles.
 
     The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
 
-    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it.
+    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it; serial: by one thread.
 
     A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
     its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
@@ -167,7 +168,9 @@ def grid_kernels(dim, real, flip):
                 found = 1
                 wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
                 for row in range((last[0] - first[0]) * wide):
-                    i, j = first[0] + row // wide, first[1] + row % wide
+                    i, j = 0, first[1] + row
+                    if ti.static(dim == 3):
+                        i, j = first[0] + row // wide, first[1] + row % wide
                     here = sums + (i * edge + j) * edge
                     there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
                     for k in ti.static(range(edge)):
@@ -197,13 +200,14 @@ def grid_kernels(dim, real, flip):
                     v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
         return v
 
-    @ti.kernel
+    @taichi_kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                     boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
                     keep: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
                     n_node_blocks: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)
@@ -225,9 +229,9 @@ def grid_kernels(dim, real, flip):
                             if node[3] > 0.0:
                                 if ti.static(flip):
                                     internal = nodes[sums + n_nodes + q]
-                                v = ti.Vector.zero(real, dim)
+                                v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[3]
                                 for a in ti.static(range(dim)):
-                                    v[a] = (node[a] + internal[a]) / node[3]
+                                    v[a] = (node[a] + internal[a]) * per_mass
                                 v = (v + dt * pull) * keep
                                 if n_loads > 0:
                                     at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
@@ -253,11 +257,12 @@ def grid_kernels(dim, real, flip):
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
 
-    @ti.kernel
+    @taichi_kernel
     def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                    boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
                    shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 first, last = chunk(i, shares)

@@ -12,6 +12,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import chunk, chunks, is_worker
 
 REACH = {"quadratic": 3, "cubic": 4}
@@ -188,7 +189,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                 place, ratio = cf * stride + qf, wall[3] / d
         return place, ratio
 
-    @ti.kernel
+    @taichi_kernel
     def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
               walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
               counts: ti.types.ndarray(), shares: ti.types.ndarray()):
@@ -208,7 +209,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                                                      level)
                     counts[c, 0], counts[c, 1] = n_lines, n_deep
 
-    @ti.kernel
+    @taichi_kernel
     def fill(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
              walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
              start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),

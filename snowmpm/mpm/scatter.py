@@ -17,6 +17,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.interpolation import interpolation
@@ -25,14 +26,15 @@ from snowmpm.mpm.spreading import spreading
 from snowmpm.particles import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
-    basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP).
+    basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
+    by one thread, unless atomic.
     """
-    make = particle_kernel if atomic else scatter_pack_kernel
-    return make(layout, real, flip, basis, gradient, affine)
+    scheme = layout, real, flip, basis, gradient, affine
+    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
 
 
 @functools.cache
@@ -72,7 +74,7 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
             parts.spread(field, impulses if ti.static(field == 1) else tiles, address, w, vectors, 0)
 
-    @ti.kernel
+    @taichi_kernel
     def scatter_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),

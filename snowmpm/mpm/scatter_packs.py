@@ -8,6 +8,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
 from snowmpm.mpm.grid import TILE, tile_strides
@@ -19,7 +20,7 @@ from snowmpm.stencil import STENCILS
 
 
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine):
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
     """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order."""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
@@ -78,11 +79,12 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine):
             for k in ti.static(range(tile_edge)):
                 tiles[row + k] = vec4(0.0)
 
-    @ti.kernel
+    @taichi_kernel
     def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                        dt: real, dx: real, n_tiles: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(shares)):
             if is_worker(i):
                 begin, end = chunk(i, shares)

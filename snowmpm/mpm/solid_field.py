@@ -7,6 +7,7 @@ import taichi as ti
 
 from snowmpm.arrays import int_array
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.walls import FREE, NEAR
 from snowmpm.runtime import DTYPES
 from snowmpm.solids.table import SolidTable, solid_functions
@@ -67,7 +68,7 @@ def _fill_kernel(dim, real):
     vec4, edge, solid = ti.types.vector(4, real), EDGE[dim], solid_functions(dim, real)
     n_nodes = edge**dim
 
-    @ti.kernel
+    @taichi_kernel
     def fill(walls: ti.types.ndarray(dtype=vec4, ndim=1), coordinates: ti.types.ndarray(), numbers: ti.types.ndarray(),
              sizes: ti.types.ndarray(), poses: ti.types.ndarray(), samples: ti.types.ndarray(dtype=vec4, ndim=1),
              n_slots: int):

@@ -11,10 +11,14 @@ from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.scatter import scatter_kernel
+from snowmpm.parallel import alone
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.stencil import STENCILS
 from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
+
+PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
+"""Of a step on one thread [s], about, by dimension."""
 
 
 class MpmSolver(Solver):
@@ -57,6 +61,7 @@ class MpmSolver(Solver):
             gravity=gravity, home_limit=STENCILS[kernel].home_limit, second_moment=self.second_moment(), period=period,
             keep_block_of=self.atomic)
         self._begin(population, gravity)
+        self._serial = alone(PARTICLE_TIME[dim] * len(population.volumes))
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
         self._bind_kernels()
@@ -164,12 +169,12 @@ class MpmSolver(Solver):
         real = runtime.DTYPES[self.precision][0]
         layout = self.particles.layout
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient,
-                                       self._affine_share > 0.0)
-        self._update, self._write_back = grid_kernels(self.dim, real, self.flip)
+                                       self._affine_share > 0.0, self._serial)
+        self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial)
         for surface in self.surfaces:
-            surface.bind(real, self.basis, self.flip)
+            surface.bind(real, self.basis, self.flip, self._serial)
         self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
-                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0)
+                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0, self._serial)
 
     def _meeting_bodies(self, population, friction):
         """`BodyContact` of a population with several velocity fields, else None."""
@@ -179,7 +184,8 @@ class MpmSolver(Solver):
         masses = volumes * self.materials.density[population.material]
         mass, volume = np.bincount(fields, masses), np.bincount(fields, volumes)
         density = mass / np.where(volume > 0.0, volume, 1.0)
-        return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density)
+        return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density,
+                           self._serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 

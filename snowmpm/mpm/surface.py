@@ -45,10 +45,10 @@ class Surface:
     def slots(self, keys, coordinates):
         return self.geometry.slots(keys, coordinates)
 
-    def bind(self, real, kernel, flip):
-        """Compile for a precision, a basis and a transfer."""
+    def bind(self, real, kernel, flip, serial):
+        """Compile for a precision, a basis, a transfer, and one thread or all of them."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
-        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked)
+        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial)
 
     @property
     def bytes(self):

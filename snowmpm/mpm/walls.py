@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.runtime import DTYPES
 
 NEAR = 1.75
@@ -82,7 +83,7 @@ class Walls:
 def _copy_kernel(real):
     vec4 = ti.types.vector(4, real)
 
-    @ti.kernel
+    @taichi_kernel
     def copy(source: ti.types.ndarray(dtype=vec4, ndim=1), target: ti.types.ndarray(dtype=vec4, ndim=1), first: int,
              n: int):
         for q in range(n):

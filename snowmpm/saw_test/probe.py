@@ -7,6 +7,7 @@ import taichi as ti
 
 from snowmpm import runtime
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.particles import accessors
 
 NOWHERE = -1
@@ -18,7 +19,7 @@ def probe_kernel(layout, real):
     dim = layout.dim
     access = accessors(layout)
 
-    @ti.kernel
+    @taichi_kernel
     def probe(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), row_of: ti.types.ndarray(), rows: ti.types.ndarray(),
               blocks: ti.types.ndarray(), n_blocks: int):

@@ -2,6 +2,10 @@
 
 import numpy as np
 
+ASIDE = np.array([1e-9, 0.37e-9])
+"""By how much, of the size, points are moved before it is asked what they are inside of: those on an edge, as rows of a
+lattice may be, are then all inside or all outside, whatever the round-off; along edges of any usual slope."""
+
 
 class Rings:
     """An area bounded by one or more rings: inside is where a ray crosses the rings an odd number of times.
@@ -33,7 +37,11 @@ class Rings:
         return total
 
     def contains(self, points):
-        """Which of the points (k, 2) lie inside; shape (k,)."""
+        """Which of the points (k, 2) lie inside; shape (k,). Those on left and lower edges do, on others not."""
+        if not self.rings:
+            return np.zeros(len(points), bool)
+        lower, upper = self.bounds()
+        points = points + ASIDE * np.max(upper - lower)
         order = np.argsort(points[:, 1], kind="stable")
         x, y = points[order].T
         odd = np.zeros(len(x), bool)

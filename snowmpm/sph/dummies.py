@@ -21,13 +21,13 @@ SPACING = 0.85
 OWN = 0.25
 """How much nearer than its depth another piece of the surface may be."""
 LARGEST_SHARE = 1.5
-WIDE = 2.5
-"""Distance within which points share the area of a surface."""
 MOST_BOXES = 1e7
 """A search of a minute."""
 WHAT, REMEDY = "dummy particles of SPH in the ground and in obstacles", "a smaller obstacle or domain needs less"
 BOXES = 200
 """Of COARSE cells that are searched at a time: all those of a whole valley would take gigabytes."""
+BATCH = 20_000
+"""Points whose neighbours are listed at a time: of a whole valley there are tens of millions of pairs."""
 
 
 @dataclass
@@ -86,25 +86,27 @@ def _surface_points(query, lower, upper):
     coarse = coarse[np.abs(distance) < 0.5 * COARSE * np.sqrt(dim) + 1.0]
     memory.require(100.0 * dim * len(coarse) * (COARSE / STEP) ** (dim - 1), WHAT, REMEDY)
     fine = _lattice(np.full(dim, -0.5 * COARSE), np.full(dim, 0.5 * COARSE - STEP), STEP)
-    parts = [_near_surface(query, coarse[i : i + BOXES], fine, lower, upper) for i in range(0, len(coarse), BOXES)]
+    parts = [_feet(query, coarse[i : i + BOXES], fine, lower, upper) for i in range(0, len(coarse), BOXES)]
     if not sum(len(part[0]) for part in parts):
         return np.zeros((0, dim))
-    points, distance, normal = (np.concatenate(one) for one in zip(*parts, strict=True))
-    halves = (np.abs(points - np.floor(points) - 0.5) < 1e-6).sum(axis=1)
-    order = np.lexsort((*points.T[::-1], np.round(np.abs(distance), 6), -halves))
-    feet = points - distance[:, None] * normal
-    distance, normal = query(feet)
-    feet = (feet - distance[:, None] * normal)[order]
+    feet, points, distance = (np.concatenate(one) for one in zip(*parts, strict=True))
+    del parts
+    halves = (np.abs(points - np.floor(points) - 0.5) < 1e-6).sum(axis=1, dtype=np.int8)
+    feet = feet[np.lexsort((*points.T[::-1], distance, -halves))]
     return feet[_apart(feet, SPACING)]
 
 
-def _near_surface(query, coarse, fine, lower, upper):
-    """Points of the fine lattice in these boxes that lie near the surface, their distance and normal."""
+def _feet(query, coarse, fine, lower, upper):
+    """Points of the surface next to those of the fine lattice in these boxes that lie near it; these points, and how
+    far away they were. Halves of cells need no float64: of a whole valley there are millions."""
     points = (coarse[:, None] + fine).reshape(-1, coarse.shape[1])
     points = points[((points > lower - 0.5 * STEP) & (points < upper + 0.5 * STEP)).all(axis=1)]
     distance, normal = query(points)
     near = np.abs(distance) <= 0.6 * STEP
-    return points[near], distance[near], normal[near]
+    points, distance, normal = points[near], distance[near], normal[near]
+    feet = points - distance[:, None] * normal
+    left, normal = query(feet)
+    return feet - left[:, None] * normal, points.astype(np.float32), np.round(np.abs(distance), 6)
 
 
 def _lattice(lower, upper, step):
@@ -116,16 +118,24 @@ def _apart(points, least):
     """Which points stay when they are taken in order, and none that is nearer than `least` to one taken before."""
     from scipy.spatial import cKDTree
 
-    pairs = cKDTree(points).query_pairs(least * (1.0 - 1e-9), output_type="ndarray")
-    pairs.sort(axis=1)  # in place: of a whole valley there are ten millions
+    least, kept = least * (1.0 - 1e-9), np.zeros(len(points), bool)
+    for begin in range(0, len(points), BATCH):
+        batch = np.arange(begin, min(begin + BATCH, len(points)))
+        if kept.any():
+            batch = batch[~np.isfinite(cKDTree(points[kept]).query(points[batch], distance_upper_bound=least)[0])]
+        kept[batch] = _first_taken(len(batch), cKDTree(points[batch]).query_pairs(least, output_type="ndarray"))
+    return kept
+
+
+def _first_taken(n, pairs):
+    """Which of n stay when they are taken in order, and none of a pair (m, 2) whose other one was taken before."""
+    pairs.sort(axis=1)
     first, second = pairs.T
-    if len(pairs) == 0:
-        return np.ones(len(points), bool)
-    kept, open_ = np.zeros(len(points), bool), np.ones(len(points), bool)
+    kept, open_ = np.zeros(n, bool), np.ones(n, bool)
     while open_.any():
         live = open_[first] & open_[second]
         first, second = first[live], second[live]
-        waits = np.zeros(len(points), bool)
+        waits = np.zeros(n, bool)
         waits[second] = True
         fresh = open_ & ~waits
         kept |= fresh
@@ -139,21 +149,22 @@ def _shares(points, lengths):
     along each axis, 0 where it does not."""
     from scipy.spatial import cKDTree
 
+    around, (n, dim) = 2.5, points.shape
+
     def weight(r):
-        s = np.minimum(r / WIDE, 1.0)
+        s = np.minimum(r / around, 1.0)
         return (1.0 - s) ** 4 * (1.0 + 4.0 * s)
 
-    n, dim = points.shape
+    whole = points
     for axis in np.flatnonzero(lengths):
         shift = np.zeros(dim)
         shift[axis] = lengths[axis]
-        x = points[:, axis]
-        points = np.concatenate([points, points[x < x.min() + WIDE] + shift, points[x > x.max() - WIDE] - shift])
-    pairs = cKDTree(points).query_pairs(WIDE, output_type="ndarray")
-    found = np.ones(len(points))
-    if len(pairs):
-        w = weight(np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1))
-        found += np.bincount(pairs[:, 0], w, len(points)) + np.bincount(pairs[:, 1], w, len(points))
-    found = found[:n]
+        x = whole[:, axis]
+        whole = np.concatenate([whole, whole[x < x.min() + around] + shift, whole[x > x.max() - around] - shift])
+    tree, found = cKDTree(whole), np.empty(n)
+    for begin in range(0, n, BATCH):
+        some = points[begin : begin + BATCH]
+        near = cKDTree(some).sparse_distance_matrix(tree, around, output_type="ndarray")
+        found[begin : begin + BATCH] = np.bincount(near["i"], weight(near["v"]), len(some))
     lattice = _lattice(np.full(dim - 1, -3.0), np.full(dim - 1, 3.0), 1.0)
     return np.minimum(weight(np.linalg.norm(lattice, axis=1)).sum() / found, LARGEST_SHARE)

@@ -1,14 +1,40 @@
 """The rows of dummy particles: sorted into blocks, those of obstacles carried along."""
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE, BlockMap
+from snowmpm.launch import taichi_kernel
 from snowmpm.runtime import DTYPES
 from snowmpm.sph.candidates import Group
+from snowmpm.sph.dummies import Dummies
+
+PIECE = 65_536
+"""Dummies that are written at a time."""
+PLACING = 72
+"""Bytes that a coordinate of a dummy takes where it was seeded, or while it is sorted (measured)."""
+
+
+@dataclass
+class Part:
+    """Dummies of one surface: the first and the number of their rows among those of all dummies; their group, once they
+    have been placed. Of those that never move, rows and group are then all there is: of a whole valley the rest would
+    be gigabytes."""
+
+    surface: int
+    moving: bool
+    begin: int
+    count: int
+    dummies: Dummies | None
+    group: Group | None = None
+    body: object = None
+    """positions (dim) [cells], normals (dim), depth [cells], volume [cells] of each, on the solid"""
+    home: object = None
+    """block of each (dim)"""
 
 
 class DummyRows:
@@ -22,51 +48,58 @@ class DummyRows:
         self._surfaces, self._frame, self._period, self.first_row = surfaces, frame, period, first_row
         self.dim, self.count = frame.dim, len(dummies)
         moving = np.array([*(surface.moving for surface in surfaces), False])[dummies.surface]
-        self._parts = [(int(s), dummies.chosen(chosen & (dummies.surface == s)))
-                       for chosen in (~moving, moving) for s in np.unique(dummies.surface[chosen])]
+        self.parts, begin = [], 0
+        for chosen in (~moving, moving):
+            for s in np.unique(dummies.surface[chosen]):
+                own = dummies.chosen(chosen & (dummies.surface == s))
+                self.parts.append(Part(int(s), surfaces[s].moving, begin, len(own), own))
+                begin += len(own)
         self.moving = bool(moving.any())
-        n, real = max(1, self.count), DTYPES[frame.precision][0]
-        self.frames = ti.ndarray(ti.types.vector(2 * self.dim + 2, real), (n,))
-        self._body = ti.ndarray(ti.f64, (n, 2 * self.dim + 2))
-        self._blocks = ti.ndarray(ti.i32, (n, self.dim))
-        self._carry = carry_kernel(self.dim, real)
-        self.groups, self.surface_of = [], int_array(np.zeros(1))
+        self._real = DTYPES[frame.precision][0]
+        self.frames = ti.ndarray(ti.types.vector(2 * self.dim + 2, self._real), (max(1, self.count),))
+        self._carry = carry_kernel(self.dim, self._real)
+        of_parts = [part.surface for part in self.parts], [part.count for part in self.parts]
+        self.surface_of = int_array(np.repeat(*of_parts) if self.parts else np.zeros(1))
+
+    @property
+    def groups(self):
+        return [part.group for part in self.parts]
 
     @property
     def bytes(self):
-        """Memory of them beside their rows: here, and where they were seeded."""
-        width, real = 2 * self.dim + 2, 4 if self._frame.precision == "f32" else 8
-        seeded = sum(getattr(part, name).nbytes for _, part in self._parts for name in vars(part))
-        return self.frames.shape[0] * (width * (8 + real) + 4 * self.dim + 4) + seeded
+        """Most memory of them beside their rows: here, and where they were seeded or while they are placed."""
+        reals, real = 2 * self.dim + 2, 4 if self._frame.precision == "f32" else 8
+        carried = sum(part.count for part in self.parts if part.moving)
+        return self.count * (reals * real + 4 + PLACING * self.dim) + 16 * reals * carried
 
     def place(self, rows, time):
-        """Sort them into the blocks where they are at `time` [s], and write their rows."""
-        body, home, surface, self.groups, row = [], [], [], [], 0
-        for s, part in self._parts:
-            turn, shift = self._pose(s, time)[:2]
-            blocks, order, _ = BlockMap.from_cells(part.positions @ turn.T + shift, self.dim, self._period)
-            part = part.chosen(order)
-            body.append(np.column_stack([part.positions, part.normals, part.depth, part.volume]))
-            home.append(np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0))
-            surface.append(np.full(len(part), s))
-            self.groups.append(Group(s, blocks, self.first_row + row))
-            row += len(part)
-        if row:
-            self._body.from_numpy(np.concatenate(body))
-            self._blocks.from_numpy(np.concatenate(home).astype(np.int32))
-            self.surface_of = int_array(np.concatenate(surface))
-            self.carry(rows, time, still=True)
+        """Sort them into the blocks where they are at `time` [s], and write their rows; those that never move once."""
+        for part in self.parts:
+            if part.moving or part.group is None:
+                turn, shift = self._pose(part.surface, time)[:2]
+                blocks, order, _ = BlockMap.from_cells(part.dummies.positions @ turn.T + shift, self.dim, self._period)
+                part.group = Group(part.surface, blocks, self.first_row + part.begin)
+                home = np.repeat(blocks.coordinates.astype(np.int32), np.diff(blocks.start), axis=0)
+                pieces = [slice(0, part.count)] if part.moving else _pieces(part.count)
+                for piece in pieces:
+                    own = part.dummies.chosen(order[piece])
+                    part.body = real_array(np.column_stack([own.positions, own.normals, own.depth, own.volume]))
+                    part.home = int_array(home[piece])
+                    self._put(part, rows, time, piece.start)
+                if not part.moving:
+                    part.dummies = part.body = part.home = None
 
-    def carry(self, rows, time, still=False):
-        """Bring the dummies of moving obstacles, or all, to where they are at `time` [s]."""
-        begin = 0
-        for s, part in self._parts:
-            if still or self._surfaces[s].moving:
-                turn, shift, centre, velocity, omega = self._pose(s, time)
-                numbers = real_array(np.concatenate([turn.ravel(), shift, centre, velocity, np.ravel(omega)]))
-                self._carry(self._body, self._blocks, numbers, self._frame.dx, self.first_row, begin,
-                            begin + len(part), self.frames, rows.source, rows.moved)
-            begin += len(part)
+    def carry(self, rows, time):
+        """Bring the dummies of moving obstacles to where they are at `time` [s]."""
+        for part in self.parts:
+            if part.moving:
+                self._put(part, rows, time)
+
+    def _put(self, part, rows, time, first=0):
+        """Write rows of a part, from its `first` on."""
+        numbers = real_array(np.concatenate([np.ravel(one) for one in self._pose(part.surface, time)]))
+        self._carry(part.body, part.home, numbers, self._frame.dx, self.first_row, part.begin + first,
+                    part.body.shape[0], self.frames, rows.source, rows.moved)
 
     def _pose(self, s, time):
         """Rotation, shift, centre [cells], velocity [m/s], angular velocity [rad/s] of a surface."""
@@ -93,37 +126,41 @@ class DummyRows:
         return (np.concatenate(column) for column in zip(*parts, strict=True))
 
 
+def _pieces(n):
+    return [slice(begin, min(begin + PIECE, n)) for begin in range(0, n, PIECE)]
+
+
 @functools.cache
 def carry_kernel(dim, real):
-    """Kernel that puts dummies begin <= k < end of one surface where its pose says."""
+    """Kernel that puts the dummies of one surface, rows from `begin` on, where its pose says."""
     edge = EDGE[dim]
     at_shift, at_centre, at_velocity, at_omega = dim * dim, dim * dim + dim, dim * dim + 2 * dim, dim * dim + 3 * dim
 
-    @ti.kernel
+    @taichi_kernel
     def carry(body: ti.types.ndarray(), blocks: ti.types.ndarray(), pose: ti.types.ndarray(), dx: ti.f64,
-              first_row: int, begin: int, end: int, frames: ti.types.ndarray(), source: ti.types.ndarray(),
+              first_row: int, begin: int, count: int, frames: ti.types.ndarray(), source: ti.types.ndarray(),
               moved: ti.types.ndarray()):
-        for q in range(end - begin):
+        for q in range(count):
             k = begin + q
             x, n, arm = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
             for a in ti.static(range(dim)):
                 x[a] = pose[at_shift + a]
                 for b in ti.static(range(dim)):
-                    x[a] += pose[dim * a + b] * body[k, b]
-                    n[a] += pose[dim * a + b] * body[k, dim + b]
+                    x[a] += pose[dim * a + b] * body[q, b]
+                    n[a] += pose[dim * a + b] * body[q, dim + b]
             v = ti.Vector([pose[at_velocity + a] for a in ti.static(range(dim))])
             for a in ti.static(range(dim)):
-                arm[a] = dx * (x[a] + body[k, 2 * dim] * n[a] - pose[at_centre + a])
+                arm[a] = dx * (x[a] + body[q, 2 * dim] * n[a] - pose[at_centre + a])
             if ti.static(dim == 2):
                 v += pose[at_omega] * ti.Vector([-arm[1], arm[0]])
             else:
                 v += ti.Vector([pose[at_omega + a] for a in ti.static(range(3))]).cross(arm)
             for a in ti.static(range(dim)):
-                local = ti.cast(x[a] - edge * blocks[k, a], real)
+                local = ti.cast(x[a] - edge * blocks[q, a], real)
                 source[first_row + k][a] = local
                 moved[first_row + k][a] = local
                 frames[k][a], frames[k][dim + 1 + a] = ti.cast(n[a], real), ti.cast(v[a], real)
-            frames[k][dim] = ti.cast(body[k, 2 * dim], real)
-            frames[k][2 * dim + 1] = ti.cast(body[k, 2 * dim + 1], real)
+            frames[k][dim] = ti.cast(body[q, 2 * dim], real)
+            frames[k][2 * dim + 1] = ti.cast(body[q, 2 * dim + 1], real)
 
     return carry

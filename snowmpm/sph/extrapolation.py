@@ -26,6 +26,7 @@ import functools
 import taichi as ti
 
 from snowmpm.contact import SEPARATE, STICK
+from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, is_worker
 from snowmpm.runtime import plain_compilation
@@ -167,7 +168,7 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
         for lane in range(count):
             write_dummy(pack, lane, first, rows, source, frames, first_dummy, surface_of, surfaces, gravity, dx)
 
-    @ti.kernel
+    @taichi_kernel
     def follow(table: ti.types.ndarray(), rows: ti.types.ndarray(), source: ti.types.ndarray(),
                entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
                reals: ti.types.ndarray(), room: int, most_runs: int, frames: ti.types.ndarray(),

@@ -34,6 +34,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
@@ -225,7 +226,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] = pack["f"][a][lane]
 
-    @ti.kernel
+    @taichi_kernel
     def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
              reals: ti.types.ndarray(), room: int, most_runs: int, ints: ti.types.ndarray(),

@@ -19,6 +19,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.arrays import int_array
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import alone, chunk, chunks, is_worker, shares
 from snowmpm.runtime import DTYPES
 from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
@@ -150,7 +151,7 @@ def find_kernel(dim, real, width, _key):
         n_runs[k] = found
         counts[k] = n
 
-    @ti.kernel
+    @taichi_kernel
     def find(table: ti.types.ndarray(), rows: ti.types.ndarray(), candidate_start: ti.types.ndarray(),
              ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, reach2: real,
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),

@@ -22,6 +22,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, is_worker
 from snowmpm.runtime import plain_compilation
@@ -111,7 +112,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
                 lower = m0 - m1.dot(back @ m1)
                 out[row, q] = pack["f"][q][lane] + (b0 - m1.dot(back @ b1)) / ti.max(lower, 1e-6 * m0 + 1e-20)
 
-    @ti.kernel
+    @taichi_kernel
     def operate(table: ti.types.ndarray(), moved: ti.types.ndarray(), fields: ti.types.ndarray(),
                 out: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
                 n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, first_dummy: int,

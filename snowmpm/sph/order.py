@@ -5,6 +5,7 @@ import functools
 import taichi as ti
 
 from snowmpm.blocks import EDGE
+from snowmpm.launch import taichi_kernel
 from snowmpm.parallel import alone, chunk, chunks, is_worker
 from snowmpm.particles import accessors
 
@@ -26,7 +27,7 @@ def order_kernel(layout):
                 code |= (cell >> b & 1) << (b * dim + dim - 1 - a)
         return code
 
-    @ti.kernel
+    @taichi_kernel
     def order(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
               shares: ti.types.ndarray()):
         ti.loop_config(serialize=serial)

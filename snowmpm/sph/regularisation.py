@@ -11,6 +11,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.particles import accessors
 from snowmpm.runtime import DTYPES
 
@@ -21,12 +22,12 @@ def column_kernels(layout, real):
     `give(reals, turn, out, keep, share, count)`: h <- keep h + share out."""
     access, first, n = accessors(layout), layout.offsets["elastic"], layout.sym_size
 
-    @ti.kernel
+    @taichi_kernel
     def take(reals: ti.types.ndarray(), turn: int, fields: ti.types.ndarray(), count: int):
         for p in range(count):
             fields[p] = access.load(reals, access.places(reals, turn), p, first, n)
 
-    @ti.kernel
+    @taichi_kernel
     def give(reals: ti.types.ndarray(), turn: int, out: ti.types.ndarray(), keep: real, share: real, count: int):
         for p in range(count):
             places = access.places(reals, turn)

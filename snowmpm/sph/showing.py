@@ -4,6 +4,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.particles import accessors
 from snowmpm.response import response_functions
@@ -28,7 +29,7 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
     particle = response_functions(layout, real, stiffnesses, n_parameters)
     store_row = row_functions(layout, row_layout, real, form, epsilon)
 
-    @ti.kernel
+    @taichi_kernel
     def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
              law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
              moved: ti.types.ndarray(),
@@ -56,7 +57,7 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
                 moved[p][a] = source[p][a]
             moved[p][2 * dim] = source[p][row_layout.at["V"]]
 
-    @ti.kernel
+    @taichi_kernel
     def correct(table: ti.types.ndarray(), source: ti.types.ndarray(), entries: ti.types.ndarray(),
                 runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
                 most_runs: int, n_packs: int):

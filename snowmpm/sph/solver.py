@@ -269,7 +269,7 @@ class SphSolver(Solver):
     @property
     def _shown(self):
         """Rows of the particles as they are."""
-        return self.rows.source.to_numpy()[: self.particles.count]
+        return self.rows.source.to_numpy()[: self.particles.count].copy()  # of all rows most may be dummies
 
     def _make_tallies(self):
         """Sums of what surfaces give, one for each pack that may meet one."""

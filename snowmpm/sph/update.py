@@ -24,6 +24,7 @@ import functools
 
 import taichi as ti
 
+from snowmpm.launch import taichi_kernel
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
@@ -199,7 +200,7 @@ def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, r
         report_pack(pack, work, iterations, mean, first, count, k, reports)
         write_pack(pack, first, count, reals, places, source, material, materials, speeds, law_of, dx)
 
-    @ti.kernel
+    @taichi_kernel
     def update(table: ti.types.ndarray(), reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
                materials: ti.types.ndarray(), law_of: ti.types.ndarray(), speeds: ti.types.ndarray(),
                source: ti.types.ndarray(), moved: ti.types.ndarray(), entries: ti.types.ndarray(),

@@ -4,13 +4,18 @@ import numpy as np
 
 from snowmpm.terrain import topology
 
+LAYER = 1e-6
+"""Share of a surface's size below which two facets over one place are one: coordinates of a file are rounded."""
+
 
 def defects(vertices, facets, surface):
     """Texts on what `surface` (`TerrainSurface`), made of raw vertices (n, 3) and triangles (m, 3), leaves open or put
-    right: holes, triangles that faced the other way, triangles twice or without area."""
+    right: holes, triangles over others, triangles that faced the other way, triangles twice or without area."""
     found = []
     if holes := n_holes(surface):
         found.append(f"{_count(holes, 'hole')}, where nothing is carried")
+    if layered := in_layers(surface):
+        found.append(layered)
     if flipped := n_flipped(vertices, facets, surface):
         found.append(f"{_count(flipped, 'triangle')} that faced the other way, turned")
     if dropped := len(facets) - len(surface.facets):
@@ -32,6 +37,20 @@ def n_holes(surface):
     return len(np.unique(line[start])) - len(np.unique(part[start]))
 
 
+def in_layers(surface):
+    """Text on triangles of an open surface that lie over or under others, an overhang or a second layer, or ""."""
+    if surface.closed:
+        return ""
+    gap, middle = surface.layers()
+    twofold = gap > LAYER * float(np.max(surface.upper - surface.lower))
+    if not twofold.any():
+        return ""
+    widest = gap.argmax()
+    x, y = middle[widest]
+    return (f"{_count(int(twofold.sum()), 'triangle')} over or under others, {gap[widest]:.3g} m apart at x = {x:.10g},"
+            f" y = {y:.10g}: an overhang or a second layer, of which the highest carries the snow at the start")
+
+
 def n_flipped(vertices, facets, surface):
     """Triangles whose normal pointed another way than that of most, where the ground has no overhang."""
     if surface.closed or (surface.facet_normals[:, -1] <= 0.0).any():
@@ -42,11 +61,20 @@ def n_flipped(vertices, facets, surface):
 
 
 def _parts(n, start, end):
-    """Number of the connected part of each of n vertices."""
-    from scipy.sparse import coo_array, csgraph  # slow to import, and closed surfaces have no holes
+    """The least number in the connected part of each of n vertices, of edges start - end.
 
-    graph = coo_array((np.ones(len(start), np.int8), (start, end)), shape=(n, n))
-    return csgraph.connected_components(graph, directed=False)[1]
+    SciPy's graphs take longer to import than an ordinary terrain to load.
+    """
+    part = np.arange(n)
+    while True:
+        below, least = part.copy(), np.minimum(part[start], part[end])
+        for side in (start, end):
+            np.minimum.at(below, part[side], least)
+        while (below[below] != below).any():
+            below = below[below]
+        if (below == part).all():
+            return part
+        part = below
 
 
 def _count(n, noun):

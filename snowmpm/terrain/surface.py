@@ -120,13 +120,22 @@ class TerrainSurface:
         -> facet (k,), -1 where there is none (outside, or over a hole); weights (k, dim) of its corners, summing to 1.
         """
         plan = np.ascontiguousarray(plan, dtype=np.float64).reshape(-1, self.dim - 1)
+        best = np.full(len(plan), -1, np.int64)
+        best_height = np.full(len(plan), -np.inf)
+        best_weights = np.full((len(plan), self.dim), np.nan)
+        for point, facet, weights, height in self._crossings(plan):
+            higher = height > best_height[point]
+            point = point[higher]
+            best[point], best_height[point], best_weights[point] = facet[higher], height[higher], weights[higher]
+        return best, best_weights
+
+    def _crossings(self, plan):
+        """What the verticals through plan positions cross, each at most once in a turn: positions, facets, weights of
+        their corners, heights [m]."""
         bins, (start_corner, to_weights) = self._bins, self._plan_maps
         number = bins.numbers(plan)
         start = bins.starts[number]
         count = np.where(number >= 0, bins.starts[number + 1] - start, 0)
-        best = np.full(len(plan), -1, np.int64)
-        best_height = np.full(len(plan), -np.inf)
-        best_weights = np.full((len(plan), self.dim), np.nan)
         for k in range(int(count.max(initial=0))):
             point = np.flatnonzero(count > k)
             facet = bins.items[start[point] + k]
@@ -139,11 +148,18 @@ class TerrainSurface:
             hit = np.flatnonzero(hit)
             point, facet = point[hit], facet[hit]
             weights = np.stack([first[hit], *(weight[hit] for weight in others)], axis=1)
-            height = _dot(weights, self.vertices[self.facets[facet], -1])
-            higher = height > best_height[point]
-            point = point[higher]
-            best[point], best_height[point], best_weights[point] = facet[higher], height[higher], weights[higher]
-        return best, best_weights
+            yield point, facet, weights, _dot(weights, self.vertices[self.facets[facet], -1])
+
+    def layers(self):
+        """How far the surface reaches above and below itself: per facet that covers some plan, the vertical distance
+        (k,) [m] between the highest and the lowest facet over its middle, 0 where there is but itself; and these
+        middles (k, dim - 1) [m]."""
+        covers = np.isfinite(self._plan_maps[1]).all(axis=(1, 2))
+        middle = self.vertices[self.facets[covers]].mean(axis=1)
+        high, low = middle[:, -1].copy(), middle[:, -1].copy()
+        for point, _, _, height in self._crossings(np.ascontiguousarray(middle[:, :-1])):
+            high[point], low[point] = np.maximum(high[point], height), np.minimum(low[point], height)
+        return high - low, middle[:, :-1]
 
     def height(self, plan):
         """Height (k,) [m] of the highest surface point at plan positions (k, dim - 1); NaN outside and over holes."""

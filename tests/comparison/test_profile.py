@@ -96,3 +96,14 @@ def test_runs_of_different_dimension_are_refused(tmp_path):
     flat, deep = write(tmp_path / "a", [block(0.5, 0.5)] * 2), write(tmp_path / "b", [block(0.5, 0.5, 0.5)] * 2, 3)
     with pytest.raises(InputError, match=r"a 3-D run; .* is 2-D"):
         only(flat, deep)
+
+
+@pytest.mark.parametrize(("solver", "expected"), [
+    ('method = "mpm"\ntransfer = "apic"\nflip_ratio = 0.97', "apic"),
+    ('method = "mpm"\ntransfer = "aflip"\nflip_ratio = 0.99', "aflip 0.99"),
+    ('method = "sph"\n[solver.sph]\nviscosity = 0.1\nquadratic_viscosity = 0.0\ndisorder_damping = 0.5',
+     "alpha 0.1, gamma 0.5"),
+    ('method = "sph"\n[solver.sph]\nviscosity = 0.0', "none")])
+def test_damping_of_a_method(solver, expected, tmp_path):
+    scene = f'name = "made_up"\ngravity = 9.81\n[solver]\n{solver}\n'
+    assert only(write(tmp_path / "run", [block(1.0, 1.0)] * 2, scene=scene))[0].damping == expected

@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm import parallel, runtime
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
@@ -83,7 +83,7 @@ def outcome(case):
                *(surface.total for surface in solver.surfaces)]
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in numbers)).hexdigest()
     return {"hash": digest, "sorts": solver.particles.sorts, "blocks": len(solver.particles.blocks),
-            "plastic_work": solver.plastic_work,
+            "plastic_work": solver.plastic_work, "alone": solver._serial,
             "between_bodies": float(solver.grid.bodies.lost[0]),
             "terrain": float(np.abs(solver.surfaces[0].total).max()),
             "obstacle": float(np.abs(solver.obstacle_totals).max())}
@@ -92,6 +92,7 @@ def outcome(case):
 def main(threads):
     """Every case twice, in one process: kernels are compiled once."""
     runtime.start("cpu", threads)
+    parallel.LITTLE_WORK = 0.0  # scenes as small as these would be left to one thread of the two
     runs = [{name: outcome(case) for name, case in CASES.items()} for _ in range(2)]
     print(json.dumps({"threads": runtime.threads(), "runs": runs}))
 

@@ -33,11 +33,14 @@ def test_resumed_in_the_middle_of_events(scene, whole, stopped, tmp_path):
     assert_same_runs(whole, folder)
 
 
-def test_wall_time_adds_up(scene, stopped, tmp_path):
+def test_wall_and_processor_times_add_up(scene, stopped, tmp_path):
     folder = copy(stopped, tmp_path)
     saved = read_archive(folder / checkpoint.FILE)
-    write_archive(folder / checkpoint.FILE, {**saved, "phases": {**saved["phases"], "steps": 1000.0}})
-    assert snowmpm.run(scene, folder, resume=True).summary["wall_time_of"]["steps"] > 1000.0
+    before = {**saved["phases"], "steps": 1000.0, "processor": 2000.0}
+    write_archive(folder / checkpoint.FILE, {**saved, "phases": before})
+    summary = snowmpm.run(scene, folder, resume=True).summary
+    assert summary["wall_time_of"]["steps"] > 1000.0 and summary["processor_time"] > 2000.0
+    assert summary["wall_time"] == pytest.approx(sum(summary["wall_time_of"].values()), abs=0.01)
 
 
 def test_resumed_many_times(scene, whole, tmp_path):

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
+from snowmpm.seeding.polygons import Rings
 
 DX = 0.2
 
@@ -119,3 +120,17 @@ def test_bad_shapes_are_named(tmp_path):
         assert len(str(caught.value).splitlines()) == 1
     with pytest.raises(InputError, match=r"solver\.sampling"):
         fill(SHAPES["box2"][0], 2, sampling="dense")
+
+
+@pytest.mark.parametrize("turn", [1.0, 0.1, 1.0 / 3.0], ids=["tens", "tenths", "thirds"])
+def test_rows_on_a_sloping_edge_are_all_inside_or_all_outside(turn):
+    """A slope of 45 degrees that runs through the places of a lattice: no row of its face lacks a particle, and of two
+    bodies that meet in it each place belongs to one."""
+    corners = turn * np.array([[0.0, 0.0], [24.0, 0.0], [24.0, 9.0], [14.0, 9.0], [8.0, 3.0], [0.0, 3.0]])
+    over = turn * np.array([[0.0, 3.0], [8.0, 3.0], [14.0, 9.0], [0.0, 9.0]])
+    i, k = np.indices((120, 45)).reshape(2, -1)
+    points = turn * np.column_stack([0.2 * (i + 0.5), 0.2 * (k + 0.5)])
+    inside, above = Rings([corners]).contains(points), Rings([over]).contains(points)
+    assert (inside ^ above).all()
+    face = (i - k == 25) & (k >= 15)  # x - z = 5
+    assert face.sum() == 30 and inside[face].all()

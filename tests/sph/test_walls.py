@@ -19,8 +19,8 @@ def test_dummies_lie_in_layers_along_any_plane():
         frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 20.0))
         ground = Plane(angle, (0.0, 6.0))
         dummies = Boundary(frame, 3.0, terrain=ground).dummies
-        points = np.concatenate([part.positions for _, part in dummies._parts])
-        volumes = np.concatenate([part.volume for _, part in dummies._parts])
+        points = np.concatenate([part.dummies.positions for part in dummies.parts])
+        volumes = np.concatenate([part.dummies.volume for part in dummies.parts])
         depth = -ground.query(points)[0]
         inside = ((points > 2.0) & (points < 18.0)).all(axis=1)
         assert set(np.round(depth[inside], 6)) == {0.5, 1.5, 2.5}
@@ -33,9 +33,9 @@ def test_dummies_lie_in_layers_along_any_plane():
 def test_dummies_between_periodic_sides_have_equal_shares():
     frame = Frame(2, "f64", np.zeros(2), 1.0, np.zeros(2), np.full(2, 16.0))
     sides = [["periodic", "periodic"], ["stick", "open"]]
-    (_, part), = Boundary(frame, 3.0, sides=sides, period=frame.period(sides)).dummies._parts
-    assert len(part) == 3 * 16
-    assert part.volume == pytest.approx(1.0, abs=1e-12)
+    part, = Boundary(frame, 3.0, sides=sides, period=frame.period(sides)).dummies.parts
+    assert part.count == 3 * 16
+    assert part.dummies.volume == pytest.approx(1.0, abs=1e-12)
 
 
 def slide(friction, slope, time=0.4):

@@ -40,6 +40,35 @@ def test_holes(recwarn, tmp_path, tilted):
     assert np.isnan(surface.height([[2.5, 2.5]])).all()
 
 
+def with_sheet(tilted, x, y, lift):
+    """The slope with two more triangles, a rectangle over it `lift` [m] higher than its lower end at x = 5."""
+    vertices, triangles = tilted
+    corners = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]]
+    sheet = np.column_stack([corners, np.full(4, 0.5 + lift)])
+    n = len(vertices)
+    return np.concatenate([vertices, sheet]), np.concatenate([triangles, [[n, n + 1, n + 2], [n, n + 2, n + 3]]])
+
+
+@pytest.mark.parametrize(("x", "y", "number"), [([0.0, 5.0], [0.0, 5.0], 52), ([2.25, 2.45], [3.05, 3.15], 2)],
+                         ids=["a roof", "a scrap smaller than what it is over"])
+def test_triangles_that_hover_over_others(recwarn, tmp_path, tilted, x, y, number):
+    surface, told = warned(recwarn, tmp_path, *with_sheet(tilted, x, y, lift=4.0))
+    assert told[0].startswith(f"{number} triangles over or under others, ")
+    gap, place = surface.layers()
+    where = place[gap.argmax()]
+    assert f"{gap.max():.3g} m apart at x = {where[0]:.10g}, y = {where[1]:.10g}: an overhang or" in told[0]
+    assert gap.max() == pytest.approx(4.5 - (3.0 - 0.5 * where[0]))
+    assert surface.height([where]) == pytest.approx(4.5)
+
+
+def test_a_cliff_is_no_second_layer(recwarn, tmp_path):
+    """An upright wall between two floors covers no plan."""
+    corners = [(0, 0), (2, 4), (2, 0), (4, 0)]  # x, z along the way
+    vertices = np.array([[x, y, z] for x, z in corners for y in (0.0, 3.0)])
+    triangles = [[2 * k + a for a in t] for k in range(3) for t in ([0, 2, 3], [0, 3, 1])]
+    assert warned(recwarn, tmp_path, vertices, np.array(triangles))[1] == []
+
+
 def test_flipped_and_repeated(recwarn, tmp_path, tilted):
     vertices, triangles = tilted
     triangles[3:7] = triangles[3:7, ::-1]

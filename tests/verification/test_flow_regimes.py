@@ -44,7 +44,10 @@ def test_order_of_the_fronts_at_rest(runs):
 
 @pytest.mark.xfail(strict=True, reason="the slab opens gaps at the arc, and its front rests 1.4 m beyond the plug's")
 def test_the_plug_comes_further_than_the_slab(runs):
-    """As published, on another slope; why not here: below."""
+    """As published, on another slope; why not here: below. Nor is it so on others that fit what is said of that one (a
+    plane, an arc, a flat, 20 s, 140 m), at dx = 0.25 m, where the slab breaks into more pieces: with an arc of 10 m its
+    front rests 4.6 m ahead of the plug's, with a release of 4 m 6.5 m. Their middles stay within 0.6 m of each other.
+    """
     _, _, plug, slab = fronts(runs, 14.0)
     assert plug > slab
 
@@ -94,7 +97,25 @@ def test_what_shears_and_what_slides(runs):
 
 @pytest.mark.xfail(strict=True, reason="32, 4, 3 and 65 % of I, II, III and IV in a step; 77, 26, 10, 34 % published")
 def test_plastic_shares_as_published(runs):
-    """At 10 s, on another slope; what counts as plastic is not said."""
+    """At 10 s, of real terrain in three dimensions; what counts as plastic is not said. Ways to count it, in per cent
+    (changes of p0 are those of the plastic volume):
+
+        .                                               I    II   III  IV
+        published                                       77   26   10   34
+        yields in a step, at 10 s (in the arc)          32    4    3   65
+        yields in a step, 2 to 6 s (on the slope)       70    2    2   18
+        p0 changed by 0.1 % since the start, at 5 s    100   52   44   68
+        plane of 260 m, dx = 0.5 m, release of 1 m: yields in a step at 10 s
+                                                        32    0    0   18
+            p0 changed by 0.1 %, 10 % since the start  100    6    0   95
+                                                       100    3    0   38
+        the same with a release of 2 m                  40    4    0   17
+                                                       100   56   12   75
+                                                       100   46    4   32
+            p0 changed by 1 % in half a second          50    9    3   44
+
+    None meets all four. On the paper's grid and depth a slab on a plane yields nowhere: its 10 % are of its terrain.
+    """
     for regime, run in runs.items():
         share = np.interp(10.0, run.history["time"], run.history["plastic_fraction"])
         assert share == pytest.approx(PUBLISHED[regime], rel=0.1)

@@ -1,17 +1,20 @@
 """Sand that runs down a flume against a wall (G5), by MPM and by SPH: the force on the wall.
 
 From the run file alone: what bed, wall and weight gave is the momentum that the sand has; the force at rest lies
-between Coulomb's wedges over the heap that the run leaves (`snowmpm.comparison.answers.wall_thrust`); what the flow has
-given the wall while it arrives does not depend on the resolution.
+between Coulomb's wedges over the heap that the run leaves (`snowmpm.comparison.answers.wall_thrust`); impulse and
+largest force do not depend on the resolution once the flow, 0.1 m deep, is a dozen particles deep.
 
-The force at rest does. The bed alone cannot hold the sand (45 degrees, friction 0.5), so the wall bears the weight
-along the bed, 1440 N/m, and the friction of the bed, anywhere between -720 and 720 N/m; the jet that falls back from
-the wall spreads the heap up the bed, and the finer the grid the higher the jet. MPM at 0.025, 0.0125, 0.00625 m:
+The force at rest is reached by 1.5 s and is no property of the heap: the bed alone cannot hold the sand (45 degrees,
+friction 0.5), so the wall bears the weight along the bed, 1440 N/m, and what the bed adds by friction, anywhere between
+-720 and 720 N/m. Sand that has run up the wall falls back and drives the heap up the bed, whose friction then presses
+it against the wall; what damps that way back, the grid of MPM and the viscosities of SPH, lowers the thrust. Spacing
+[mm], thrust at rest, largest force [N/m], impulse on the wall after 1 s [N s/m]:
 
-    friction of the bed 94, 290, 468 N/m up;  thrust at rest 1531, 1722, 1902;  largest force 1655, 1835, 1984
-    impulse on the wall after 1 s  608, 624, 644 N s/m
-
-By SPH at 0.025, 0.0125 m: 1392, 1540; 1685, 1770; 578, 588.
+    MPM   25      1531  1655  608        SPH   25      1392  1685  578
+          12.5    1722  1835  624              12.5    1540  1770  588
+          8.33    1830  1918  614              8.33    1618  1792  595
+          6.25    1902  1984  644
+          4.17    1807  1877  629              4.17    1739  1858  619
 """
 
 import numpy as np
@@ -29,7 +32,8 @@ ARRIVED = 1.0
 """Time [s] at which most of the flow has reached the wall, and nothing slides back yet."""
 
 WINDOW = 0.1
-"""Time [s] over which the largest force is a mean: single grains that arrive are no force of the flow."""
+"""Time [s] over which the largest force is a mean, a sensor of 4 Hz: single grains are no force of the flow.
+Over 0.02 s it is 2 to 3 % more with particles at 4 mm, 13 to 20 % at 25 mm."""
 
 
 def impact(folder, method, spacing):
@@ -65,14 +69,14 @@ def impulse(answer):
 
 
 @pytest.fixture(scope="module")
-def two_spacings(tmp_path_factory):
-    """Answers of a method at 0.025 and 0.0125 m, run once."""
+def fine(tmp_path_factory):
+    """Answers of a method at two spacings, the published 10 and 5 mm a little finer; run once."""
     found = {}
 
     def of(method):
         if method not in found:
             folder = tmp_path_factory.mktemp(method)
-            found[method] = [impact(folder / f"{spacing:g}", method, spacing) for spacing in (0.025, 0.0125)]
+            found[method] = [impact(folder / str(n), method, 0.3 / n) for n in (36, 72)]
         return found[method]
 
     return of
@@ -80,24 +84,27 @@ def two_spacings(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_impulse_at_half_the_spacing(method, two_spacings):
-    coarse, fine = two_spacings(method)
-    assert impulse(fine) == pytest.approx(impulse(coarse), rel=0.05)
+def test_half_the_spacing(method, fine):
+    coarse, half = fine(method)
+    assert abs(half.momentum_gap()) < 0.03
+    low, high = half.bounds()
+    assert low < half.thrust() < high
+    assert impulse(half) == pytest.approx(impulse(coarse), rel=0.05)
+    assert largest_force(half) == pytest.approx(largest_force(coarse), rel=0.05)
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="11 to 12 % at rest, MPM 11, SPH 5.1 % at its largest: friction of the bed")
-@pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_force_at_half_the_spacing(method, two_spacings):
-    coarse, fine = two_spacings(method)
-    assert fine.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
-    assert largest_force(fine) == pytest.approx(largest_force(coarse), rel=0.05)
+@pytest.mark.parametrize("method", ["mpm", pytest.param("sph", marks=pytest.mark.xfail(
+    strict=True, reason="1618, 1739 N/m: 7.5 %; its viscosities fall with the spacing, and damp the way back"))])
+def test_thrust_at_rest_at_half_the_spacing(method, fine):
+    coarse, half = fine(method)
+    assert half.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
 
 
 @pytest.mark.slow
-def test_both_methods_find_the_same_force(two_spacings):
-    """At 0.025 m SPH gives 5 % less impulse, 2 % more of the largest force, 9 % less at rest."""
-    mpm, sph = (two_spacings(method)[0] for method in ("mpm", "sph"))
-    assert impulse(sph) == pytest.approx(impulse(mpm), rel=0.1)
-    assert largest_force(sph) == pytest.approx(largest_force(mpm), rel=0.1)
-    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.1)
+def test_both_methods_find_the_same_force(fine):
+    """At 4.2 mm SPH gives 2 % less impulse, 1 % less of the largest force, 4 % less at rest."""
+    mpm, sph = (fine(method)[1] for method in ("mpm", "sph"))
+    assert impulse(sph) == pytest.approx(impulse(mpm), rel=0.05)
+    assert largest_force(sph) == pytest.approx(largest_force(mpm), rel=0.05)
+    assert sph.thrust() == pytest.approx(mpm.thrust(), rel=0.05)

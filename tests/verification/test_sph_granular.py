@@ -28,8 +28,8 @@ def slab_acceleration(sine, **scheme):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("sine", "scheme"), [
-    (0.5, {}), (0.5867 / np.sqrt(3.0), {}), (0.5, {"viscosity": 0.1}), (0.5, {"viscosity": 0.1, "disorder_damping": 0.0}),
-    (0.5, {"smoothing": 1.2})], ids=str)
+    (0.5, {}), (0.5867 / np.sqrt(3.0), {}), (0.5, {"viscosity": 0.1}),
+    (0.5, {"viscosity": 0.1, "disorder_damping": 0.0}), (0.5, {"smoothing": 1.2})], ids=str)
 def test_slab_on_rough_ground(sine, scheme):
     assert slab_acceleration(sine, **scheme) == pytest.approx(exact_acceleration(sine), rel=0.03)
 

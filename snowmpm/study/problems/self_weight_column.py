@@ -31,10 +31,10 @@ def exact_height(law, length, Y):
     return modulus / weight * (potential(0.0) - potential(Y))
 
 
-def column(law, length, scheme, offset, angle, width=WIDTH, cells=CELLS, per_axis=2):
+def column(law, length, scheme, offset, angle, width=WIDTH, cells=CELLS, per_axis=2, free=False):
     """-> solver, and the base and axes (2, 2) of the column. offset: of base and walls from a node [cells], for a
     column along the grid; angle: by which the set-up is turned, of walls that are blocks [rad]; None: sides of the
-    domain. width: in cells."""
+    domain. width: in cells. free: without walls, on a base that holds it, for a law with nu = 0 (turned only)."""
     dx = length / cells
     x, volumes = lattice([0.0, 0.0], [width * dx, length], dx, per_axis)
     if angle is None:
@@ -46,8 +46,10 @@ def column(law, length, scheme, offset, angle, width=WIDTH, cells=CELLS, per_axi
         axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         right, up = axes
         foot, half = base + 0.5 * width * dx * right, base + 0.5 * length * up
-        walls = [block(foot, up, 3 * length, "slip"), block(half, right, 3 * length, "slip"),
-                 block(half + width * dx * right, -right, 3 * length, "slip")]
+        walls = [block(foot, up, 3 * length, "stick" if free else "slip")]
+        if not free:
+            walls += [block(half, right, 3 * length, "slip"),
+                      block(half + width * dx * right, -right, 3 * length, "slip")]
         corners = base + x @ axes
         lower, upper = corners.min(axis=0) - 4 * dx, corners.max(axis=0) + 4 * dx
         options = dict(lower=lower, upper=upper, origin=dx * np.floor(lower / dx), obstacles=walls)
@@ -63,18 +65,24 @@ def settle(solver, law, length):
         solver.step(dt)
 
 
-def column_errors(law, length, scheme, offset=0.0, angle=None, cells=CELLS, per_axis=2):
-    """Largest error of a height over the settlement, largest and root mean square errors of the stresses over the
-    pressure at the base."""
-    solver, base, axes = column(law, length, scheme, offset, angle, cells=cells, per_axis=per_axis)
+def settled_errors(law, length, scheme, offset=0.0, angle=None, **how):
+    """Settle a `column`; -> where its particles were [cells from the foot on its left], errors of their heights over
+    the settlement, and of (sigma_yy, sigma_xx) over the pressure at the base (n, 2)."""
+    solver, base, axes = column(law, length, scheme, offset, angle, **how)
     states = ParticleStates(solver)
-    Y = ((states.reference - base) @ axes.T)[:, 1]
+    place = (states.reference - base) @ axes.T
     settle(solver, law, length)
-    exact = exact_height(law, length, Y)
     height = ((states.positions() - base) @ axes.T)[:, 1]
     tau = states.column("stress") / states.column("volume_ratio")
     sigma = np.einsum("ia,nab,jb->nij", axes, tau[:, [0, 3, 3, 1]].reshape(-1, 2, 2), axes)
-    pressure, nu = law.density * G * (length - Y), law.poisson_ratio
-    off = np.stack([sigma[:, 1, 1] + pressure, sigma[:, 0, 0] + nu / (1.0 - nu) * pressure]) / pressure.max()
+    pressure, nu = law.density * G * (length - place[:, 1]), law.poisson_ratio
+    off = np.stack([sigma[:, 1, 1] + pressure, sigma[:, 0, 0] + nu / (1.0 - nu) * pressure], axis=1) / pressure.max()
     settlement = length - exact_height(law, length, length)
-    return np.abs(height - exact).max() / settlement, np.abs(off).max(), np.sqrt((off**2).mean())
+    return place / solver.dx, (height - exact_height(law, length, place[:, 1])) / settlement, off
+
+
+def column_errors(law, length, scheme, offset=0.0, angle=None, cells=CELLS, per_axis=2):
+    """Largest error of a height over the settlement, largest and root mean square errors of the stresses over the
+    pressure at the base."""
+    _, height, off = settled_errors(law, length, scheme, offset, angle, cells=cells, per_axis=per_axis)
+    return np.abs(height).max(), np.abs(off).max(), np.sqrt((off**2).mean())

@@ -1,0 +1,48 @@
+"""Copies between NumPy and Taichi's arrays."""
+
+import numpy as np
+import pytest
+import taichi as ti
+
+from snowmpm.array_memory import view
+from snowmpm.launch import taichi_kernel
+
+pytestmark = pytest.mark.usefixtures("taichi")
+
+
+@taichi_kernel
+def double(numbers: ti.types.ndarray()):
+    for i in range(numbers.shape[0]):
+        numbers[i] = 2 * numbers[i]
+
+
+@pytest.mark.parametrize("kind", [ti.u8, ti.i32, ti.f32, ti.f64])
+def test_numbers_go_to_a_kernel_and_back(kind):
+    array = ti.ndarray(kind, 5)
+    array.from_numpy(np.arange(5.0))
+    double(array)
+    back = array.to_numpy()
+    np.testing.assert_array_equal(back, 2.0 * np.arange(5))
+    back[:] = 7  # a copy: the array keeps its own
+    assert array[3] == 6
+
+
+def test_vectors():
+    array = ti.ndarray(ti.types.vector(4, ti.f32), 3)
+    array.from_numpy(np.arange(12.0, dtype=np.float32).reshape(3, 4))
+    assert tuple(array[2]) == (8.0, 9.0, 10.0, 11.0)
+    double(array)
+    np.testing.assert_array_equal(array.to_numpy(), 2.0 * np.arange(12).reshape(3, 4))
+
+
+def test_other_shapes_are_refused():
+    array = ti.ndarray(ti.f64, (2, 3))
+    for values in (np.zeros((3, 2)), np.zeros(6), np.zeros((1, 3)), 0.0):
+        with pytest.raises(ValueError, match="cannot take"):
+            array.from_numpy(values)
+
+
+def test_one_memory():
+    array = ti.ndarray(ti.f64, (2, 3))
+    view(array)[1, 2] = 4.5
+    assert array[1, 2] == 4.5
