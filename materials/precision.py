@@ -44,6 +44,7 @@ def is_within(x, limit: ti.template()):
 def working_precision(name):
     """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
 
+    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
     Raises RuntimeError when Taichi has not been started: importing a law must never start it.
     """
     runtime = impl.get_runtime()

@@ -55,7 +55,9 @@ def draw_section(profile, camera, points, spacing, colours=None, identity=None, 
     if profile is not None:
         _draw_ground(picture, profile, camera)
     x, y, _ = camera.project(points)
-    radius_px = max(0.9, DISC * spacing * camera.scale)
+    apart = spacing * camera.scale
+    # The soft rim of small discs, half a pixel wide, would let the sky shine through between four of them
+    radius_px = max(0.9, DISC * apart, np.sqrt(0.5) * apart + 0.5)
     number, cover = splat_discs(x, y, radius_px, camera.size)
     hit = number >= 0
     if not hit.any():

@@ -10,7 +10,6 @@ from snowmpm.events import make_event
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.population import Population
 from snowmpm.saw_test.saw import Saw
-from snowmpm.sph.solver import SphSolver
 from snowmpm.terrain import DistanceField
 from snowmpm.velocity_fields import body_friction
 
@@ -89,6 +88,8 @@ class Model:
                   "upper": self.upper, "gravity": scene.gravity_vector, "cfl": chosen.cfl, "terrain": self.distance,
                   "sides": sides, "obstacles": self.obstacles, **contact}
         if chosen.method == "sph":
+            from snowmpm.sph.solver import SphSolver  # slow to import, like the other method, of which a run has one
+
             return SphSolver(self.population, self.laws, scheme=chosen.sph, **common)
         return MpmSolver(self.population, self.laws, kernel=chosen.kernel, gradient=chosen.gradient,
                          transfer=chosen.transfer, flip_ratio=chosen.flip_ratio, body_friction=body_friction(scene),

@@ -9,7 +9,6 @@ import time as clock
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import taichi as ti
 from taichi.lang import impl, kernel_impl
 from taichi.lang._ndarray import ScalarNdarray
@@ -17,6 +16,10 @@ from taichi.lang.ast import ast_transformer_utils
 from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
 from snowmpm import array_memory
+from snowmpm.materials import precision as floats
+
+DTYPES, precision = floats.DTYPES, floats.working_precision
+"""Taichi's and NumPy's float by name, "f32" or "f64", and the context in which kernels work with one of them."""
 
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
@@ -124,24 +127,6 @@ def fine_grained():
 def is_started():
     """Whether Taichi runs."""
     return bool(_started)
-
-
-DTYPES = {"f32": (ti.f32, np.float32), "f64": (ti.f64, np.float64)}
-
-
-@contextlib.contextmanager
-def precision(name):
-    """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
-
-    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
-    """
-    runtime = impl.get_runtime()
-    before = runtime.default_fp
-    runtime.default_fp = DTYPES[name][0]
-    try:
-        yield DTYPES[name]
-    finally:
-        runtime.default_fp = before
 
 
 @contextlib.contextmanager

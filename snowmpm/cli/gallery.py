@@ -69,9 +69,9 @@ def _in_words(facts):
     if not facts:
         return ""
     changed = f" With {facts['settings']}." if facts.get("settings") else ""
-    taken = f"{duration(float(facts['wall_time']))} on {facts['device']}"
-    # Where other programs ran beside it the wall time says little
-    own = f"{duration(float(facts['processor_time']))} of processor time, " if "processor_time" in facts else ""
-    cost = f"{own}{taken}"
+    wall = duration(float(facts["wall_time"]))
+    cost = f"{wall} on {facts['device']}"
+    if "processor_time" in facts:  # where other programs ran beside it, the clock says little
+        cost = f"{duration(float(facts['processor_time']))} of processor time on {facts['device']}, {wall} by the clock"
     return (f"{count(int(facts['particles']))} particles, dx = {float(facts['dx']):g} m, {float(facts['time']):g} s in"
             f" {short(float(facts['steps']))} steps: {cost}.{changed}")
