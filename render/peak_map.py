@@ -3,7 +3,7 @@ release, the thalweg and the run-out line."""
 
 import matplotlib.cm
 import numpy as np
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
@@ -18,8 +18,8 @@ from snowmpm.render.relief import build_relief
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])
-PRESSURES = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0)  # kPa, between the classes of hazard maps
-PRESSURE_COLOURS = ListedColormap(["#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#97175a", "#3c0a4a"])
+PRESSURES = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # kPa, between the classes of hazard maps and two beyond
+PRESSURE_COLOURS = ListedColormap(["#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#b01e5c", "#6d1169", "#24083a"])
 RELEASE, LINE = "#101418", "#c1121f"
 DEPTH = LinearSegmentedColormap.from_list("depth", ["#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"])
 
@@ -112,8 +112,11 @@ def _draw_raster(figure, axes, run, raster, name):
     if raster.units == "Pa":
         values, highest, units = values / 1e3, highest / 1e3, "kPa"
         options.update(cmap=PRESSURE_COLOURS, norm=BoundaryNorm(PRESSURES, PRESSURE_COLOURS.N, extend="max"))
+    elif "speed" in name or "velocity" in name:
+        options.update(cmap=SNOW_WHITE_LOW, vmin=0.0, vmax=highest)
     else:
-        options.update(cmap=SNOW_WHITE_LOW if "speed" in name or "velocity" in name else DEPTH, vmin=0.0, vmax=highest)
+        # By the root: a gully fills tens of metres deep in one cell, and most of a flow is a tenth of that
+        options.update(cmap=DEPTH, norm=PowerNorm(0.5, vmin=0.0, vmax=highest))
     drawn = axes.imshow(values, **options)
     drawn_bar = matplotlib.cm.ScalarMappable(drawn.norm, drawn.cmap)  # in full colours
     bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02)
