@@ -33,7 +33,7 @@ from snowmpm.scenes import load_scene
 METHODS = ("mpm", "sph")
 SCENES = {  # distances of particles [m], and what is changed in the scene
     "column_collapse_2d": ((0.2 / 15, 0.2 / 30, 0.2 / 60), {"materials.sand.youngs_modulus": 5.04e5, "end_time": 0.8}),
-    "column_collapse_3d": ((0.2 / 8, 0.2 / 12, 0.2 / 16), {"materials.sand.youngs_modulus": 5.04e5, "end_time": 0.7}),
+    "column_collapse_3d": ((0.2 / 6, 0.2 / 8, 0.2 / 12), {"materials.sand.youngs_modulus": 5.04e5, "end_time": 0.7}),
     "sand_between_plates": ((0.1 / 8, 0.1 / 12, 0.1 / 20), {"end_time": 0.6}),
     "elastic_beam": ((0.1 / 4, 0.1 / 8, 0.1 / 16), {"end_time": 1.2}),
     "oedometer": ((0.5 / 8, 0.5 / 10, 0.5 / 14), {}),
