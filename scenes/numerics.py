@@ -42,18 +42,20 @@ class Sph(Spec):
 
     kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
-    """smoothing length h over dx [-]; kernels reach 2 h"""
+    """smoothing length h over dx [-]; kernels reach 2 h; 1.2 keeps the middle of a heap of sand higher by 3 to 7 %, 1.0
+    the stiffness of a thin elastic body, and both ring more behind shocks"""
     gradient: Literal["balanced", "corrected", "plain"] = "balanced"
     """of velocities; balanced: conjugate to the sum of forces, so that volumes follow how many particles there are;
     corrected: exact for linear fields, at free surfaces too, but particles crowd where they flow; plain: as the kernel
     gives it, which also strains the surface of a body that turns"""
     momentum: Literal["density", "corrected", "volume", "difference"] = "density"
     """form of the sum of forces: density, stresses over squared densities; corrected, the same in balance with the
-    corrected gradient, for thin elastic bodies; volume, for neighbours of unlike density; difference, which does not
-    conserve momentum and blows up on irregular particles: for comparison"""
-    viscosity: NonNegative = 0.1
-    """alpha of the artificial viscosity [-]; more makes run-outs shorter, 0.3 keeps the overshoot of a shock below 30 %
-    where 0.1 lets it ring by 40 %"""
+    corrected gradient, for thin elastic bodies; volume, for layers of unlike density, which density lets push each
+    other: a weak layer near its strength then yields; difference, which does not conserve momentum and blows up on
+    irregular particles: for comparison"""
+    viscosity: NonNegative = 0.3
+    """alpha of the artificial viscosity [-]: 0.3 keeps the overshoot of a shock below 30 %, where 0.1, usual for sand,
+    lets it ring by 40 %; 1 makes run-outs shorter"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of it, against particles that fly into each other [-]"""
     disorder_damping: NonNegative = 0.5
@@ -70,19 +72,17 @@ class Sph(Spec):
     """n of it: its share falls with the distance as W(r)^n [-]"""
     regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
     """of elastic strains, and so of stresses, against noise: mean of neighbours (shepard), its linear fit (mls), both
-    every regularisation_interval steps, or diffusion in every step; a slab of sand that slides over its own grains is
-    8 % too fast without, 1 % with mls every 5 steps, which blurs layers"""
+    every regularisation_interval steps, or diffusion in every step; it blurs layers"""
     regularisation_interval: Annotated[int, Field(strict=True, ge=1)] = 20
     """steps between two means"""
     diffusion: NonNegative = 0.1
     """xi of the diffusion, xi c h grad^2 [-]"""
     confining_pressure: NonNegative = 0.0
     """pressure on free surfaces [Pa]"""
-    surface_coverage: Annotated[Number, Field(gt=0.0, lt=1.0)] = Field(
-        default_factory=lambda: 0.55 if dimension() == 2 else 0.70
-    )
-    """sum of V W of the neighbours below which a particle lies at a free surface [-]: 0.55 in 2-D, 0.70 in 3-D when
-    missing"""
+    surface_coverage: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """the confining pressure acts on particles whose sum of V W over their neighbours is less [-]; 1: on all, which
+    inside cancels and is exact; 0.55 in 2-D and 0.70 in 3-D find the outermost layer, and lose 3 % of the pressure
+    there, more where particles lie in disorder"""
 
     @model_validator(mode="after")
     def _damped(self):

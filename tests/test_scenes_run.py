@@ -29,6 +29,7 @@ COARSE = {
     "microstructure_2d": {"solver.dx": 1e-4, **SHORT},
     "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
+    "crown_and_flanks": {"solver.dx": 0.5},
     "avalanche_on_raster": {"solver.dx": 3.0},
     "flow_cold_dense": {"solver.dx": 0.5},
     "flow_warm_shear": {"solver.dx": 0.5},

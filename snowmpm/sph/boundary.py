@@ -12,7 +12,7 @@ from snowmpm.arrays import real_array
 from snowmpm.contact import CODES
 from snowmpm.sph.dummies import Dummies, seed_dummies
 from snowmpm.sph.dummy_rows import DummyRows
-from snowmpm.sph.momentum import tally_width
+from snowmpm.sph.surface_forces import tally_width
 
 MIRRORS = ("slip", "symmetric")
 MARGIN = 1.0
@@ -76,9 +76,11 @@ class Boundary:
     def _seed(self, layers):
         frame, parts = self.frame, []
         lower, upper = frame.lower - self.reach - MARGIN, frame.upper + self.reach + MARGIN
+        lengths = np.zeros(self.dim)
         for axis in range(self.dim):
             if self.period is not None and self.period[axis] > 0:
                 lower[axis], upper[axis] = frame.lower[axis], frame.upper[axis]
+                lengths[axis] = upper[axis] - lower[axis]
         earlier = []
         for s, surface in enumerate(self.surfaces):
             if surface.query is None:
@@ -89,7 +91,7 @@ class Boundary:
                 low, high = box[0] - 1.0, box[1] + 1.0
                 if not surface.moving:
                     low, high = np.maximum(low, lower), np.minimum(high, upper)
-            found = seed_dummies(surface.query, low, high, layers, s)
+            found = seed_dummies(surface.query, low, high, layers, s, np.where(surface.obstacle is None, lengths, 0.0))
             keep = np.ones(len(found), bool)
             for _, axis, level in self.mirrors:
                 inner = 1.0 if level < 0.5 * (frame.lower + frame.upper)[axis] else -1.0

@@ -55,15 +55,15 @@ class Dummies:
                      for name in ("positions", "normals", "depth", "volume", "surface")))
 
 
-def seed_dummies(query, lower, upper, layers, surface):
+def seed_dummies(query, lower, upper, layers, surface, lengths):
     """Dummies of one solid: query(points (k, dim)) -> distance (k,), > 0 outside, normal (k, dim); lower, upper: the
-    box in which its surface matters."""
+    box in which its surface matters; lengths (dim,): after which it comes again, 0 where it does not."""
     feet = _surface_points(query, np.asarray(lower, float), np.asarray(upper, float))
     dim = feet.shape[1]
     if len(feet) == 0:
         return Dummies.joined([], dim)
     _, normals = query(feet)
-    share = _shares(feet, dim)
+    share = _shares(feet, lengths)
     parts = []
     for layer in range(layers):
         depth = layer + 0.5
@@ -144,18 +144,25 @@ def _first_taken(n, pairs):
     return kept
 
 
-def _shares(points, dim):
-    """Area that each point of a surface stands for, 1 on a square lattice."""
+def _shares(points, lengths):
+    """Area that each point of a surface stands for, 1 on a square lattice. lengths (dim,): after which it comes again
+    along each axis, 0 where it does not."""
     from scipy.spatial import cKDTree
 
-    around = 2.5
+    around, (n, dim) = 2.5, points.shape
 
     def weight(r):
         s = np.minimum(r / around, 1.0)
         return (1.0 - s) ** 4 * (1.0 + 4.0 * s)
 
-    tree, found = cKDTree(points), np.empty(len(points))
-    for begin in range(0, len(points), BATCH):
+    whole = points
+    for axis in np.flatnonzero(lengths):
+        shift = np.zeros(dim)
+        shift[axis] = lengths[axis]
+        x = whole[:, axis]
+        whole = np.concatenate([whole, whole[x < x.min() + around] + shift, whole[x > x.max() - around] - shift])
+    tree, found = cKDTree(whole), np.empty(n)
+    for begin in range(0, n, BATCH):
         some = points[begin : begin + BATCH]
         near = cKDTree(some).sparse_distance_matrix(tree, around, output_type="ndarray")
         found[begin : begin + BATCH] = np.bincount(near["i"], weight(near["v"]), len(some))

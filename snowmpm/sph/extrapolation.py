@@ -3,8 +3,13 @@
 Sums over particles j near dummy k, with weights V_j W_jk / sum V W (Shepard; Adami et al. 2012,
 doi:10.1016/j.jcp.2012.05.005; Favero Neto & Borja 2018, doi:10.1007/s11440-017-0628-9, Eq. 28):
 
-    sigma_k = <sigma> - <rho> g . (x_k - <x>) I
+    sigma_k = <sigma> - <rho> g . (x_k - <x>) I - <rho> n.(x_k - <x>) (g_t n^T + n g_t^T)
     sigma_k = that, its normal component n.sigma.n the most compressive one nearby         walls = "most_compressive"
+
+g_t: the part of gravity along the wall, where it sticks: there the stress on planes along it grows towards it by the
+weight of what lies between, sideways too. Carried on without that, sigma n would be too small behind a slope, and the
+stresses of rows would lie above and below their mean in turns, on slopes by 1.5 rho g_t dx, as sums over both sides
+allow; snow near its strength then yields in every other row.
 
 (Peng et al. 2015 take the components along the axes, which is the same at walls along the axes only). The velocity
 follows a straight line through that of the wall at its surface, at the distances D_k = depth of the dummy and
@@ -123,6 +128,12 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
                 lift += rho * dx * ti.cast(gravity[a], real) * away[a]
             for s in ti.static(range(dim)):
                 S[s] += lift
+            if code == STICK:
+                g = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
+                drag = rho * dx * away.dot(n) * (g - g.dot(n) * n)
+                for s in ti.static(range(n_stress)):
+                    a, b = ti.static(pairs[s])
+                    S[s] += drag[a] * n[b] + n[a] * drag[b]
             active = total > LEAST_SHARE
             if code == SEPARATE:
                 active = active and (n.dot(pair.times(S, n)) < 0.0 or slip.dot(n) < 0.0)

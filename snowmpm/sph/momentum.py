@@ -19,20 +19,21 @@ velocity of a pair that is not the mean stretching of both,
 
 which is zero in any homogeneous motion, and leaves smooth ones alone: it holds down the modes without strain that
 tension makes grow. Artificial stress (Gray, Monaghan & Swift 2001, doi:10.1016/S0045-7825(01)00254-7):
-(W(r) / W(dx))^n (R_i + R_j) beside the stresses.
+((W(r) / W(dx))^n - c) (R_i + R_j) beside the stresses, c its mean over the pairs of a lattice, as the sum weighs them.
+Without c the sum takes away a share epsilon c of every tension, and with it of the stiffness: 0.58 epsilon at h = 1.5
+dx, which bends a beam a fifth too far.
 
-Confinement (Bui & Nguyen, Eq. 123) of particles at the free surface, known by the sum of V W of others:
-a_i += 2 p / rho_i sum_j V_j grad_i W_ij.
+Confinement (Bui & Nguyen, Eq. 123): a_i += 2 p / rho_i sum_j V_j grad_i W_ij, what a stress -p all over would push back
+with, on any arrangement. They let it act on the free surface alone, told by the sum of V W of others; layers below the
+first then lack what balances theirs.
 
-Forces of each surface are summed apart. A surface that slips keeps only their normal part, and Coulomb's friction,
-at most mu times that and at most what ends the sliding; one that separates does not pull.
+Forces of each surface are summed apart, and it says what becomes of them (`surface_forces`).
 """
 
 import functools
 
 import taichi as ti
 
-from snowmpm.contact import SEPARATE, STICK
 from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
@@ -41,17 +42,10 @@ from snowmpm.sph.candidates import SURFACE
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
-
-BARRIER = 0.1
-"""Height above a wall [cells] below which nothing gets by itself."""
+from snowmpm.sph.surface_forces import surface_functions, tally_width
 
 SOFTENING = 0.01
 """Share of h^2 that keeps the viscosity of a pair at rest on itself finite."""
-
-
-def tally_width(dim):
-    """Numbers summed up of each surface: impulse, its moment about the frame's origin [cells], energy given."""
-    return {2: 4, 3: 7}[dim]
 
 
 @functools.cache
@@ -68,8 +62,9 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     h = 0.5 * radius
     soft = SOFTENING * h * h
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
+    even = KERNELS[kernel].lattice_share(radius, dim, 0.5 * half_power) if layout.tension else 0.0
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
-    n_moment, serial = 1 if dim == 2 else 3, alone()
+    serial, surface_forces, n_tally = alone(), surface_functions(dim, real, width, barrier), tally_width(dim)
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
@@ -92,13 +87,6 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             pack["m"][0][lane], pack["V"][0][lane], pack["z"][0][lane] = row[at["m"]], row[at["V"]], row[at["z"]]
             pack["ratio"][0][lane] = row[at["V"]] / row[at["m"]]
             pack["cover"][0][lane] = 0.0
-
-    @ti.func
-    def clear_wall(pack: ti.template()):
-        for lane in range(width):
-            pack["share"][0][lane], pack["height"][0][lane] = 0.0, 0.0
-            for a in ti.static(range(dim)):
-                pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
 
     @ti.func
     def add_run(pack: ti.template(), into: ti.template(), dummies: ti.template(), c, begin, end,
@@ -149,7 +137,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     amplified = f
                     for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
                         amplified *= f
-                    pull += amplified * pair.times(read_lane(pack["R"], lane) + Rj, d)
+                    pull += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
                 force = F * (heft * pull - push * d)
                 for a in ti.static(range(dim)):
                     pack[into][a][lane] += force[a]
@@ -174,71 +162,9 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 pack["inner"][a][lane] += push * pack["edge"][a][lane]
 
     @ti.func
-    def end_surface(pack: ti.template(), first, count, surface, mirrored, surfaces: ti.template(), block,
-                    coordinates: ti.template(), inverse_dx, dt, pull, volume, tallies: ti.template(), tally):
-        """Let one surface act: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
-        for lane in range(count):
-            given = read_lane(pack["wall"], lane)
-            code, friction = ti.cast(surfaces[surface, 0], ti.i32), ti.cast(surfaces[surface, 1], real)
-            normal = read_lane(pack["normal"], lane)
-            normal = normal / ti.max(normal.norm(), 1e-20)
-            share = ti.max(pack["share"][0][lane], 1e-20)
-            along = given.dot(normal)
-            # What the particle would do along the wall without it
-            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
-            free -= read_lane(pack["wall_v"], lane) / share
-            if mirrored == 0 and code == SEPARATE:
-                along = ti.max(0.0, along)
-            if ti.static(barrier):  # noqa: SIM102 (one is compile time)
-                if mirrored == 0 and pack["share"][0][lane] > 1e-6:
-                    room = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
-                    sinking = -free.dot(normal) - dt * inverse_dx * along
-                    along += ti.max(0.0, sinking / ti.max(dt * inverse_dx, 1e-30) - room / (dt * dt * inverse_dx**2))
-            if mirrored == 0 and code == STICK:
-                given += (along - given.dot(normal)) * normal
-            if mirrored == 0 and code != STICK:
-                sliding = free - free.dot(normal) * normal
-                speed = sliding.norm()
-                held = ti.min(friction * ti.max(0.0, along), speed / ti.max(dt * inverse_dx, 1e-30))
-                given = along * normal - (held / ti.max(speed, 1e-30)) * sliding
-            for a in ti.static(range(dim)):
-                pack["inner"][a][lane] += given[a]
-            if tally >= 0:
-                J = ti.cast(given * (pack["m"][0][lane] * volume * dt * inverse_dx), ti.f64)
-                x, v = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
-                for a in ti.static(range(dim)):
-                    x[a], v[a] = pack["x"][a][lane] + coordinates[block, a], pack["v"][a][lane]
-                    tallies[tally, surface, a] += J[a]
-                if ti.static(dim == 2):
-                    tallies[tally, surface, dim] += x[0] * J[1] - x[1] * J[0]
-                else:
-                    moment = x.cross(J)
-                    for a in ti.static(range(3)):
-                        tallies[tally, surface, dim + a] += moment[a]
-                # The work of a force is with the velocity in the middle of the kick
-                middle = v + 0.5 * ti.cast(dt * (inverse_dx * read_lane(pack["inner"], lane) + pull), ti.f64)
-                tallies[tally, surface, dim + n_moment] += J.dot(middle)
-
-    @ti.func
-    def push_loads(pack: ti.template(), first, count, block, coordinates: ti.template(), loads: ti.template(),
-                   n_loads, dx, dt, volume,
-                   tallies: ti.template(), tally, surface):
-        """Loads of events: accelerations within a radius."""
-        for lane in range(count):
-            for q in range(n_loads):
-                square = ti.cast(0.0, ti.f64)
-                for a in ti.static(range(dim)):
-                    square += (pack["x"][a][lane] + coordinates[block, a] - loads[q, a]) ** 2
-                if square < loads[q, dim] ** 2:
-                    for a in ti.static(range(dim)):
-                        gain = ti.cast(loads[q, dim + 1 + a], real)
-                        pack["inner"][a][lane] += dx * gain
-                        tallies[tally, surface, a] += ti.cast(pack["m"][0][lane] * volume * dt * gain, ti.f64)
-
-    @ti.func
     def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
-                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), ints: ti.template(),
-                   reals: ti.template(), room, most_runs, frames: ti.template(), first_dummy, surfaces: ti.template(),
+                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), room,
+                   most_runs, ints: ti.template(), frames: ti.template(), first_dummy, surfaces: ti.template(),
                    coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
                    tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, gamma, pressure,
                    threshold):
@@ -249,7 +175,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         pull = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
         if tally >= 0:
             for s in range(n_surfaces):
-                for q in ti.static(range(dim + n_moment + 1)):
+                for q in ti.static(range(n_tally)):
                     tallies[tally, s, q] = 0.0
         read_pack(pack, first, count, source)
         begin, current, mirror = k * room, -1, 0
@@ -260,9 +186,9 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 if current < 0:
                     write_inner(pack)
                 else:
-                    end_surface(pack, first, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull,
-                                volume, tallies, tally)
-                clear_wall(pack)
+                    surface_forces.act(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull,
+                                       volume, tallies, tally)
+                surface_forces.clear(pack)
                 current = surface
             if surface < 0:
                 add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
@@ -279,13 +205,13 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         if current < 0:
             write_inner(pack)
         else:
-            end_surface(pack, first, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull, volume,
-                        tallies, tally)
+            surface_forces.act(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull, volume,
+                               tallies, tally)
         if ti.static(confined):
             confine(pack, pressure, threshold)
         if n_loads > 0:
-            push_loads(pack, first, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
-                       n_surfaces - 1)
+            surface_forces.push(pack, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
+                                n_surfaces - 1)
         for lane in range(count):
             row = ti.Vector.zero(real, layout.moved_width)
             for a in ti.static(range(dim)):
@@ -303,7 +229,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     @taichi_kernel
     def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int,
+             reals: ti.types.ndarray(), room: int, most_runs: int, ints: ti.types.ndarray(),
              frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
              coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
              tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
@@ -313,7 +239,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs, frames,
+                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints, frames,
                            first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
                            alpha, beta, gamma, pressure, threshold)
         else:
@@ -324,13 +250,13 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, ints, reals, room, most_runs,
+                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints,
                                    frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
                                    gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
         ti.loop_config(serialize=ti.static(in_order()))
         for t in range(n_tallies):
             for s in range(total.shape[0]):
-                for q in ti.static(range(dim + n_moment + 1)):
+                for q in ti.static(range(n_tally)):
                     total[s, q] += tallies[t, s, q]
 
     def kick_packs(*arguments):

@@ -77,6 +77,11 @@ class NeighbourLists:
             self.room = int(1.1 * largest) + 8
         self.counts = counts[: packs.n]
 
+    @property
+    def arguments(self):
+        """What a sum over neighbours reads, in the order of the kernels' arguments."""
+        return self.entries, self.runs, self.n_runs, self.reals, self.room, self.most_runs
+
     def meets_surfaces(self, packs):
         """Which packs lie in a block near a surface, (n,)."""
         surfaces, owner = self._host

@@ -71,6 +71,13 @@ class Rows:
         self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
         self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
 
+    def show(self, particles, positions):
+        """Set the source rows of the particles (n, source_width), at these positions (n, dim)."""
+        whole = self.source.to_numpy()
+        whole[: len(particles)] = particles
+        whole[: len(particles), : self.layout.dim] = positions
+        self.source.from_numpy(whole)
+
     @property
     def bytes(self):
         return self.n * (self.layout.source_width + self.layout.moved_width) * (4 if self.real == ti.f32 else 8)

@@ -76,6 +76,15 @@ class Smoothing:
         points = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         return float(-(self.slope_over_r(np.linalg.norm(points, axis=1), radius, dim) * points[:, 0] ** 2).sum())
 
+    def lattice_share(self, radius, dim, power):
+        """Share that (W(r) / W(1))^power of each pair has in `lattice_moment`: mean over the unit lattice."""
+        axis = np.arange(-math.ceil(radius), math.ceil(radius) + 1.0)
+        points = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
+        points = points[(points**2).sum(axis=1) > 0.0]
+        r = np.linalg.norm(points, axis=1)
+        part = -self.slope_over_r(r, radius, dim) * points[:, 0] ** 2
+        return float((part * (self.weight(r, radius, dim) / self.weight(1.0, radius, dim)) ** power).sum() / part.sum())
+
     def functions(self, radius, dim):
         """Taichi functions weight(r), slope_over_r(r) for this support [cells]; zero beyond it.
 

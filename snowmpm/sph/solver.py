@@ -23,19 +23,16 @@ from snowmpm.materials.packs import LANES
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
-from snowmpm.sph.candidates import Group
 from snowmpm.sph.extrapolation import extrapolation_kernel
-from snowmpm.sph.momentum import momentum_kernel, tally_width
-from snowmpm.sph.neighbours import NeighbourLists, Packs
+from snowmpm.sph.momentum import momentum_kernel
+from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import operator_kernel, results
 from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
-from snowmpm.sph.update import update_kernels
-
-SKIN = 0.4
-"""Cells beyond the support that lists of neighbours reach: they are made anew when two particles may have come closer
-by this."""
+from snowmpm.sph.showing import showing_kernels
+from snowmpm.sph.surface_forces import tally_width
+from snowmpm.sph.update import update_kernel
 
 USUAL_CFL, USUAL_SHARE = 0.3, 0.8
 """C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the
@@ -86,8 +83,7 @@ class SphSolver(Solver):
         self.surfaces = self.boundary.surfaces
         self._begin(population, gravity)
         self._bind()
-        self._closed_in, self._graded = math.inf, False
-        self._mean = np.zeros(dim)
+        self._graded = False
 
     def _bind(self):
         scheme, store = self.scheme, self.particles
@@ -101,15 +97,14 @@ class SphSolver(Solver):
             layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
-        self._update, self._show, self._correct = update_kernels(
-            store.layout, layout, real, self.materials.functions, self.materials.n_parameters, *common,
-            scheme.gradient, scheme.artificial_stress)
+        of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
+        self._update = update_kernel(*of_particles, *common, scheme.gradient, scheme.artificial_stress)
+        self._show, self._correct = showing_kernels(*of_particles, *common[1:], scheme.artificial_stress)
         self._order = order_kernel(store.layout)
-        self._lists = NeighbourLists(self.dim, self.precision, self.width)
+        self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
         if self.boundary.dummies.count:
             self._follow, self._follow_velocity = (
                 extrapolation_kernel(layout, real, *common, scheme.walls, moved) for moved in (False, True))
-            self._dummy_lists = NeighbourLists(self.dim, self.precision, self.width)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 
@@ -118,7 +113,7 @@ class SphSolver(Solver):
     def step(self, dt):
         """Advance by dt [s]."""
         with runtime.precision(self.precision):
-            if self._closed_in >= SKIN:
+            if self._near.stale:
                 self.sort()
             elif self._seen != self.particles.changes:
                 self._show_rows()
@@ -126,15 +121,14 @@ class SphSolver(Solver):
                 self.boundary.dummies.carry(self.rows, self._place)
             self.lead_dummies(self._follow if self._has_dummies else None, self.rows.source)
             if self._bare and self.rows.layout.full:
-                lists, packs = self._lists, self._packs
-                self._correct(packs.table, self.rows.source, lists.entries, lists.runs, lists.n_runs, lists.reals,
-                              lists.room, lists.most_runs, packs.n)
+                packs = self._near.packs
+                self._correct(packs.table, self.rows.source, *self._near.lists.arguments, packs.n)
             self._bare = False
             self.kick(dt)
             self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
             self.regularise(dt)
             self.update(dt)
-        self._closed_in += dt / self.dx * max(2.0 * self._deviation, self.extremes.speed + self._pushing_speed)
+        self._near.age(dt / self.dx * max(2.0 * self._near.deviation, self.extremes.speed + self._pushing_speed))
         self._advance_clock(dt)
 
     @property
@@ -144,21 +138,22 @@ class SphSolver(Solver):
 
     def lead_dummies(self, follow, rows):
         """Let the dummies follow the particles near them."""
-        if self._has_dummies and self._dummy_packs.n:
-            lists, packs, dummies = self._dummy_lists, self._dummy_packs, self.boundary.dummies
-            follow(packs.table, rows, self.rows.source, lists.entries, lists.runs, lists.n_runs, lists.reals,
-                   lists.room, lists.most_runs, dummies.frames, dummies.surface_of, dummies.first_row,
-                   self.boundary.table, self._gravity, self.dx, packs.n, packs.shares)
+        if self._has_dummies and self._near.dummy_packs.n:
+            packs, dummies = self._near.dummy_packs, self.boundary.dummies
+            follow(packs.table, rows, self.rows.source, *self._near.dummy_lists.arguments, dummies.frames,
+                   dummies.surface_of, dummies.first_row, self.boundary.table, self._gravity, self.dx, packs.n,
+                   packs.shares)
 
     def kick(self, dt):
         """Forces, and the velocities that they lead to."""
-        lists, packs, scheme, dummies = self._lists, self._packs, self.scheme, self.boundary.dummies
+        lists, packs, scheme, dummies = self._near.lists, self._near.packs, self.scheme, self.boundary.dummies
         totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
-        self._kick(packs.table, self.rows.source, self.rows.moved, lists.entries, lists.runs, lists.n_runs, lists.ints,
-                   lists.reals, lists.room, lists.most_runs, dummies.frames, dummies.first_row, self.boundary.table,
-                   self._corners, self._loads, self._n_loads, self._tallies, self._tally_of, self._gravity, self.dx, dt,
-                   self.keep, scheme.viscosity, scheme.quadratic_viscosity, scheme.disorder_damping,
-                   scheme.confining_pressure, scheme.surface_coverage, self._n_tallies, totals, packs.n, packs.shares)
+        covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
+        self._kick(packs.table, self.rows.source, self.rows.moved, *lists.arguments, lists.ints, dummies.frames,
+                   dummies.first_row, self.boundary.table, self._corners, self._loads, self._n_loads, self._tallies,
+                   self._tally_of, self._gravity, self.dx, dt, self.keep, scheme.viscosity, scheme.quadratic_viscosity,
+                   scheme.disorder_damping, scheme.confining_pressure, covered, self._n_tallies, totals, packs.n,
+                   packs.shares)
         if self._n_tallies:
             self._loaded += self.boundary.add(totals, self._place)
 
@@ -178,7 +173,7 @@ class SphSolver(Solver):
         real, numpy_real = runtime.DTYPES[self.precision]
         n, k = values.shape
         with runtime.precision(self.precision):
-            if not math.isfinite(self._closed_in):
+            if not self._near.known:
                 raise ValueError("the particles must be sorted first")
             fields = ti.ndarray(ti.types.vector(k, real), (max(1, n),))
             fields.from_numpy(np.ascontiguousarray(values, numpy_real))
@@ -187,19 +182,19 @@ class SphSolver(Solver):
         return out[:n].reshape(n, k, self.dim) if results(kind, self.dim) > 1 else out[:n]
 
     def _operate(self, kind, fields, out, parity):
-        lists, packs = self._lists, self._packs
+        packs = self._near.packs
         operator_kernel(self.rows.layout, runtime.DTYPES[self.precision][0], self.width, self.scheme.kernel,
                         self.radius, kind, tuple(parity))(
-            packs.table, self.rows.moved, fields, out, lists.entries, lists.runs, lists.n_runs, lists.reals,
-            lists.room, lists.most_runs, self.boundary.dummies.first_row, packs.n, packs.shares)
+            packs.table, self.rows.moved, fields, out, *self._near.lists.arguments, self.boundary.dummies.first_row,
+            packs.n, packs.shares)
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
-        lists, packs, store, report = self._lists, self._packs, self.particles, np.zeros(report_of.N_REPORT)
+        packs, store, report = self._near.packs, self.particles, np.zeros(report_of.N_REPORT)
         self._update(packs.table, store.reals, store.turn, store.material, self.materials.numbers,
-                     self.materials.law_of, self._speeds, self.rows.source, self.rows.moved, lists.entries, lists.runs,
-                     lists.n_runs, lists.reals, lists.room, lists.most_runs, self._mean_velocity, dt, self.dx,
-                     self._reports, report, packs.n, packs.shares)
+                     self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
+                     *self._near.lists.arguments, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
+                     packs.shares)
         self._read(report)
 
     @property
@@ -228,7 +223,7 @@ class SphSolver(Solver):
 
     def _read(self, report):
         super()._read(report)
-        self._deviation = report[report_of.EXCURSION] ** 0.5
+        self._near.deviation = report[report_of.EXCURSION] ** 0.5
 
     def sort(self):
         """Bring every particle home to its block and find its neighbours anew; those outside the domain are removed
@@ -255,18 +250,14 @@ class SphSolver(Solver):
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
-        self._closed_in = math.inf
+        self._near.forget()
 
     def _follow_blocks(self):
         """Lists for particles that lie in the order of their blocks."""
         self._show_rows()
-        self._built = self._show_state()
-        # Told from the mean motion, which brings no two particles closer
-        velocity = self._built["rows"][:, self.dim : 2 * self.dim].astype(np.float64)
-        self._follow_motion(velocity.mean(axis=0) if len(velocity) else np.zeros(self.dim))
-        self._deviation = float(np.linalg.norm(velocity - self._mean, axis=1).max(initial=0.0))
-        self._closed_in = 0.0
-        self._find_neighbours()
+        with runtime.precision(self.precision):
+            self._near.begin(self.rows, self.particles.blocks, self._shown, self._place)
+        self._make_tallies()
 
     def _show_rows(self):
         """Rows of the particles, from the store."""
@@ -275,42 +266,29 @@ class SphSolver(Solver):
                    self.rows.source, self.rows.moved, self.dx, store.count)
         self._seen, self._bare = store.changes, True
 
-    def _find_neighbours(self):
-        """Lists for the rows as they are."""
-        boundary, blocks = self.boundary, self.particles.blocks
-        reach = self.radius + SKIN
-        own = Group(-1, blocks)
-        boundary.dummies.place(self.rows, self._built["time"])
-        self._packs = Packs(blocks.start[:-1], np.diff(blocks.start), self.width)
-        self._lists.build(self._packs, self.rows.source, blocks.coordinates, [own, *boundary.dummies.groups],
-                          boundary.mirrors, reach)
-        if boundary.dummies.count:
-            coordinates, first, counts = boundary.dummies.near(blocks, reach)
-            self._dummy_packs = Packs(first, counts, self.width)
-            self._dummy_lists.build(self._dummy_packs, self.rows.source, coordinates, [own], boundary.mirrors, reach)
+    @property
+    def _shown(self):
+        """Rows of the particles as they are."""
+        return self.rows.source.to_numpy()[: self.particles.count].copy()  # of all rows most may be dummies
+
+    def _make_tallies(self):
+        """Sums of what surfaces give, one for each pack that may meet one."""
+        blocks, packs = self.particles.blocks, self._near.packs
         self._corners = int_array(EDGE[self.dim] * blocks.coordinates)
-        met = np.ones(self._packs.n, bool) if self._n_loads else self._lists.meets_surfaces(self._packs)
+        met = np.ones(packs.n, bool) if self._n_loads else self._near.lists.meets_surfaces(packs)
         self._tally_of = int_array(np.where(met, np.cumsum(met) - 1, -1))
         self._n_tallies = int(met.sum())
         shape = max(1, self._n_tallies), len(self.surfaces) + 1, tally_width(self.dim)
         self._tallies = ti.ndarray(ti.f64, shape)
-        if self._reports is None or self._reports.shape[0] < self._packs.n:
-            self._reports = ti.ndarray(ti.f64, (int(1.25 * self._packs.n) + 8, report_of.N_REPORT))
-
-    def _show_state(self):
-        """What the lists are made of: rows of the particles now, and the time that obstacles are shown at."""
-        rows = self.rows.source.to_numpy()[: self.particles.count].copy()  # of all rows most may be dummies
-        return {"rows": rows, "time": self._place}
-
-    def _follow_motion(self, mean):
-        self._mean, self._mean_velocity = mean, real_array(mean)
+        if self._reports is None or self._reports.shape[0] < packs.n:
+            self._reports = ti.ndarray(ti.f64, (int(1.25 * packs.n) + 8, report_of.N_REPORT))
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
         before = bool(getattr(self, "_n_loads", 0))
         super().set_loads(loads)
         if bool(self._n_loads) != before:
-            self._closed_in = math.inf  # packs that loads push want a tally
+            self._near.forget()  # packs that loads push want a tally
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -337,23 +315,13 @@ class SphSolver(Solver):
     @property
     def bytes(self):
         """Memory of everything but the particles."""
-        of_dummies = self._dummy_lists.bytes if self._has_dummies else 0
-        return self.rows.bytes + self._lists.bytes + self.boundary.dummies.bytes + of_dummies
+        return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals, lists."""
-        return {**super().state(), **self.boundary.state(), "neighbours": self._neighbour_state()}
-
-    def _neighbour_state(self):
-        """Rows as they were when the lists were made and as they are, and how far that is; nothing when new lists come
-        next."""
-        if not math.isfinite(self._closed_in):
-            return {}
-        return {"built": self._built["rows"][:, : self.dim].copy(), "time": self._built["time"],
-                "rows": self._show_state()["rows"], "mean": self._mean, "deviation": self._deviation,
-                "closed_in": self._closed_in}
+        return {**super().state(), **self.boundary.state(), "neighbours": self._near.state(self._shown)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -362,21 +330,10 @@ class SphSolver(Solver):
         """
         super().restore(state)
         self.boundary.restore(state)
-        self._closed_in, self._graded = math.inf, True
-        lists = state["neighbours"]
-        if lists:
-            self._restore_rows(lists["rows"], lists["built"])
-            self._built = {"rows": lists["built"], "time": lists["time"]}
+        self._near.forget()
+        self._graded = True
+        if state["neighbours"]:
             with runtime.precision(self.precision):
-                self._find_neighbours()
-            self._restore_rows(lists["rows"], lists["rows"][:, : self.dim])
-            self._follow_motion(np.asarray(lists["mean"], float))
-            self._deviation, self._closed_in = lists["deviation"], lists["closed_in"]
+                self._near.restore(state["neighbours"], self.rows, self.particles.blocks)
+            self._make_tallies()
             self._seen, self._bare = self.particles.changes, False
-
-    def _restore_rows(self, rows, positions):
-        """Set the rows of the particles, at these positions."""
-        whole = self.rows.source.to_numpy()
-        whole[: len(rows)] = rows
-        whole[: len(rows), : self.dim] = positions
-        self.rows.source.from_numpy(whole)

@@ -16,8 +16,8 @@ apart, and the heap comes to lie a fifth too low (`tests/sph/test_crowding.py`).
 turns, would strain free surfaces; the balanced one is that of the corrected gradient. With the "corrected" sum of
 forces it is the corrected gradient that is in balance.
 
-Particles with too few neighbours have no inverse: its determinant is kept from falling below LEAST_DETERMINANT, which
-lets their L fade out. K = I of a full neighbourhood. Packs as in the grid's gather (`snowmpm.law_packs`).
+K = I of a full neighbourhood, and has no inverse where there are too few (`moment`). Packs as in the grid's gather
+(`snowmpm.law_packs`).
 """
 
 import functools
@@ -33,20 +33,16 @@ from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
 from snowmpm.response import response_functions
 from snowmpm.runtime import plain_compilation
+from snowmpm.sph.moment import inverse_function
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.row_writing import row_functions
 from snowmpm.sph.smoothing import KERNELS
 
-LEAST_DETERMINANT = {2: 0.02, 3: 0.005}
-"""Of K; a corner of a body has about 0.2 and 0.1."""
-
 
 @functools.cache
-def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient,
-                   epsilon=0.0):
-    """`update(...)`, the second half of a step, and the sum of its reports; `show(...)`, which fills the rows from the
-    particle store, and `correct(...)`, which makes the S of these what a `full` layout wants.
+def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient, epsilon=0.0):
+    """`update(...)`, the second half of a step, and the sum of its reports.
 
     gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress.
     """
@@ -59,7 +55,7 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
     some_stiffen = any(stiffens)
     judged, particle = particle_report(real), response_functions(layout, real, stiffnesses, n_parameters)
     apply_laws = law_functions(layout, real, laws, n_parameters, width)
-    store_row = row_functions(layout, row_layout, real, form, epsilon)
+    store_row, inverse = row_functions(layout, row_layout, real, form, epsilon), inverse_function(dim, real)
     symmetric = [(a, b) for a in range(dim) for b in range(a, dim)]
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
@@ -100,22 +96,6 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
                         pack["sums"][a * dim + b][lane] += near * dv[a] * d[b]
                 for k in ti.static(range(len(symmetric))):
                     pack["K"][k][lane] += near * d[symmetric[k][0]] * d[symmetric[k][1]]
-
-    @ti.func
-    def inverse(K):
-        """K^-1 in a straight line, which fades out where K has none."""
-        adjugate, least = ti.Matrix.zero(real, dim, dim), ti.static(LEAST_DETERMINANT[dim])
-        if ti.static(dim == 2):
-            adjugate = ti.Matrix([[K[1, 1], -K[0, 1]], [-K[0, 1], K[0, 0]]])
-        else:
-            for a in ti.static(range(3)):
-                for b in ti.static(range(3)):
-                    p, q, r, s = ti.static((b + 1) % 3, (b + 2) % 3, (a + 1) % 3, (a + 2) % 3)
-                    adjugate[a, b] = K[p, r] * K[q, s] - K[p, s] * K[q, r]
-        determinant = K[0, 0] * adjugate[0, 0]
-        for b in ti.static(range(1, dim)):
-            determinant += K[0, b] * adjugate[b, 0]
-        return adjugate / ti.select(determinant > least, determinant, least)
 
     @ti.func
     def deform_pack(pack: ti.template(), dt, inverse_dx):
@@ -253,61 +233,8 @@ def update_kernels(layout, row_layout, real, laws, n_parameters, width, kernel, 
         for k in range(n_packs):
             judged.add_row(reports, k, report)
 
-    @taichi_kernel
-    def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
-             moved: ti.types.ndarray(),
-             dx: real, count: int):
-        for p in range(count):
-            places = access.places(reals, turn)
-            own = ti.cast(material[p], ti.i32)
-            tau, L = access.load(reals, places, p, at["stress"], sym_size), ti.Matrix.zero(real, dim, dim)
-            slopes = access.load(reals, places, p, at["affine"], dim * dim)
-            for a in ti.static(range(dim)):
-                for b in ti.static(range(dim)):
-                    L[a, b] = slopes[a * dim + b]
-            state = access.load(reals, places, p, at["state"], layout.state_size)
-            speed = ti.cast(speeds[own], real)
-            for k in ti.static(range(len(stiffens))):
-                if ti.static(stiffens[k]):  # noqa: SIM102 (one is compile time)
-                    if law_of[own] == k:
-                        prm = particle.parameters_of(materials, own)
-                        speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
-            store_row(p, source, ti.Matrix.identity(real, dim), access.load(reals, places, p, at["position"], dim),
-                      access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
-                      access.load(reals, places, p, at["volume_ratio"], 1)[0],
-                      access.load(reals, places, p, at["volume"], 1)[0] / dx**dim, materials[own, DENSITY], speed)
-            for a in ti.static(range(2 * dim)):
-                moved[p][a] = source[p][a]
-            moved[p][2 * dim] = source[p][row_layout.at["V"]]
-
-    @taichi_kernel
-    def correct(table: ti.types.ndarray(), source: ti.types.ndarray(), entries: ti.types.ndarray(),
-                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
-                most_runs: int, n_packs: int):
-        """S K^-1 for S in rows that `show` filled."""
-        for k in range(n_packs):
-            for lane in range(table[k, COUNT]):
-                i, K, begin = table[k, FIRST] + lane, ti.Matrix.zero(real, dim, dim), k * room
-                x = ti.Vector([source[i][a] for a in ti.static(range(dim))])
-                for q in range(n_runs[k]):
-                    c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
-                    for e in range(begin, end):
-                        row = source[entries[e]]
-                        d = pair.place(signs, c, row) - x
-                        K -= row[row_layout.at["V"]] * slope_over_r(ti.sqrt(d.norm_sqr())) * d.outer_product(d)
-                    begin = end
-                back, S = inverse(K), ti.Matrix.zero(real, dim, dim)
-                for a in ti.static(range(dim)):
-                    for b in ti.static(range(dim)):
-                        S[a, b] = source[i][row_layout.at["S"] + a * dim + b]
-                S = S @ back
-                for a in ti.static(range(dim)):
-                    for b in ti.static(range(dim)):
-                        source[i][row_layout.at["S"] + a * dim + b] = S[a, b]
-
     def update_packs(*arguments):
         with plain_compilation():
             update(*arguments)
 
-    return update_packs, show, correct
+    return update_packs

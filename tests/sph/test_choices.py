@@ -66,3 +66,21 @@ def test_stress_that_alternates_from_particle_to_particle(kind, left):
         solver.step(solver.stable_dt()[0])
     share = (states.column("stress")[:, 1] * sign).mean() / 10.0
     assert left[0] < share < left[1]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_artificial_stress_takes_nothing_from_a_uniform_tension(dim):
+    """Half of a bar in tension gains what the section through its middle carries; on a lattice that is all of it."""
+    tension, across = 10.0, 8
+    positions, volumes = lattice([0.0] * dim, [12 * DX, *[across * DX] * (dim - 1)], DX)
+    stress = np.zeros((3, 3))
+    stress[0, 0] = tension
+    lower, upper = np.zeros(dim), np.full(dim, across * DX)
+    lower[0], upper[0] = -12 * DX, 24 * DX
+    solver = solver_of(positions, volumes, dx=DX, stress=stress, lower=lower, upper=upper,
+                       sides=[["open", "open"], *[["periodic", "periodic"]] * (dim - 1)],
+                       scheme={"artificial_stress": 0.5})
+    solver.step(1e-6)
+    left = solver.particles.positions()[:, 0] < 6 * DX
+    momentum = solver.particles.masses()[left] @ solver.particles.column("velocity")[left, 0]
+    assert momentum / (1e-6 * tension * (across * DX) ** (dim - 1)) == pytest.approx(1.0, abs=1e-4)

@@ -49,8 +49,7 @@ def test_oedometer_of_snow(method, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["mpm", pytest.param("sph", marks=pytest.mark.xfail(
-    strict=True, reason="41, 28 % too deep with 6, 9 particles across: the surface and the clamp give way"))])
+@pytest.mark.parametrize("method", ["mpm", "sph"])
 def test_swing_of_the_beam(method, tmp_path):
     """M11: 3 %, of which the theory of slender beams takes one in time: it leaves shear out."""
     error = errors(answer(tmp_path, "elastic_beam", method, 0.1 / 12 if method == "mpm" else 0.1 / 10, end_time=1.2))

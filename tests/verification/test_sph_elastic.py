@@ -1,7 +1,7 @@
 """SPH on elastic problems with exact answers: a bar that vibrates (M4), waves (M8), a bar against a wall (M9).
 
-The viscosity alpha = 0.1 of the default is on: without it a lattice in alternating tension falls apart within a period
-(tensile instability), with it the vibration keeps 99 % of its amplitude.
+The viscosity of the default is on: without it a lattice in alternating tension falls apart within a period (tensile
+instability), with it the vibration keeps 98 % of its amplitude.
 """
 
 import numpy as np
@@ -105,28 +105,40 @@ def test_rayleigh_wave():
     assert wavelength / (2.0 * np.diff(found).mean()) == pytest.approx(c, rel=0.03)
 
 
-@pytest.mark.parametrize(("speed", "alpha", "overshoot"), [
-    (1.0, 1.0, 1.3), pytest.param(5.0, 1.0, 1.3, marks=pytest.mark.slow),
-    pytest.param(1.0, 0.3, 1.3, marks=pytest.mark.slow), pytest.param(1.0, 0.1, 1.45, marks=pytest.mark.slow)])
-def test_bar_against_a_wall(speed, alpha, overshoot):
-    """With the usual alpha = 0.1 the front rings by 40 %, with 0.3 by 27 %, with 0.5 by 19 %."""
+def impact(speed, **scheme):
+    """A bar against a wall: -> its solver afterwards, times over that of contact, stress on the wall over that of the
+    shock."""
     dx, high, exact = 0.01, 0.04, IMPACTS[speed][2]
     positions, volumes = lattice([0.0, 0.0], [1.0, high], dx)
     solver = solver_of(positions, volumes, BAR, dx=dx, velocity=lambda x: np.tile([-speed, 0.0], (len(x), 1)),
                        lower=[0.0, 0.0], upper=[2.0, high], sides=[["separate", "open"], ["slip", "slip"]],
-                       scheme={"viscosity": alpha})
+                       scheme=scheme)
     contact, rows = 2.0 / BAR.wave_speed(), []
     while solver.time < 1.3 * contact:
         before, start = solver.impulse[0], solver.time
         solver.step(solver.stable_dt()[0])
         rows.append((solver.time, (solver.impulse[0] - before) / (solver.time - start) / high))
     time, stress = np.array(rows).T
-    assert stress[(time > 0.2 * contact) & (time < 0.8 * contact)].mean() == pytest.approx(exact, rel=0.03)
-    assert stress.max() < overshoot * exact
+    return solver, time / contact, stress / exact
+
+
+@pytest.mark.parametrize(("speed", "scheme"), [
+    (1.0, {}), pytest.param(5.0, {}, marks=pytest.mark.slow),
+    pytest.param(1.0, {"viscosity": 1.0}, marks=pytest.mark.slow)], ids=str)
+def test_bar_against_a_wall(speed, scheme):
+    """M9: mean stress to 3 %, overshoot of at most 30 %."""
+    solver, time, stress = impact(speed, **scheme)
+    assert stress[(time > 0.2) & (time < 0.8)].mean() == pytest.approx(1.0, rel=0.03)
+    assert stress.max() < 1.3
     momentum = solver.particles.masses() @ solver.particles.column("velocity")[:, 0]
     assert 0.9 < momentum / (solver.particles.mass * speed) < 1.0
     # The wall takes no energy that it did not give: a bar that leaves has what the viscosity left it
     assert abs(solver.contact_work) < 0.06 * 0.5 * solver.particles.mass * speed**2
+
+
+@pytest.mark.slow
+def test_a_bar_rings_with_a_third_of_the_viscosity():
+    assert 1.35 < impact(1.0, viscosity=0.1)[2].max() < 1.45
 
 
 def collide(**scheme):

@@ -1,8 +1,6 @@
 """SPH on snow and sand: a slab that slides off over its own grains (M15), an oedometer with a moving wall (M17).
 
-What the slab carries falls with the noise of its stresses, whose directions do not add up: by 8 % with the defaults.
-The means of Bui & Nguyen (Eq. 113: a linear fit every few steps) take it away: 1 %. They also blur what lies between
-layers, and so are no default.
+The slab with viscosities of 0.3, the default, and 0.1, usual for sand, and without the damping of disorder.
 """
 
 import numpy as np
@@ -15,8 +13,6 @@ from snowmpm.study.problems.granular_slab import STEEP, G, exact_acceleration, g
 from snowmpm.study.problems.rigid_walls import block
 from tests.sph.stage import lattice, solver_of
 from tests.verification.test_oedometer import EXACT, HEIGHT, SET_A, SET_C, WIDTH
-
-SMOOTH = {"regularisation": "mls", "regularisation_interval": 5}
 
 
 def slab_acceleration(sine, **scheme):
@@ -31,17 +27,11 @@ def slab_acceleration(sine, **scheme):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sine", [0.5, 0.5867 / np.sqrt(3.0)])
-def test_slab_on_rough_ground(sine):
-    assert slab_acceleration(sine, **SMOOTH) == pytest.approx(exact_acceleration(sine), rel=0.03)
-
-
-@pytest.mark.slow
-def test_noise_takes_strength_away():
-    exact = exact_acceleration(0.5)
-    bare, usual = slab_acceleration(0.5, disorder_damping=0.0), slab_acceleration(0.5)
-    assert bare > 1.2 * exact
-    assert 1.03 * exact < usual < 0.9 * bare
+@pytest.mark.parametrize(("sine", "scheme"), [
+    (0.5, {}), (0.5867 / np.sqrt(3.0), {}), (0.5, {"viscosity": 0.1}),
+    (0.5, {"viscosity": 0.1, "disorder_damping": 0.0}), (0.5, {"smoothing": 1.2})], ids=str)
+def test_slab_on_rough_ground(sine, scheme):
+    assert slab_acceleration(sine, **scheme) == pytest.approx(exact_acceleration(sine), rel=0.03)
 
 
 @pytest.mark.parametrize(("name", "law"), [("A", SET_A), pytest.param("C", SET_C, marks=pytest.mark.slow)])

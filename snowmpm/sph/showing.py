@@ -1,0 +1,85 @@
+"""Rows of particles (`sph.rows`) from the store, before the first step and after a sort or a change by others."""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.launch import taichi_kernel
+from snowmpm.material_table import DENSITY
+from snowmpm.particles import accessors
+from snowmpm.response import response_functions
+from snowmpm.sph.moment import inverse_function
+from snowmpm.sph.neighbours import COUNT, FIRST
+from snowmpm.sph.pairs import pair_functions
+from snowmpm.sph.row_writing import row_functions
+from snowmpm.sph.smoothing import KERNELS
+
+
+@functools.cache
+def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius, form, epsilon=0.0):
+    """`show(...)`, which fills the rows, and `correct(...)`, which makes the S of these what a `full` layout wants.
+
+    epsilon: of the artificial stress.
+    """
+    dim, sym_size, access, at = layout.dim, layout.sym_size, accessors(layout), layout.offsets
+    pair, inverse = pair_functions(row_layout), inverse_function(dim, real)
+    _, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    stiffens = [function is not None for function in stiffnesses]
+    particle = response_functions(layout, real, stiffnesses, n_parameters)
+    store_row = row_functions(layout, row_layout, real, form, epsilon)
+
+    @taichi_kernel
+    def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
+             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
+             moved: ti.types.ndarray(),
+             dx: real, count: int):
+        for p in range(count):
+            places = access.places(reals, turn)
+            own = ti.cast(material[p], ti.i32)
+            tau, L = access.load(reals, places, p, at["stress"], sym_size), ti.Matrix.zero(real, dim, dim)
+            slopes = access.load(reals, places, p, at["affine"], dim * dim)
+            for a in ti.static(range(dim)):
+                for b in ti.static(range(dim)):
+                    L[a, b] = slopes[a * dim + b]
+            state = access.load(reals, places, p, at["state"], layout.state_size)
+            speed = ti.cast(speeds[own], real)
+            for k in ti.static(range(len(stiffens))):
+                if ti.static(stiffens[k]):  # noqa: SIM102 (one is compile time)
+                    if law_of[own] == k:
+                        prm = particle.parameters_of(materials, own)
+                        speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
+            store_row(p, source, ti.Matrix.identity(real, dim), access.load(reals, places, p, at["position"], dim),
+                      access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
+                      access.load(reals, places, p, at["volume_ratio"], 1)[0],
+                      access.load(reals, places, p, at["volume"], 1)[0] / dx**dim, materials[own, DENSITY], speed)
+            for a in ti.static(range(2 * dim)):
+                moved[p][a] = source[p][a]
+            moved[p][2 * dim] = source[p][row_layout.at["V"]]
+
+    @taichi_kernel
+    def correct(table: ti.types.ndarray(), source: ti.types.ndarray(), entries: ti.types.ndarray(),
+                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
+                most_runs: int, n_packs: int):
+        """S K^-1 for S in rows that `show` filled."""
+        for k in range(n_packs):
+            for lane in range(table[k, COUNT]):
+                i, K, begin = table[k, FIRST] + lane, ti.Matrix.zero(real, dim, dim), k * room
+                x = ti.Vector([source[i][a] for a in ti.static(range(dim))])
+                for q in range(n_runs[k]):
+                    c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+                    for e in range(begin, end):
+                        row = source[entries[e]]
+                        d = pair.place(signs, c, row) - x
+                        K -= row[row_layout.at["V"]] * slope_over_r(ti.sqrt(d.norm_sqr())) * d.outer_product(d)
+                    begin = end
+                back, S = inverse(K), ti.Matrix.zero(real, dim, dim)
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        S[a, b] = source[i][row_layout.at["S"] + a * dim + b]
+                S = S @ back
+                for a in ti.static(range(dim)):
+                    for b in ti.static(range(dim)):
+                        source[i][row_layout.at["S"] + a * dim + b] = S[a, b]
+
+    return show, correct

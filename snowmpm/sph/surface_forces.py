@@ -1,0 +1,99 @@
+"""What becomes of the forces that the dummies or images of one surface sum up to, and what the surface gave.
+
+A mirror gives them as they are. A surface that slips keeps only their normal part, and Coulomb's friction, at most mu
+times that and at most what ends the sliding; one that separates does not pull. A barrier stops what would sink below
+BARRIER within the step. Columns of a pack (`momentum`): wall, the force of the surface, and with weights that sum up to
+share: height above it, normal, wall_v, its velocity; inner, all other forces over mass, times dx [m2/s2].
+"""
+
+import functools
+from types import SimpleNamespace
+
+import taichi as ti
+
+from snowmpm.contact import SEPARATE, STICK
+from snowmpm.materials.packs import read_lane
+
+BARRIER = 0.1
+"""Height above a wall [cells] below which nothing gets by itself."""
+
+def tally_width(dim):
+    """Numbers summed up of each surface: impulse, its moment about the frame's origin [cells], energy given."""
+    return {2: 4, 3: 7}[dim]
+
+
+@functools.cache
+def surface_functions(dim, real, width, barrier):
+    """Functions on packs of `width` lanes: clear(...) before a surface, act(...) after its sum, push(...) for the loads
+    of events; barrier: whether surfaces also stop what comes too close."""
+    n_moment = 1 if dim == 2 else 3
+
+    @ti.func
+    def clear(pack: ti.template()):
+        for lane in range(width):
+            pack["share"][0][lane], pack["height"][0][lane] = 0.0, 0.0
+            for a in ti.static(range(dim)):
+                pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
+
+    @ti.func
+    def act(pack: ti.template(), count, surface, mirrored, surfaces: ti.template(), block,
+            coordinates: ti.template(), inverse_dx, dt, pull, volume, tallies: ti.template(), tally):
+        """Let one surface act: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
+        for lane in range(count):
+            given = read_lane(pack["wall"], lane)
+            code, friction = ti.cast(surfaces[surface, 0], ti.i32), ti.cast(surfaces[surface, 1], real)
+            normal = read_lane(pack["normal"], lane)
+            normal = normal / ti.max(normal.norm(), 1e-20)
+            share = ti.max(pack["share"][0][lane], 1e-20)
+            along = given.dot(normal)
+            # What the particle would do along the wall without it
+            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
+            free -= read_lane(pack["wall_v"], lane) / share
+            if mirrored == 0 and code == SEPARATE:
+                along = ti.max(0.0, along)
+            if ti.static(barrier):  # noqa: SIM102 (one is compile time)
+                if mirrored == 0 and pack["share"][0][lane] > 1e-6:
+                    room = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
+                    sinking = -free.dot(normal) - dt * inverse_dx * along
+                    along += ti.max(0.0, sinking / ti.max(dt * inverse_dx, 1e-30) - room / (dt * dt * inverse_dx**2))
+            if mirrored == 0 and code == STICK:
+                given += (along - given.dot(normal)) * normal
+            if mirrored == 0 and code != STICK:
+                sliding = free - free.dot(normal) * normal
+                speed = sliding.norm()
+                held = ti.min(friction * ti.max(0.0, along), speed / ti.max(dt * inverse_dx, 1e-30))
+                given = along * normal - (held / ti.max(speed, 1e-30)) * sliding
+            for a in ti.static(range(dim)):
+                pack["inner"][a][lane] += given[a]
+            if tally >= 0:
+                J = ti.cast(given * (pack["m"][0][lane] * volume * dt * inverse_dx), ti.f64)
+                x, v = ti.Vector.zero(ti.f64, dim), ti.Vector.zero(ti.f64, dim)
+                for a in ti.static(range(dim)):
+                    x[a], v[a] = pack["x"][a][lane] + coordinates[block, a], pack["v"][a][lane]
+                    tallies[tally, surface, a] += J[a]
+                if ti.static(dim == 2):
+                    tallies[tally, surface, dim] += x[0] * J[1] - x[1] * J[0]
+                else:
+                    moment = x.cross(J)
+                    for a in ti.static(range(3)):
+                        tallies[tally, surface, dim + a] += moment[a]
+                # The work of a force is with the velocity in the middle of the kick
+                middle = v + 0.5 * ti.cast(dt * (inverse_dx * read_lane(pack["inner"], lane) + pull), ti.f64)
+                tallies[tally, surface, dim + n_moment] += J.dot(middle)
+
+    @ti.func
+    def push(pack: ti.template(), count, block, coordinates: ti.template(), loads: ti.template(), n_loads, dx, dt,
+             volume, tallies: ti.template(), tally, surface):
+        """Loads of events: accelerations within a radius."""
+        for lane in range(count):
+            for q in range(n_loads):
+                square = ti.cast(0.0, ti.f64)
+                for a in ti.static(range(dim)):
+                    square += (pack["x"][a][lane] + coordinates[block, a] - loads[q, a]) ** 2
+                if square < loads[q, dim] ** 2:
+                    for a in ti.static(range(dim)):
+                        gain = ti.cast(loads[q, dim + 1 + a], real)
+                        pack["inner"][a][lane] += dx * gain
+                        tallies[tally, surface, a] += ti.cast(pack["m"][0][lane] * volume * dt * gain, ti.f64)
+
+    return SimpleNamespace(clear=clear, act=act, push=push)
