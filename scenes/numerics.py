@@ -54,8 +54,8 @@ class Sph(Spec):
     other: a weak layer near its strength then yields; difference, which does not conserve momentum and blows up on
     irregular particles: for comparison"""
     viscosity: NonNegative = 0.1
-    """alpha of the artificial viscosity [-]: 0.1, usual for sand, lets a shock in elastic matter ring by 40 %, 0.3 by 27
-    to 29 %, and lowers heaps by half a per cent; 1 makes run-outs shorter"""
+    """alpha of the artificial viscosity [-]: 0.1, usual for sand, lets a shock in elastic matter ring by 40 %, 0.3 by
+    less than 30 %, and lowers heaps by half a per cent; 1 makes run-outs shorter"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of it, against particles that fly into each other [-]"""
     disorder_damping: NonNegative = 0.5
