@@ -6,6 +6,8 @@ import json
 def test_a_sound_scene(call, block):
     result = call("check", block)
     assert result.code == 0, result.err
+    payments = result.out.partition("pays for")[2].partition("warnings")[0]
+    assert max(len(line) for line in payments.splitlines()) <= 100
     for words in ("pays for", "law elastic", "calls of kernels", "warnings: none", "could do without"):
         assert words in result.out
 

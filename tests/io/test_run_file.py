@@ -45,6 +45,7 @@ def test_everything_beside_the_frames_comes_back(run_path):
     assert run.terrain.vertices[2].tolist() == [0.0, 1.0, 0.5] and run.terrain.facets.tolist() == [[0, 1, 2]]
     assert run.provenance == {"scene": "made up", "seed": 1, "wall_time": 12.0}
     assert run.summary == {"frames": 6}
+    assert run.name == run_path.name
     depth = run.maps["peak_depth"]
     assert (depth.x0, depth.y0, depth.cell, depth.units) == (0.5, 1.5, 2.0, "m")
     assert np.array_equal(depth.values, [[1.0, 2.0, np.nan]], equal_nan=True)

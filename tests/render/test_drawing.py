@@ -12,6 +12,7 @@ from snowmpm.render.light import sun_direction
 from snowmpm.render.overlay import Overlay, bands, ticks
 from snowmpm.render.raster import rasterise
 from snowmpm.render.relief import build_relief
+from snowmpm.render.section import draw_section, section_camera
 from snowmpm.render.splat import splat_balls, splat_discs
 
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
@@ -203,6 +204,30 @@ def test_the_rim_of_ground_that_is_little_larger_than_the_action_is_in_sight(rea
               for x, y, _ in (camera.project(relief.vertices), camera.project(points))]
     assert inside[1] == 1.0
     assert (inside[0] == 1.0) == (reach < 100.0)
+
+
+def test_ground_that_is_seen_edge_on():
+    """A plane that falls by 45 degrees towards +x: straight on, along it, from behind; the camera does not choose to
+    look along it."""
+    relief = build_relief(plane(1.0, 50.0), np.full(2, -50.0), np.full(2, 50.0))
+    points = np.array([[3.0, 2.0, -3.0]])
+    for way, expected in (([1.0, 0.0, 1.0], 1.0), ([-1.0, 0.0, 1.0], 0.0), ([-1.0, 0.0, 0.0], -np.sqrt(0.5))):
+        assert relief.facing(points, points[0] + 1e3 * np.array(way)) == pytest.approx(expected, abs=1e-3)
+    across = np.random.default_rng(0).uniform([-20.0, -18.0], [20.0, 18.0], (500, 2))
+    action = Action(np.column_stack([across, -across[:, 0]]), np.array([-1.0, 0.0]))  # as if it went up
+    camera = choose_camera("auto", action, relief, (640, 360))
+    assert np.median(relief.facing(action.points, camera.eye)) > 0.3
+
+
+def test_small_discs_of_a_section_close():
+    """Particles less than two pixels apart: inside the body no sky shines through, wherever they lie on the pixels."""
+    spacing, scale = 0.1, 17.3
+    x, z = np.meshgrid(spacing * np.arange(60), spacing * np.arange(40))
+    points = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+    camera = section_camera([2.95, 1.95], scale, (160, 120))
+    picture = draw_section(None, camera, points, spacing)
+    inner = picture[40:80, 50:110]
+    assert np.ptp(inner.reshape(-1, 3), axis=0).max() < 0.02
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1280, 200), (640, 480), (480, 480)])
