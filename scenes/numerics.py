@@ -67,7 +67,8 @@ class Sph(Spec):
     barrier: Annotated[bool, Field(strict=True)] = True
     """whether walls also stop particles that come within a tenth of dx of them, without rebound"""
     artificial_stress: NonNegative = 0.0
-    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.3 to 0.5, beside a viscosity"""
+    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.5 to 0.8, beside a viscosity; none of a
+    tension that is the same all over is lost to it"""
     artificial_stress_power: Annotated[Number, Field(ge=1.0, le=8.0, multiple_of=0.5)] = 4.0
     """n of it: its share falls with the distance as W(r)^n [-]"""
     regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
