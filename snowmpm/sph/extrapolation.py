@@ -28,7 +28,7 @@ import taichi as ti
 from snowmpm.contact import SEPARATE, STICK
 from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import alone, chunk, chunks, is_worker
+from snowmpm.parallel import chunk, chunks, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
@@ -42,10 +42,11 @@ LEAST_SHARE = 1e-3
 
 
 @functools.cache
-def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved_rows):
-    """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone."""
+def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved_rows, serial):
+    """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone.
+    serial: by one thread."""
     dim, at, n_stress, pairs = layout.dim, layout.at, layout.n_stress, layout.pairs
-    pair, serial = pair_functions(layout), alone()
+    pair = pair_functions(layout)
     weight, _ = KERNELS[kernel].functions(radius, dim)
     columns = (("x", dim), ("n", dim), ("sum", 1), ("sum_x", dim), ("sum_v", dim), ("sum_S", n_stress), ("rho", 1),
                ("z", 1), ("least", 1))

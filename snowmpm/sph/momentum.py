@@ -36,7 +36,7 @@ import taichi as ti
 
 from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
+from snowmpm.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.runtime import plain_compilation
 from snowmpm.sph.candidates import SURFACE
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
@@ -49,12 +49,12 @@ SOFTENING = 0.01
 
 
 @functools.cache
-def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, barrier, confined, viscous):
+def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, barrier, confined, viscous, serial):
     """Kernel for a `RowLayout` and `width` lanes.
 
     kernel, radius [cells]: the smoothing; form: of the sum; half_power: 2 n of the artificial stress; walls: how dummy
     particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there is a
-    confining pressure, a quadratic viscosity.
+    confining pressure, a quadratic viscosity; serial: by one thread.
     """
     dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
     pair = pair_functions(layout)
@@ -64,7 +64,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     even = KERNELS[kernel].lattice_share(radius, dim, 0.5 * half_power) if layout.tension else 0.0
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
-    serial, surface_forces, n_tally = alone(), surface_functions(dim, real, width, barrier), tally_width(dim)
+    surface_forces, n_tally = surface_functions(dim, real, width, barrier), tally_width(dim)
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),

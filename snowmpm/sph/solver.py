@@ -20,6 +20,7 @@ from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import EDGE
 from snowmpm.frame import Frame
 from snowmpm.materials.packs import LANES
+from snowmpm.parallel import alone
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
@@ -37,6 +38,9 @@ from snowmpm.sph.update import update_kernel
 USUAL_CFL, USUAL_SHARE = 0.3, 0.8
 """C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the
 critical one where that is less."""
+
+PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
+"""Of a step on one thread [s], about, by dimension."""
 
 
 def critical_cfl(viscosity, disorder_damping):
@@ -92,19 +96,20 @@ class SphSolver(Solver):
                            scheme.momentum == "corrected")
         self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
+        serial = alone(PARTICLE_TIME[self.dim] * store.count)
         common = (self.width, scheme.kernel, self.radius, scheme.momentum)
         self._kick = momentum_kernel(
             layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
-            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0)
+            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
         of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
-        self._update = update_kernel(*of_particles, *common, scheme.gradient, scheme.artificial_stress)
+        self._update = update_kernel(*of_particles, *common, scheme.gradient, scheme.artificial_stress, serial)
         self._show, self._correct = showing_kernels(*of_particles, *common[1:], scheme.artificial_stress)
         self._order = order_kernel(store.layout)
         self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
         if self.boundary.dummies.count:
             self._follow, self._follow_velocity = (
-                extrapolation_kernel(layout, real, *common, scheme.walls, moved) for moved in (False, True))
+                extrapolation_kernel(layout, real, *common, scheme.walls, moved, serial) for moved in (False, True))
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 

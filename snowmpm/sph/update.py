@@ -28,7 +28,7 @@ from snowmpm.launch import taichi_kernel
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.parallel import alone, chunk, chunks, in_order, is_worker
+from snowmpm.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.particles import accessors
 from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
 from snowmpm.response import response_functions
@@ -41,13 +41,13 @@ from snowmpm.sph.smoothing import KERNELS
 
 
 @functools.cache
-def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient, epsilon=0.0):
+def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient, epsilon, serial):
     """`update(...)`, the second half of a step, and the sum of its reports.
 
-    gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress.
+    gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress; serial: by one thread.
     """
     dim, sym_size = layout.dim, layout.sym_size
-    access, at, serial = accessors(layout), layout.offsets, alone()
+    access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
     stiffnesses = tuple(stiffness for _, _, stiffness in laws)

@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm import parallel, runtime
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Uniform
@@ -67,6 +67,7 @@ def outcome(case):
 def main(threads):
     """Every case."""
     runtime.start("cpu", threads)
+    parallel.LITTLE_WORK = 0.0  # scenes as small as these would be left to one thread of the two
     print(json.dumps({"threads": runtime.threads(), "cases": {name: outcome(case) for name, case in CASES.items()}}))
 
 

@@ -1,7 +1,7 @@
 """SPH on elastic problems with exact answers: a bar that vibrates (M4), waves (M8), a bar against a wall (M9).
 
 The viscosity of the default is on: without it a lattice in alternating tension falls apart within a period (tensile
-instability), with it the vibration keeps 98 % of its amplitude.
+instability), with it the vibration keeps 99 % of its amplitude. A front against a wall wants three times as much.
 """
 
 import numpy as np
@@ -122,12 +122,11 @@ def impact(speed, **scheme):
     return solver, time / contact, stress / exact
 
 
-@pytest.mark.parametrize(("speed", "scheme"), [
-    (1.0, {}), pytest.param(5.0, {}, marks=pytest.mark.slow),
-    pytest.param(1.0, {"viscosity": 1.0}, marks=pytest.mark.slow)], ids=str)
-def test_bar_against_a_wall(speed, scheme):
+@pytest.mark.parametrize(("speed", "alpha"), [
+    (1.0, 0.3), pytest.param(5.0, 0.3, marks=pytest.mark.slow), pytest.param(1.0, 1.0, marks=pytest.mark.slow)])
+def test_bar_against_a_wall(speed, alpha):
     """M9: mean stress to 3 %, overshoot of at most 30 %."""
-    solver, time, stress = impact(speed, **scheme)
+    solver, time, stress = impact(speed, viscosity=alpha)
     assert stress[(time > 0.2) & (time < 0.8)].mean() == pytest.approx(1.0, rel=0.03)
     assert stress.max() < 1.3
     momentum = solver.particles.masses() @ solver.particles.column("velocity")[:, 0]
@@ -137,8 +136,8 @@ def test_bar_against_a_wall(speed, scheme):
 
 
 @pytest.mark.slow
-def test_a_bar_rings_with_a_third_of_the_viscosity():
-    assert 1.35 < impact(1.0, viscosity=0.1)[2].max() < 1.45
+def test_a_bar_rings_with_the_usual_viscosity():
+    assert 1.35 < impact(1.0)[2].max() < 1.45
 
 
 def collide(**scheme):
@@ -168,6 +167,6 @@ def collide(**scheme):
 def test_rings_that_collide_bounce_instead_of_breaking():
     """M18c: without artificial stress they break where they are bent. They part after the end of the run, when one
     piece by nearness is two rings that still touch."""
-    pieces, velocity, spacing = collide(artificial_stress=0.5)
+    pieces, velocity, spacing = collide(artificial_stress=0.8)
     assert pieces <= 2 and velocity < -0.4 and spacing > 0.8
     assert collide()[0] > 4
