@@ -13,10 +13,10 @@ it against the wall; what damps that way back, the grid of MPM and the viscositi
     MPM   25      1531  1655  608        SPH   25      1522  1792  587
           12.5    1722  1835  624              12.5    1530  1773  581
           8.33    1830  1918  614              8.33    1618  1792  595
-          6.25    1902  1984  644
+          6.25    1902  1984  644              6.25    1702  1844  610
           4.17    1807  1877  629              4.17    1739  1858  619
 
-At 25 mm runs that round differently are 9 % apart (by SPH 1392 and 1522 at rest), at 12.5 mm 1 %.
+By SPH runs that round differently are 9 % apart at rest at 25 mm (1392, 1522), 1 % at 12.5 mm, 2 % at 8.33 mm.
 """
 
 import numpy as np
@@ -96,10 +96,15 @@ def test_half_the_spacing(method, fine):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["mpm", pytest.param("sph", marks=pytest.mark.xfail(
-    strict=True, reason="1618, 1739 N/m: 7.5 %; its viscosities fall with the spacing, and damp the way back"))])
-def test_thrust_at_rest_at_half_the_spacing(method, fine):
-    coarse, half = fine(method)
+def test_thrust_at_rest_at_half_the_spacing(fine):
+    coarse, half = fine("mpm")
+    assert half.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="11 % from 12.5 to 6.25 mm, 5 to 7 % from 8.3 to 4.2 mm: its viscosities")
+def test_thrust_at_rest_at_half_the_spacing_by_sph(tmp_path):
+    coarse, half = (impact(tmp_path / str(n), "sph", 0.3 / n) for n in (24, 48))
     assert half.thrust() == pytest.approx(coarse.thrust(), rel=0.05)
 
 
