@@ -109,7 +109,7 @@ ENTRIES = (
         name="sph_tensile", title="SPH: tensile instability",
         scene="A lattice of particles under uniform tension, every wave on it",
         seen="Particles clump and cracks open where the material holds",
-        cure="solver.sph.disorder_damping = 0.5 (default) or artificial_stress = 0.3, which are left out here",
+        cure="solver.sph.disorder_damping = 0.5 (default) or artificial_stress = 0.5, which are left out here",
         parameter="tension over rho c^2",
         unit="", values=(1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1),
         settings={"cubic spline 1.2": {"kernel": "cubic_spline", "h": 1.2},
