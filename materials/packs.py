@@ -144,7 +144,7 @@ def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.templ
 def _sum(array: ti.template()):
     """By halves, which do not wait for each other."""
     sums = ti.Vector([array[k] + array[k + LANES // 2] for k in ti.static(range(LANES // 2))])
-    for n in ti.static((4, 2, 1)):
+    for n in ti.static([LANES >> k for k in range(2, LANES.bit_length())]):
         for k in ti.static(range(n)):
             sums[k] += sums[k + n]
     return sums[0]

@@ -119,7 +119,9 @@ def at_the_dam(time, *scene, **choices):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("slope_angle", "bed_angle", "since"), [(9.0, 8.0, 0.0), (22.0, 21.0, 2.0)])
+@pytest.mark.parametrize(("slope_angle", "bed_angle", "since"), [
+    (9.0, 8.0, 0.0), (22.0, 21.0, 2.0), pytest.param(22.0, 21.0, 0.0, marks=pytest.mark.xfail(
+        strict=True, reason="13 % too deep, 11 % too slow; without a grid too, see the next test"))])
 def test_dam_break_early(slope_angle, bed_angle, since):
     """At the dam after five seconds. On a bed of 8 degrees, from an upright front: seen 5 % too deep, 5 % too slow. On
     one of 21 degrees (0.514576 m, 2.621898 m/s) from the flow that the theory has after two: 3 % too shallow, 5 % too
