@@ -37,9 +37,9 @@ import functools
 
 import taichi as ti
 
-from snowmpm.blocks import EDGE
 from snowmpm.contact import SEPARATE, STICK, contact_velocity
 from snowmpm.launch import taichi_kernel
+from snowmpm.mpm.held_nodes import N_TOTALS, node_functions
 from snowmpm.mpm.lines import REACH
 from snowmpm.parallel import chunk, chunks, in_order, is_worker
 
@@ -55,76 +55,17 @@ HELD = -0.5
 FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
 
-N_TOTALS = {2: 5, 3: 8}
-"""What a surface gave the snow: impulse, minus work, moment about the reference point, minus the work of the solid."""
-
 
 @functools.cache
 def contact_kernel(dim, real, kernel, flip, moving, serial):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
-    moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
-    the angular velocity is the last of its three), lengths in cells; moments are added up too.
+    moving: the solid moves as `motion` says (`held_nodes`), and moments are added up too.
     """
-    edge = EDGE[dim]
-    n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
     n_totals = N_TOTALS[dim]
-
-    @ti.func
-    def as_vector(node):
-        return ti.Vector([node[a] for a in ti.static(range(dim))])
-
-    @ti.func
-    def offset(place, coordinates: ti.template(), motion: ti.template()):
-        """From the reference point to a node [cells]."""
-        x, c, q = ti.Vector.zero(real, dim), place // stride, place % stride
-        for a in ti.static(range(dim)):
-            i = q // ti.static(edge ** (dim - 1 - a)) % edge
-            x[a] = ti.cast(ti.cast(edge * coordinates[c, a] + i, ti.f64) - motion[6 + a], real)
-        return x
-
-    @ti.func
-    def solid_velocity(place, coordinates: ti.template(), motion: ti.template(), dx):
-        """Velocity of the solid at a node [m/s]."""
-        v = ti.Vector.zero(real, dim)
-        if ti.static(moving):
-            x = offset(place, coordinates, motion) * dx
-            if ti.static(dim == 2):
-                w = ti.cast(motion[5], real)
-                v = ti.Vector([ti.cast(motion[0], real) - w * x[1], ti.cast(motion[1], real) + w * x[0]])
-            else:
-                w = ti.Vector([ti.cast(motion[3 + a], real) for a in ti.static(range(3))])
-                v = ti.Vector([ti.cast(motion[a], real) for a in ti.static(range(3))]) + w.cross(x)
-        return v
-
-    @ti.func
-    def set_velocity(nodes: ti.template(), room, place, u, solid, totals: ti.template(), coordinates: ti.template(),
-                     motion: ti.template()):
-        """Give a node the velocity u relative to the solid; add what it gained to the totals."""
-        before, mass = as_vector(nodes[room + place]), nodes[room + place][3]
-        after = u + solid
-        J = mass * (after - before)
-        for a in ti.static(range(dim)):
-            totals[a] += ti.cast(J[a], ti.f64)
-        # Force times the velocity at the end of the step, as the scheme itself does work
-        totals[dim] -= ti.cast(J.dot(after), ti.f64)
-        if ti.static(moving):
-            x = offset(place, coordinates, motion)
-            if ti.static(dim == 2):
-                totals[3] += ti.cast(x[0] * J[1] - x[1] * J[0], ti.f64)
-            else:
-                moment = x.cross(J)
-                for a in ti.static(range(3)):
-                    totals[4 + a] += ti.cast(moment[a], ti.f64)
-            totals[n_totals - 1] -= ti.cast(J.dot(solid), ti.f64)
-        node = vec4(0.0)
-        for a in ti.static(range(dim)):
-            node[a] = after[a]
-        node[3] = mass
-        nodes[room + place] = node
+    node = node_functions(dim, real, flip, moving)
 
     @ti.func
     def act_on_line(line, nodes: ti.template(), room, places: ti.template(), numbers: ti.template(), code, friction,
@@ -140,11 +81,12 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                 masses[j] = nodes[room + place[j]][3]
             found += masses[j]
         if found > 0.0:
-            u = as_vector(nodes[room + leader]) - solid_velocity(leader, coordinates, motion, dx)
+            u = node.as_vector(nodes[room + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
             effective, momentum = mass, mass * u
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
-                    u_j = as_vector(nodes[room + place[j]]) - solid_velocity(place[j], coordinates, motion, dx)
+                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
+                    u_j = node.as_vector(nodes[room + place[j]]) - solid
                     for a in ti.static(range(dim)):
                         u_f[j, a] = u_j[a]
                     effective += ratio[j] * ratio[j] * masses[j]
@@ -168,8 +110,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
             if share_n > 0.0:
                 change = target - u
                 part = change.dot(n) * n
-                set_velocity(nodes, room, leader, u + part + share_t * (change - part),
-                             solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
+                node.set_velocity(nodes, room, leader, u + part + share_t * (change - part),
+                                  node.solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
                     u_j = u_f[j, :]
@@ -180,8 +122,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                         after = u_j + part + share_t * (change - part)
                     elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
                         after = contact_velocity(u_j, n, code, friction)
-                    set_velocity(nodes, room, place[j], after, solid_velocity(place[j], coordinates, motion, dx),
-                                 totals, coordinates, motion)
+                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
+                    node.set_velocity(nodes, room, place[j], after, solid, totals, coordinates, motion)
 
     @taichi_kernel
     def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
@@ -201,9 +143,9 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                         place = deep[i]
                         if nodes[room + place][3] > 0.0:
                             n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
-                            solid = solid_velocity(place, coordinates, motion, dx)
-                            u = contact_velocity(as_vector(nodes[room + place]) - solid, n, code, friction)
-                            set_velocity(nodes, room, place, u, solid, totals, coordinates, motion)
+                            solid = node.solid_velocity(place, coordinates, motion, dx)
+                            u = contact_velocity(node.as_vector(nodes[room + place]) - solid, n, code, friction)
+                            node.set_velocity(nodes, room, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]
         ti.loop_config(serialize=ti.static(in_order()))

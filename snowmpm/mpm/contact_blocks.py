@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.arrays import int_array, real_array
 from snowmpm.blocks import fields_of
-from snowmpm.mpm.columns import N_TOTALS
+from snowmpm.mpm.held_nodes import N_TOTALS
 from snowmpm.mpm.walls import FREE
 from snowmpm.parallel import shares
 

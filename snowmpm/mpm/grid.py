@@ -45,14 +45,15 @@ class TileGrid:
     about equal work.
     """
 
-    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None):
+    def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
         """flip: keep tiles for the internal impulse, then the change of velocity, too; bodies: `BodyContact`, or None
-        where all share one velocity field."""
+        where all share one velocity field; joins: whether walls may hold their lines together (`JoinedLines`)."""
         self.dim = dim
         self.precision = precision
         self.flip = flip
         self.surfaces = list(surfaces)
         self.bodies = bodies
+        self.joins = joins
         self.tiles = self.impulses = self.nodes = None
         self._per_block = (2 if flip else 1) * EDGE[dim] ** dim
         self.room = self._per_block * most_workers()

@@ -41,7 +41,7 @@ class Lines:
     """
 
     def __init__(self, dim, real, kernel, flip, stored):
-        self._dim, self._real, self._reach = dim, real, REACH[kernel]
+        self.dim, self._real, self._reach = dim, real, REACH[kernel]
         self.nodes = None
         self._count, self._fill = line_kernels(dim, real, kernel, flip, stored)
 
@@ -61,6 +61,13 @@ class Lines:
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
                    blocks.shares)
 
+    def release(self, rows):
+        """Leave the followers of these lines to others (`joined_contact`)."""
+        if len(rows):
+            nodes = self.nodes.to_numpy()
+            nodes[rows, 1:] = -1
+            self.nodes.from_numpy(nodes)
+
     @property
     def bytes(self):
         """Memory of the tables; 0 before lines were sought."""
@@ -71,7 +78,7 @@ class Lines:
         return int(4 * integers + real * (np.prod(self.numbers.shape) + np.prod(self.deep_normals.shape)))
 
     def _reals(self, rows, more):
-        return ti.ndarray(self._real, (rows, self._dim + more))
+        return ti.ndarray(self._real, (rows, self.dim + more))
 
 
 def half_space_mass(kernel):

@@ -23,6 +23,7 @@ class SolidField:
 
     def __init__(self, obstacle, *, dim, precision, origin, dx):
         self.obstacle, self.dim = obstacle, dim
+        self._origin, self._dx = origin, dx
         self._table = SolidTable([obstacle], dim=dim, precision=precision, origin=origin, dx=dx)
         self._table.move(0.0)
         self._real = DTYPES[precision][0]
@@ -56,6 +57,10 @@ class SolidField:
         self._measure()
         moved = max(np.abs(now[0] - then).max() for now, then in zip(self._table.boxes(), self._prepared, strict=True))
         return moved > MARGIN - NEAR
+
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells] of a solid at rest."""
+        return self.obstacle.shape.query(points * self._dx + self._origin)[0] / self._dx
 
     def _measure(self):
         table = self._table

@@ -63,7 +63,7 @@ class MpmSolver(Solver):
         self._begin(population, gravity)
         self._serial = alone(PARTICLE_TIME[dim] * len(population.volumes))
         bodies = self._meeting_bodies(population, body_friction)
-        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies)
+        self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         self._bind_kernels()
         self._reports = self._impulses = None
         self._follow_blocks()

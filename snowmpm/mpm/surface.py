@@ -4,8 +4,11 @@ import numpy as np
 
 from snowmpm.arrays import real_array
 from snowmpm.blocks import EDGE
-from snowmpm.contact import CODES
-from snowmpm.mpm.columns import N_TOTALS, contact_kernel
+from snowmpm.contact import CODES, SLIP, STICK
+from snowmpm.mpm.columns import contact_kernel
+from snowmpm.mpm.held_nodes import N_TOTALS
+from snowmpm.mpm.joined_contact import joined_kernel
+from snowmpm.mpm.joined_lines import JoinedLines
 from snowmpm.mpm.lines import Lines
 from snowmpm.mpm.walls import FREE, NEAR
 
@@ -26,6 +29,10 @@ class Plane:
         nearest = np.minimum(self.sign * (first - self.level), self.sign * (first + edge - 1 - self.level))
         return np.where(nearest < NEAR, 0, FREE).astype(np.int32)
 
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells]."""
+        return self.sign * (points[:, self.axis] - self.level)
+
 
 class Surface:
     """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
@@ -40,6 +47,7 @@ class Surface:
         self.geometry, self.dim, self.tracked, self.moving = geometry, dim, tracked, moving
         self.code, self.friction = CODES[contact], friction
         self.motion = real_array(np.zeros(9))
+        self._joined = None
         self.total = np.zeros(N_TOTALS[dim])
 
     def slots(self, keys, coordinates):
@@ -49,6 +57,15 @@ class Surface:
         """Compile for a precision, a basis, a transfer, and one thread or all of them."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
         self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial)
+        self._kernel = kernel
+        if self.joinable:
+            self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
+
+    @property
+    def joinable(self):
+        """Whether lines may be held together (`joined_contact`): those of a wall at rest that never lets go."""
+        holds = self.code == STICK or (self.code == SLIP and self.friction == 0.0)
+        return holds and self.geometry.stored and not self.moving
 
     @property
     def bytes(self):
@@ -59,8 +76,12 @@ class Surface:
         """Find the lines of the grid that the surface crosses; slots: of the contact blocks."""
         geometry = self.geometry
         plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
-        self._slots = slots
-        self._lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
+        self._slots, lines = slots, self._lines
+        lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
+        if self.joinable and grid.joins:
+            others = [other.geometry.distance for other in grid.surfaces if other is not self and not other.moving]
+            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.flip, grid.precision)
+            lines.release(rows)
 
     def follow(self, time, origin, dx):
         """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
@@ -84,6 +105,10 @@ class Surface:
         if self.moving:
             self.prepare(grid, self._slots)
         blocks, lines = grid.contact, self._lines
+        if self._joined:
+            joined = self._joined
+            self._hold(grid.nodes, grid.room, blocks.coordinates, joined.ints, joined.numbers, joined.state,
+                       self.motion, self.total, joined.n)
         self._resolve(grid.nodes, grid.room, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
                       lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
                       blocks.part, self.total, blocks.n, blocks.shares)
