@@ -206,8 +206,10 @@ class CriticalStateLaw(Law):
 
     @property
     def lanes(self):
+        if self.return_map == "substepped":
+            return None
         kind = "sinh" if self.hardening_part.offset else "exponential"
-        return None if self.return_map == "substepped" else critical_state_lanes(self.return_map, kind, self.alpha > 0.0)
+        return critical_state_lanes(self.return_map, kind, self.alpha > 0.0)
 
     @property
     def hardening_part(self):
