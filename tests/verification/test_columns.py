@@ -101,13 +101,20 @@ def test_stiffness_means_nothing(method, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "spacing", "a"), [
-    ("mpm", 0.00694, 0.5), ("mpm", 0.00694, 1.0), ("sph", 0.0125, 0.5),
-    pytest.param("sph", 0.0125, 1.0, marks=pytest.mark.xfail(
-        strict=True, reason="16.9 % short, 22.4 % low with 16 particles over the height; 26.8, 26.3 % with 10"))])
+    ("mpm", 0.00694, 0.5), ("mpm", 0.00694, 1.0), ("sph", 0.2 / 24, 0.5), ("sph", 0.2 / 28, 1.0)])
 def test_round_columns(method, spacing, a, tmp_path):
     """MPM, 14 cells over 0.2 m: -12.6 -11.4 (a = 1), -11.2 +3.3 (a = 0.5); on 12 the heap of a = 1 is 12.4 % low, of a
-    lattice 14.6 % low, 15.4 % short. SPH: -16.9 -22.4, -14.4 -0.3; its support, three spacings, has to shrink: with
-    smoothing = 1.2 -17.1 -15.6 for a = 1, and -16.3 -12.3 with 24 particles over the height."""
+    lattice 14.6 % low, 15.4 % short; on 20 (5 mm) -11.1 -9.5. On this cone sand has 37 degrees in plane strain and 26
+    where two principal stresses are the same, as in the middle; with 37 everywhere (Mohr-Coulomb, SPH at 12.5 mm) the
+    heap is 13 % higher, 6 % shorter.
+
+    SPH, whose support, three spacings, has to be small beside the heap, with smoothing = 1.2: on 16 particles over the
+    height of a = 1 -10.0 -15.6, on 30 -14.7 -9.3, and with 1.5 on 16 -8.9 -22.4; half the viscosities, of which the
+    source has none, bring 0.8 and 1.2 %, none at all lets noise flow: -2.2 -25.3. Profiles on 30 are those of MPM at
+    5 mm within 3 mm; what is short at the rim lies in single grains that have run on.
+    """
     shape = {"kind": "cylinder", "base": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "radius": 0.2, "height": 0.2 * a}
     changes = {"bodies.0.shape": shape, "end_time": 0.7, **SOFT}
+    if method == "sph":
+        changes |= {"solver.sph.smoothing": 1.2, "solver.sph.viscosity": 0.05, "solver.sph.disorder_damping": 0.25}
     agree(collapse(tmp_path, "column_collapse_3d", method, spacing, changes))
