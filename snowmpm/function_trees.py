@@ -100,9 +100,9 @@ def _visit(original):
     return visit
 
 
-def _inside_class(level):
-    """Whether the definition that is made so many calls up stands in a class."""
-    frame = sys._getframe(level)
+def _inside_class(level_of_class_stackframe):
+    """Whether the definition that is made so many calls up stands in a class; Taichi names the argument."""
+    frame = sys._getframe(level_of_class_stackframe)
     line = linecache.getline(frame.f_code.co_filename, frame.f_lineno).strip()
     return any(pattern.match(line) for pattern in kernel_impl._KERNEL_CLASS_STACKFRAME_STMT_RES)
 
