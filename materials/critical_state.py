@@ -14,7 +14,7 @@ from .critical_state_return import (
     return_problem,
 )
 from .elastic import elastic_trial, small_elastic_trial
-from .ellipse import first_iterate, point_of, straight_slopes, straight_step
+from .ellipse import first_iterate, straight_point, straight_step
 from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
 from .hencky import deviation_of_small_strain
 from .invariant_return import h_of_invariants, stress_of_invariants
@@ -83,84 +83,95 @@ def plastic_work(prm, p_trial, p, deviator2, ratio):
 
 
 @functools.cache
-def critical_state_lanes(return_map, hardening):
-    """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening.
+def critical_state_lanes(return_map, hardening, weak):
+    """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening; weak:
+    whether α may be more than 0.
 
-    Held are, from the places below on: what `straight_slopes` found, the iterate of `straight_step`, the problem (what
-    `return_problem` found, but v) and the trial state: 1 if it could be found in a straight line, p, e : e, h, e.
+    Held are, from the places below on: the iterate of `straight_step`, the trial state: 1 if it could be found in a
+    straight line, p, e : e; what `return_problem` found, but v, the last five numbers of it only where they are not
+    those of every particle; h, e.
     """
     frozen = return_map == "frozen"
+    special = frozen or weak
+    numbers = PROBLEM + (10 if special else 5)
 
     @ti.func
     def begin(prm, h, state, A, dt):
         h_trial, deviator, volume, deviator2, possible = small_elastic_trial(h, A)
         valid = ti.select(possible == 1 and in_reach(prm[2] * state[0], prm[10]), 1.0, 0.0)
         p_trial = -prm[0] * volume
+        collapsed = collapsed_of(prm, state) if ti.static(weak) else 0.0
         yielded, separated, zeta0, rate, collapsed, beta, p_fixed, value, side, start, end = return_problem(
-            prm, p_trial, deviator2, state[0], collapsed_of(prm, state), frozen, hardening
+            prm, p_trial, deviator2, state[0], collapsed, frozen, hardening, weak
         )
         going = valid * ti.cast(yielded * (1 - separated), float)
+        trial = ti.Vector([valid, p_trial, deviator2])
         problem = ti.Vector(
             [
-                ti.cast(yielded, float), ti.cast(separated, float), zeta0, rate, collapsed, beta, p_fixed, side, start,
-                end,
+                ti.cast(yielded, float), ti.cast(separated, float), side, start, end, zeta0, rate, collapsed, beta,
+                p_fixed,
             ]
         )  # fmt: skip
-        trial = joined(ti.Vector([valid, p_trial, deviator2]), joined(h_trial, deviator))
-        return joined(first_iterate(going, start, value, prm[10]), joined(problem, trial))
+        found = joined(joined(trial, part(problem, 0, ti.static(numbers - PROBLEM))), joined(h_trial, deviator))
+        return joined(first_iterate(going, start, value, prm[10]), found)
 
     @ti.func
-    def growth_of(prm, held):
-        return 0.0 if ti.static(frozen) else prm[2] * held[PROBLEM + 3]
+    def special_of(prm, state, held):
+        """ζ₀, dζ/dΔz, `collapsed` after the step, β, p_fixed."""
+        found = ti.Vector([state[0], 1.0, 0.0, prm[3], prm[4]])
+        if ti.static(special):
+            found = part(held, PROBLEM + 5, 5)
+        return found
 
     @ti.func
-    def slopes(prm, state, held):
-        beta, p_fixed = held[PROBLEM + 5], held[PROBLEM + 6]
-        shape, scale = 1.0 + 2.0 * beta, 0.0 if ti.static(frozen) else prm[9]
-        return straight_slopes(
-            held[TRIAL + 1], shape * prm[6] * held[TRIAL + 2], prm[0], shape * prm[5], growth_of(prm, held), beta,
-            p_fixed, scale, part(held, ITERATE, PROBLEM - ITERATE)
-        )  # fmt: skip
+    def equation(prm, rate, beta, held):
+        """What `straight_step` and `straight_point` are to solve: p_trial, e², K, κ, dt/dΔz, S."""
+        shape, growth, scale = 1.0 + 2.0 * beta, prm[2] * rate, prm[9]
+        if ti.static(frozen):
+            growth, scale = 0.0, 0.0
+        return held[TRIAL + 1], shape * prm[6] * held[TRIAL + 2], prm[0], shape * prm[5], growth, scale
 
     @ti.func
     def step(prm, state, held):
+        _, rate, _, beta, p_fixed = special_of(prm, state, held)
+        p_trial, e2, bulk, kappa, growth, scale = equation(prm, rate, beta, held)
         return straight_step(
-            growth_of(prm, held), held[PROBLEM + 7], held[PROBLEM + 8], held[PROBLEM + 9], part(held, SLOPES, ITERATE),
-            part(held, ITERATE, PROBLEM - ITERATE)
+            p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, held[PROBLEM + 2], held[PROBLEM + 3],
+            held[PROBLEM + 4], part(held, ITERATE, TRIAL)
         )  # fmt: skip
 
     @ti.func
     def end(prm, state, held, yields: ti.template()):
-        entries = ti.static((held.n - TRIAL - 3) // 2)
-        h_new, deviator = part(held, TRIAL + 3, entries), part(held, ti.static(held.n - entries), entries)
+        entries = ti.static((held.n - numbers) // 2)
+        h_new, deviator = part(held, numbers, entries), part(held, ti.static(held.n - entries), entries)
         valid, p_trial, deviator2 = held[TRIAL] > 0.0, held[TRIAL + 1], held[TRIAL + 2]
         p, ratio, work, state_new, iterations = p_trial, 1.0, 0.0, state, 0
         if ti.static(yields):
-            yielded, separated, beta = held[PROBLEM] > 0.0, held[PROBLEM + 1] > 0.0, held[PROBLEM + 5]
-            p, ratio = point_of(held[ITERATE + 4], held[ITERATE + 5], (1.0 + 2.0 * beta) * prm[6] * deviator2, beta)
+            yielded, separated = held[PROBLEM] > 0.0, held[PROBLEM + 1] > 0.0
+            zeta0, rate, collapsed_new, beta, p_fixed = special_of(prm, state, held)
+            _, e2, bulk, kappa, growth, scale = equation(prm, rate, beta, held)
+            iterate = part(held, ITERATE, TRIAL)
+            p, ratio = straight_point(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate)
             p, ratio = ti.select(separated, 0.0, p), ti.select(separated, 0.0, ratio)
-            zeta, collapsed = internal_variables(
-                prm, p_trial, p, held[PROBLEM + 2], held[PROBLEM + 3], collapsed_of(prm, state), held[PROBLEM + 4],
-                frozen
-            )  # fmt: skip
+            collapsed = collapsed_of(prm, state) if ti.static(weak) else 0.0
+            zeta, collapsed = internal_variables(prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen)
             p, ratio = ti.select(yielded, p, p_trial), ti.select(yielded, ratio, 1.0)
             h_plastic, near = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
             h_new = ti.select(yielded, h_plastic, h_new)
             state_new = ti.select(yielded, state_of(prm, state, zeta, collapsed), state)
             work = ti.select(yielded, plastic_work(prm, p_trial, p, deviator2, ratio), 0.0)
-            converged = held[ITERATE] == 0.0 and held[ITERATE + 7] >= 0.0
+            converged = held[ITERATE] == 0.0 and held[ITERATE + 5] >= 0.0
             valid = valid and (not yielded or (converged and near and in_reach(prm[2] * zeta, prm[10])))
-            iterations = ti.cast(held[ITERATE + 7], ti.i32)
+            iterations = ti.cast(held[ITERATE + 5], ti.i32)
         tau = stress_of_invariants(prm[1], deviator, p, ratio)
         return h_new, tau, state_new, work, ti.select(valid, iterations, REDO)
 
     return Stages(
-        begin, first=ITERATE, step=((slopes, SLOPES), (step, ITERATE)), end=end, going=ITERATE, changed=PROBLEM,
-        numbers=TRIAL + 3,
-    )  # fmt: skip
+        begin, first=ITERATE, step=((step, ITERATE),), end=end, going=ITERATE, changed=PROBLEM, numbers=numbers
+    )
 
 
-SLOPES, ITERATE, PROBLEM, TRIAL = 0, 11, 19, 29
+ITERATE, TRIAL, PROBLEM = 0, 6, 9
 """Where what is held of a lane begins, see `critical_state_lanes`."""
 
 
@@ -195,8 +206,10 @@ class CriticalStateLaw(Law):
 
     @property
     def lanes(self):
+        if self.return_map == "substepped":
+            return None
         kind = "sinh" if self.hardening_part.offset else "exponential"
-        return None if self.return_map == "substepped" else critical_state_lanes(self.return_map, kind)
+        return critical_state_lanes(self.return_map, kind, self.alpha > 0.0)
 
     @property
     def hardening_part(self):

@@ -26,17 +26,19 @@ def is_outside(w, radius, shear2, beta):
 
 
 @ti.func
-def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), straight: ti.template()):
+def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), straight: ti.template(),
+                   weak: ti.template()):  # fmt: skip
     """What the return map has to solve, should the state yield.
 
     prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
     the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
-    frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`.
+    frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`. weak: whether α may be more
+    than 0; where it cannot, what belongs to it is not compiled.
 
     Returns 1 if the state yields, 1 if it is then separated, free of stress; ζ₀ and dζ/dΔz; `collapsed` after the step;
     β, p_fixed, v at the start; side (+1 compacting, −1 dilating) and the Δz between which the answer lies.
     """
-    K, alpha, per_K = prm[0], prm[7], prm[8]
+    K, alpha, per_K = prm[0], prm[7] if ti.static(weak) else 0.0, prm[8]
     w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, straight)
     yielded = ti.select(is_outside(w, radius, shear2, beta), 1, 0)
     softens = alpha > 0.0 and collapsed == 0.0
@@ -83,7 +85,7 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
     Arguments: see `return_problem`.
     """
     yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, start, end = return_problem(
-        prm, p_trial, deviator2, zeta, collapsed, frozen, ""
+        prm, p_trial, deviator2, zeta, collapsed, frozen, "", True
     )
     p, ratio, iterations = p_trial, 1.0, 0
     zeta_new, collapsed_end = zeta, collapsed

@@ -27,6 +27,7 @@ from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
 STEP_TOLERANCE = (0.1, 2e-3)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
+STRAIGHT_TOLERANCE = (0.1, 0.02)  # of steps in a straight line, which in float64 one of Newton's follows
 LEAST_SQUARE = (1e-30, 1e-200)  # what keeps 1/√(d² + e²) finite
 YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
 
@@ -54,7 +55,7 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
             p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, hardening_slope(value, offset), x
         )
         step = newton - newton * bend
-        small = is_small(change, growth * newton, p0, reach)
+        small = is_small(change, growth * newton, p0, reach, ti.static(by_precision(*STEP_TOLERANCE)))
         if small and side * w >= 0.0 and side * (x + step - near) >= 0.0:
             converged = 1
         else:
@@ -76,34 +77,26 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
 
 
 @ti.func
-def straight_slopes(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate):
-    """What `straight_step` needs to know of the place where the iterate is: the numbers of `newton_step`, but Q."""
-    p0, d, root, w, _, newton, bend, change, slopes = newton_step(
+def straight_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, side, start, end, iterate):
+    """One step of `return_to_ellipse` in a straight line, without a bracket. growth: d(ξ ζ)/dΔz.
+
+    iterate: 1 while steps must follow, Δz, v and dv/dt there, what the first step measured, and iterations, −1 where it
+    fails; `first_iterate` begins it. What has converged stays as it is; `straight_point` is the answer.
+    """
+    going, reach = iterate[0] > 0.0, iterate[4]
+    p0, _, root, w, _, newton, bend, change, _slopes = newton_step(
         p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate[2], iterate[3], iterate[1]
     )
-    return ti.Vector([p0, d, root, w, newton, bend, change, slopes[0], slopes[1], slopes[2], slopes[3]])
-
-
-@ti.func
-def straight_step(growth, side, start, end, found, iterate):
-    """One step of `return_to_ellipse` in a straight line, without a bracket. growth: d(ξ ζ)/dΔz; found: its
-    `straight_slopes`.
-
-    iterate: 1 while steps must follow, Δz, v and dv/dt there, p₀ and d of the answer, what the first step measured, and
-    iterations, −1 where it fails; `first_iterate` begins it. What has converged stays as it is.
-    """
-    going, reach = iterate[0] > 0.0, iterate[6]
-    newton, bend = found[4], found[5]
-    done = is_small(found[6], growth * newton, found[0], reach) and side * found[3] >= 0.0
+    done = is_small(change, growth * newton, p0, reach, ti.static(by_precision(*STRAIGHT_TOLERANCE)))
+    done = done and side * w >= 0.0
     step = ti.select(done, newton - newton * bend, damped(newton, bend))
-    p0, d = followed(found[0], found[1], ti.Vector([found[7], found[8], found[9], found[10]]), step)
     value, dvalue, right = hardening_moved(iterate[2], iterate[3], growth * step)
     x = iterate[1] + step
     sound = side * x >= side * start and (done or (right and side * x <= side * end))
     following = ti.Vector(
         [
-            ti.select(sound and not done, 1.0, 0.0), x, value, dvalue, p0, d,
-            ti.select(iterate[7] > 0.0, reach, found[2]), ti.select(sound, iterate[7] + 1.0, -1.0),
+            ti.select(sound and not done, 1.0, 0.0), x, value, dvalue, ti.select(iterate[5] > 0.0, reach, root),
+            ti.select(sound, iterate[5] + 1.0, -1.0),
         ]
     )  # fmt: skip
     return ti.select(going, following, iterate)
@@ -113,7 +106,32 @@ def straight_step(growth, side, start, end, found, iterate):
 def first_iterate(going, start, value, offset):
     """Where `straight_step` begins: at Δz = start, where v is `value`, if `going` is 1."""
     reach = ti.static(by_precision(1e30, 1e200))
-    return ti.Vector([going, start, value, hardening_slope(value, offset), 0.0, 0.0, 0.0 + reach, 0.0])
+    return ti.Vector([going, start, value, hardening_slope(value, offset), 0.0 + reach, 0.0])
+
+
+@ti.func
+def straight_point(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, iterate):
+    """p and q/q_tr where the steps ended; in float64 after a last one, Newton's own.
+
+    It doubles the digits of what the fourth-order step left, which may be the longer for it.
+    """
+    half_gap = 0.5 * (1.0 - beta)
+    p0 = p_fixed + scale * iterate[2]
+    p_flow = p_trial - bulk * iterate[1]
+    d = p_flow - half_gap * p0 + kappa * iterate[1]
+    square = d * d + e2 + ti.static(by_precision(*LEAST_SQUARE))
+    inverse2 = 1.0 / square
+    inverse = ti.sqrt(square) * inverse2
+    ratio = 0.5 * (1.0 + beta) * p0 * inverse
+    p = half_gap * p0 + ratio * d
+    if ti.static(by_precision(False, True)):
+        dp0, cosine = scale * growth * iterate[3], d * inverse
+        dd, dradius = kappa - bulk - half_gap * dp0, 0.5 * (1.0 + beta) * dp0
+        slope = half_gap * dp0 + dradius * cosine + ratio * e2 * inverse2 * dd
+        step = (p_flow - p) / (bulk + slope)
+        p += slope * step
+        ratio += (dradius - ratio * cosine * dd) * inverse * step
+    return p, ratio
 
 
 @ti.func
@@ -151,13 +169,12 @@ def newton_step(p_trial, e2, bulk, kappa, growth, beta, p_fixed, scale, value, d
 
 
 @ti.func
-def is_small(change, argument, p0, reach):
+def is_small(change, argument, p0, reach, tolerance: ti.template()):
     """Whether the fourth-order step is the last one: of its change of stress, and of the argument of v.
 
     Newton's step is what must be small: the corrected one may vanish where the corrections are not small.
     """
-    tolerance = ti.static(by_precision(*STEP_TOLERANCE))
-    return change <= tolerance * smaller(p0, reach) and ti.abs(argument) <= 0.03 * tolerance
+    return change <= tolerance * smaller(p0, reach) and ti.abs(argument) <= ti.static(0.03 * tolerance)
 
 
 @ti.func

@@ -5,7 +5,9 @@ a kernel here, as long as a thousand particles take in 2-D (measured). But what 
 defined, numbers and arrays, and what the arrays hold seldom changes from one launch to the next.
 """
 
+import contextlib
 import functools
+import gc
 import operator
 
 import numpy as np
@@ -50,9 +52,22 @@ class Launcher:
         program = impl.get_runtime().prog
         if self._program is not program:
             self._program, self._compiled = program, {}
-        kernel = self._kernel.compiled_kernels[self._kernel.ensure_compiled(*args)]
+        with _no_collection():
+            kernel = self._kernel.compiled_kernels[self._kernel.ensure_compiled(*args)]
         code = program.compile_kernel(program.config(), program.get_device_caps(), kernel)
         self._compiled[key] = kernel, code
+
+
+@contextlib.contextmanager
+def _no_collection():
+    """Spare Python the search for garbage in the many small things that a kernel is made of."""
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
 
 
 def _kind(array):

@@ -23,7 +23,8 @@ from snowmpm.runtime import DTYPES
 MATERIAL, IDENTITY = 0, 1
 """Columns of `ParticleStore.labels`: index of the material, number given at seeding."""
 
-LARGEST_INDEX = 2**31 - 1
+INDEX_BITS = 31
+LARGEST_INDEX = (1 << INDEX_BITS) - 1
 MOST_TABLES = 5
 MOST_MATERIALS = 256
 """A material index is one byte."""
@@ -72,7 +73,14 @@ class Layout:
         """Particles whose numbers Taichi can tell apart: it counts the entries of an array with 32 bits, and where they
         are more it reads and writes others without a word."""
         n_tables, width = self.tables
-        return LARGEST_INDEX // ((n_tables + 1) * width)
+        rows = LARGEST_INDEX // width
+        return (min(rows, self.row_mask + 1) if self.by_row else rows) // (n_tables + 1)
+
+    @property
+    def row_mask(self):
+        """The number of a row has no other bits. Kernels say so, since the compiler must doubt otherwise, for fear of
+        indices beyond 32 bits, that the entries of a row follow each other, and works out the place of each."""
+        return (1 << INDEX_BITS - (self.tables[1] - 1).bit_length()) - 1
 
     def columns(self, name):
         return slice(self.offsets[name], self.offsets[name] + self.sizes[name])
@@ -105,17 +113,18 @@ def accessors(layout):
 
         @ti.func
         def load(reals: ti.template(), places, p, offset: ti.template(), n: ti.template()):
-            return ti.Vector([reals[places[t] + p][c] for t, c in ti.static(cells(offset, n))])
+            return ti.Vector([reals[(places[t] + p) & layout.row_mask][c] for t, c in ti.static(cells(offset, n))])
 
         @ti.func
         def store(reals: ti.template(), places, p, offset: ti.template(), values):
             # A whole row at once costs a quarter of the instructions of its entries one by one
             for t, first, whole in ti.static(rows(offset, values.n)):
+                row = (places[t] + p) & layout.row_mask
                 if ti.static(whole):
-                    reals[places[t] + p] = ti.Vector([values[first + c] for c in ti.static(range(width))])
+                    reals[row] = ti.Vector([values[first + c] for c in ti.static(range(width))])
                 else:
                     for c in ti.static(range(max(0, -first), min(width, values.n - first))):
-                        reals[places[t] + p][c] = values[first + c]
+                        reals[row][c] = values[first + c]
 
     else:
 

@@ -2,20 +2,16 @@
 
 import contextlib
 import ctypes
-import functools
 import os
-import textwrap
 import time as clock
 from pathlib import Path
-from types import SimpleNamespace
 
 import taichi as ti
-from taichi.lang import impl, kernel_impl
+from taichi.lang import impl
 from taichi.lang._ndarray import ScalarNdarray
-from taichi.lang.ast import ast_transformer_utils
 from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
-from snowmpm import array_memory
+from snowmpm import array_memory, function_trees  # noqa: F401 (the second changes how Taichi compiles)
 from snowmpm.materials import precision as floats
 
 DTYPES, precision = floats.DTYPES, floats.working_precision
@@ -39,8 +35,6 @@ def start(backend="auto", threads=None, fine_grained=False):
     """
     if _started:
         return _started["backend"]
-    _name_lines_only()
-    _read_sources_once()
     _free_vector_arrays()
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
@@ -62,26 +56,6 @@ def free_cache(folder):
     with contextlib.suppress(OSError):
         if clock.time() - lock.stat().st_mtime > STALE_LOCK:
             lock.unlink()
-
-
-def _name_lines_only():
-    """Let Taichi name file, line and function of a statement, without a picture of its source.
-
-    It draws one for every node of every kernel, needed or not: a quarter of the time to the first step of a scene whose
-    kernels are compiled already (measured).
-    """
-    def place(context, node):
-        return f'File "{context.file}", line {node.lineno + context.lineno_offset}, in {context.func.func.__name__}\n'
-
-    ast_transformer_utils.ASTTransformerContext.get_pos_info = place
-
-
-def _read_sources_once():
-    """Let Taichi look up the source of a function when it first meets it, not at each of its calls in a kernel: half of
-    the time in which it goes through the kernels of a scene (measured)."""
-    kernel_impl.getsourcelines = functools.cache(kernel_impl.getsourcelines)
-    kernel_impl.getsourcefile = functools.cache(kernel_impl.getsourcefile)
-    kernel_impl.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
 
 
 def _free_vector_arrays():

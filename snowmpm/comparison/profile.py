@@ -1,10 +1,10 @@
 """The upper surface of what lies or flows: height over a horizontal coordinate, without grains that fly or roll ahead.
 
 Particles are gathered in bins two particle spacings wide. A bin is filled where what it holds, spread over it at the
-density of the start, is at least a layer of particles deep; the body is the row of filled bins that holds most. Its
-surface is the highest particle of each bin that no gap of more than three spacings, in it and the two beside it,
-separates from what lies below, and half a spacing above it; its ends are the outermost particles of the row, and half a
-spacing beyond.
+density of the start, is at least a layer of particles deep, or a quarter of `TOE` of the greatest depth if it holds
+`ENOUGH` of them to say so, as rings do; the body is the row of filled bins that holds most. Its surface is the highest
+particle of each bin that no gap of more than three spacings, in it and the two beside it, separates from what lies
+below, and half a spacing above it; its ends are the outermost particles of the row, and half a spacing beyond.
 
 Beyond the body proper a collapse leaves grains a layer or two thin, which reach the further the finer they are. The
 front, as an experiment sees it at a distance, is where the depth, what lies in a bin over its plan area, falls below
@@ -24,6 +24,11 @@ GAP = 3.0
 
 TOE = 0.05
 """Share of the greatest depth at which the front is."""
+
+ENOUGH = 16
+"""Particles that tell the mean depth of a bin to a quarter, also where it is less than a layer. A bin of a plane
+profile holds two a layer, a ring hundreds: cut off at a layer of coarse particles, a round heap would end where it is
+a tenth of its height deep, and further out on finer ones."""
 
 ALONG = {"x": "x  [m]", "r": "distance from the middle  [m]"}
 
@@ -76,7 +81,9 @@ def _profile(s, height, volume, spacing, area, along="x"):
     first = number.min()
     held = np.bincount(number - first, volume)
     middles = (np.arange(len(held)) + first + 0.5) * width
-    filled = held / area(middles) >= spacing * (1.0 - 1e-3)
+    depth = held / area(middles)
+    known = np.bincount(number - first) >= ENOUGH
+    filled = (depth >= spacing * (1.0 - 1e-3)) | (known & (depth >= 0.25 * TOE * depth.max()))
     if not filled.any():
         filled = held == held.max()
     begin, stop = _main_row(filled, held)
@@ -89,7 +96,7 @@ def _profile(s, height, volume, spacing, area, along="x"):
     there = np.isfinite(top)
     s, top, bottom = middles[begin:stop][there], top[there], bottom[there]
     start, end = float(places.min() - 0.5 * spacing), float(places.max() + 0.5 * spacing)
-    back, front = _reach(s, held[begin:stop][there] / area(s), width)
+    back, front = _reach(s, depth[begin:stop][there], width)
     return Profile(s, top, bottom, start, end, max(start, back), min(end, front), along)
 
 

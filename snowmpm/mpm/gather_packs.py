@@ -13,6 +13,7 @@ from snowmpm.blocks import EDGE
 from snowmpm.launch import taichi_kernel
 from snowmpm.law_packs import law_functions, most_held
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.mpm.grid import NODE_MASK
 from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.report import report_functions
 from snowmpm.parallel import chunk, chunks, is_worker
@@ -78,7 +79,7 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine,
                     w[k, a] = pack["w"][k * dim + a][lane]
                     if ti.static(shape):
                         dw[k, a] = pack["dw"][k * dim + a][lane]
-            v, moments, slopes = grid.interpolate(tiles, address[lane], w, dw, True)
+            v, moments, slopes = grid.interpolate(tiles, address[lane] & NODE_MASK, w, dw, True)
             for c in ti.static(range(4)):
                 sums[0][4 * lane + c] = v[c]
                 for a in ti.static(range(dim)):
@@ -86,7 +87,7 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine,
                     if ti.static(shape):
                         sums[1 + dim + a][4 * lane + c] = slopes[a, c]
             if ti.static(flip):
-                change, _, _ = grid.interpolate(changes, address[lane], w, dw, False)
+                change, _, _ = grid.interpolate(changes, address[lane] & NODE_MASK, w, dw, False)
                 for c in ti.static(range(4)):
                     sums[n_sums - 1][4 * lane + c] = change[c]
             x = read_lane(pack["x"], lane)

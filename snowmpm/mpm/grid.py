@@ -25,6 +25,12 @@ from snowmpm.runtime import DTYPES
 NODE_BLOCK_COST = 2
 """Cost of a node block beside that of adding up its tiles, in tiles."""
 
+NODE_MASK = LARGEST_INDEX >> 3
+"""The number of a node has no other bits. Kernels say so, since the compiler must doubt otherwise, for fear of indices
+beyond 32 bits, that neighbour nodes follow each other, and works out the place of each."""
+
+MOST_NODES = NODE_MASK
+
 TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
 """Nodes per tile edge."""
 
@@ -100,10 +106,10 @@ class TileGrid:
         """An array with room for that many nodes: the old one when it is large enough."""
         if array is not None and array.shape[0] >= nodes:
             return array
-        if 4 * nodes > LARGEST_INDEX:
-            raise SimulationError(f"the grid needs {nodes:,} nodes; {LARGEST_INDEX // 4:,} at most fit the 32-bit "
+        if nodes > MOST_NODES:
+            raise SimulationError(f"the grid needs {nodes:,} nodes; {MOST_NODES:,} at most fit the 32-bit "
                                   "indices of Taichi's arrays; choose a larger solver.dx")
-        room = min(int(1.25 * nodes) + 64, LARGEST_INDEX // 4)
+        room = min(int(1.25 * nodes) + 64, MOST_NODES)
         return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (room,))
 
     def _whole_tiles(self, n):
@@ -172,7 +178,7 @@ def grid_kernels(dim, real, flip, serial):
                     i, j = 0, first[1] + row
                     if ti.static(dim == 3):
                         i, j = first[0] + row // wide, first[1] + row % wide
-                    here = sums + (i * edge + j) * edge
+                    here = (sums + (i * edge + j) * edge) & NODE_MASK
                     there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
                     for k in ti.static(range(edge)):
                         if k >= first[2] and k < last[2]:

@@ -11,7 +11,7 @@ import taichi as ti
 from snowmpm.launch import taichi_kernel
 from snowmpm.material_table import DENSITY
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
-from snowmpm.mpm.grid import TILE, tile_strides
+from snowmpm.mpm.grid import NODE_MASK, TILE, tile_strides
 from snowmpm.mpm.interpolation import interpolation
 from snowmpm.mpm.spreading import spreading
 from snowmpm.parallel import chunk, chunks, is_worker
@@ -75,7 +75,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
         first = b * tile_edge**dim + boxes[b, 0] * plane + boxes[b, 1] * tile_edge
         wide = boxes[b, 4] - boxes[b, 1]
         for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
-            row = first + q // wide * plane + q % wide * tile_edge
+            row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
             for k in ti.static(range(tile_edge)):
                 tiles[row + k] = vec4(0.0)
 
@@ -106,8 +106,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
                         for lane in range(count):
                             w = ti.Matrix([[pack["w"][k * dim + a][lane] for a in ti.static(range(dim))]
                                            for k in ti.static(range(width))])
-                            parts.spread(0, tiles, address[lane], w, vectors[0], lane)
+                            parts.spread(0, tiles, address[lane] & NODE_MASK, w, vectors[0], lane)
                             if ti.static(flip):
-                                parts.spread(1, impulses, address[lane], w, vectors[1], lane)
+                                parts.spread(1, impulses, address[lane] & NODE_MASK, w, vectors[1], lane)
 
     return scatter_blocks

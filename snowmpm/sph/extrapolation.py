@@ -197,3 +197,28 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
             follow(*arguments)
 
     return follow_packs
+
+
+class Extrapolation:
+    """Lets the dummies of a `Boundary` follow the particles near them."""
+
+    def __init__(self, rows, near, boundary, gravity, dx, kernels):
+        """rows: `Rows`; near: `Neighbourhood`; gravity: array (dim,) [m/s2]; kernels: `extrapolation_kernel`s of all
+        columns, and of velocities alone."""
+        self._rows, self._near, self._boundary, self._gravity, self._dx = rows, near, boundary, gravity, dx
+        self._all, self._velocities = kernels
+
+    def show(self):
+        """Stress, mass, volume and velocity, before the sum of forces."""
+        self._follow(self._all, self._rows.source)
+
+    def move(self):
+        """The velocities that forces have led to, before the velocity gradients."""
+        self._follow(self._velocities, self._rows.moved)
+
+    def _follow(self, kernel, rows):
+        packs, dummies = self._near.dummy_packs, self._boundary.dummies
+        if packs is not None and packs.n:
+            kernel(packs.table, rows, self._rows.source, *self._near.dummy_lists.arguments, dummies.frames,
+                   dummies.surface_of, dummies.first_row, self._boundary.table, self._gravity, self._dx, packs.n,
+                   packs.shares)

@@ -7,19 +7,10 @@
 
 The first three are antisymmetric in i and j and conserve momentum to round-off; "corrected" does the work of the
 corrected velocity gradient (Bonet & Lok 1999, doi:10.1016/S0045-7825(99)00051-1), and so keeps the stiffness of free
-surfaces, of which the others lose a part. The last is exact for uniform stress, and
-unstable (Bui & Nguyen 2021, Fig. 8): a negative control. Viscosity of Monaghan (1992), of pairs that approach only:
-
-    Pi_ij = (-alpha c mu + beta mu^2) / rho,   mu = h v_ij . x_ij / (r^2 + 0.01 h^2)
-
-Damping of disorder: the same with gamma for alpha and, whether they approach or part, only for that part of the
-velocity of a pair that is not the mean stretching of both,
-
-    mu = h (v_ij - (D_i + D_j) x_ij / 2) . x_ij / (r^2 + 0.01 h^2)
-
-which is zero in any homogeneous motion, and leaves smooth ones alone: it holds down the modes without strain that
-tension makes grow. Artificial stress (Gray, Monaghan & Swift 2001, doi:10.1016/S0045-7825(01)00254-7):
-((W(r) / W(dx))^n - c) (R_i + R_j) beside the stresses, c its mean over the pairs of a lattice, as the sum weighs them.
+surfaces, of which the others lose a part. The last is exact for uniform stress, and unstable (Bui & Nguyen 2021, Fig.
+8): a negative control. Pi_ij: `viscosity`. Artificial stress (Gray, Monaghan & Swift 2001,
+doi:10.1016/S0045-7825(01)00254-7): ((W(r) / W(dx))^n - c) (R_i + R_j) beside the stresses, c its mean over the pairs of
+a lattice, as the sum weighs them.
 Without c the sum takes away a share epsilon c of every tension, and with it of the stiffness: 0.58 epsilon at h = 1.5
 dx, which bends a beam a fifth too far.
 
@@ -43,9 +34,7 @@ from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.surface_forces import surface_functions, tally_width
-
-SOFTENING = 0.01
-"""Share of h^2 that keeps the viscosity of a pair at rest on itself finite."""
+from snowmpm.sph.viscosity import viscosity_functions
 
 
 @functools.cache
@@ -59,8 +48,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
     pair = pair_functions(layout)
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
-    h = 0.5 * radius
-    soft = SOFTENING * h * h
+    viscosity = viscosity_functions(0.5 * radius, viscous)
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     even = KERNELS[kernel].lattice_share(radius, dim, 0.5 * half_power) if layout.tension else 0.0
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
@@ -123,15 +111,11 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 heft, pull = mj, pair.act(sum_S, d)
                 if ti.static(form in ("volume", "difference")):
                     heft = Vj * ratio
-                closing = (read_lane(pack["v"], lane) - vj).dot(d)
-                mu = h * ti.select(closing < 0.0, closing, 0.0) / (r2 + soft)
-                push = -0.5 * alpha * Vj * ratio * (pack["z"][0][lane] + zj) * mu
-                if ti.static(viscous):
-                    push += 0.5 * beta * (Vj + mj * ratio) * mu * mu
+                closing, z = (read_lane(pack["v"], lane) - vj).dot(d), pack["z"][0][lane] + zj
+                push = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
                 if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
-                    stray = (read_lane(pack["v"], lane) - vj).dot(d) - orderly
-                    push -= 0.5 * gamma * Vj * ratio * (pack["z"][0][lane] + zj) * h * stray / (r2 + soft)
+                    push += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
                 if ti.static(layout.tension):
                     f = ti.sqrt(weight(r) / w_spacing) if ti.static(half_power % 2 == 1) else weight(r) / w_spacing
                     amplified = f

@@ -20,12 +20,13 @@ larger, and growing with resolution.
 
 import functools
 
+import numpy as np
 import taichi as ti
 
 from snowmpm.launch import taichi_kernel
 from snowmpm.materials.packs import read_lane
 from snowmpm.parallel import alone, chunk, chunks, is_worker
-from snowmpm.runtime import plain_compilation
+from snowmpm.runtime import DTYPES, plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
@@ -151,3 +152,38 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
             operate(*arguments)
 
     return operate_packs
+
+
+class Operators:
+    """Of one smoothing, on the particles of a solver and their neighbours as they are."""
+
+    def __init__(self, rows, near, first_dummy, precision, width, kernel, radius):
+        """rows: `Rows`; near: `Neighbourhood`; first_dummy: row from which on there are no values; kernel, radius
+        [cells]: the smoothing; width: lanes of a pack."""
+        self._rows, self._near, self._first_dummy = rows, near, first_dummy
+        self._real, self._numpy_real = DTYPES[precision]
+        self._smoothing = width, kernel, radius
+
+    def of(self, kind, values, parity=None):
+        """One operator on `values` (n,) or (n, k) of the particles, in their order; -> (n, k, dim) of gradients
+        [1/cell], (n, k) of all others (Laplacians: [1/cell2]).
+
+        Raises ValueError before the particles have been sorted.
+        """
+        if not self._near.known:
+            raise ValueError("the particles must be sorted first")
+        values = np.asarray(values)
+        values = values.reshape(len(values), -1)
+        (n, k), dim = values.shape, self._rows.layout.dim
+        fields = ti.ndarray(ti.types.vector(k, self._real), (max(1, n),))
+        fields.from_numpy(np.ascontiguousarray(values, self._numpy_real))
+        out = np.zeros((max(1, n), k * results(kind, dim)), self._numpy_real)
+        self.write(kind, fields, out, parity or ((),) * k)
+        return out[:n].reshape(n, k, dim) if results(kind, dim) > 1 else out[:n]
+
+    def write(self, kind, fields, out, parity):
+        """One operator on `fields`, vectors, into `out` (n, results)."""
+        packs = self._near.packs
+        operator_kernel(self._rows.layout, self._real, *self._smoothing, kind, tuple(parity))(
+            packs.table, self._rows.moved, fields, out, *self._near.lists.arguments, self._first_dummy, packs.n,
+            packs.shares)

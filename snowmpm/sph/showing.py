@@ -83,3 +83,41 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
                         source[i][row_layout.at["S"] + a * dim + b] = S[a, b]
 
     return show, correct
+
+
+class Showing:
+    """Keeps the rows those of the particles: written anew when others have changed these."""
+
+    def __init__(self, rows, particles, kernels, speeds, dx):
+        """rows: `Rows`; particles: `SortedParticles`; kernels: `showing_kernels`; speeds: of waves in each material
+        [m/s]."""
+        self._rows, self._particles, self._speeds, self._dx = rows, particles, speeds, dx
+        self._show, self._correct = kernels
+        self._seen, self._bare = None, False
+
+    @property
+    def current(self):
+        """Whether the rows are those of the particles as they are."""
+        return self._seen == self._particles.changes
+
+    def show(self):
+        """Write the rows, with stresses that `correct` has yet to make those of a `full` layout."""
+        store, materials = self._particles, self._particles.materials
+        self._show(store.reals, store.turn, store.material, materials.numbers, materials.law_of, self._speeds,
+                   self._rows.source, self._rows.moved, self._dx, store.count)
+        self._seen, self._bare = store.changes, True
+
+    def correct(self, packs, lists):
+        """Make them so where `show` has written them since."""
+        if self._bare and self._rows.layout.full:
+            self._correct(packs.table, self._rows.source, *lists.arguments, packs.n)
+        self._bare = False
+
+    def restored(self):
+        """The rows have come from a checkpoint."""
+        self._seen, self._bare = self._particles.changes, False
+
+    @property
+    def shown(self):
+        """Rows of the particles as they are (n, columns)."""
+        return self._rows.source.to_numpy()[: self._particles.count].copy()  # of all rows most may be dummies

@@ -16,38 +16,26 @@ import taichi as ti
 
 from snowmpm import report as report_of
 from snowmpm import runtime
-from snowmpm.arrays import int_array, real_array
-from snowmpm.blocks import EDGE
+from snowmpm.arrays import real_array
 from snowmpm.frame import Frame
 from snowmpm.materials.packs import LANES
 from snowmpm.parallel import alone
 from snowmpm.solver import Solver
 from snowmpm.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
-from snowmpm.sph.extrapolation import extrapolation_kernel
-from snowmpm.sph.momentum import momentum_kernel
+from snowmpm.sph.courant import critical_cfl, usual_cfl
+from snowmpm.sph.extrapolation import Extrapolation, extrapolation_kernel
+from snowmpm.sph.forces import Forces
 from snowmpm.sph.neighbourhood import Neighbourhood
-from snowmpm.sph.operators import operator_kernel, results
+from snowmpm.sph.operators import Operators
 from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
-from snowmpm.sph.showing import showing_kernels
-from snowmpm.sph.surface_forces import tally_width
+from snowmpm.sph.showing import Showing, showing_kernels
 from snowmpm.sph.update import update_kernel
-
-USUAL_CFL, USUAL_SHARE = 0.3, 0.8
-"""C of a scene that gives none: dt = 0.2 h / c at h = 1.5 dx, that of Favero Neto & Borja, or this share of the
-critical one where that is less."""
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
 """Of a step on one thread [s], about, by dimension."""
-
-
-def critical_cfl(viscosity, disorder_damping):
-    """Largest stable C = c dt / dx: 0.9 of waves, less where explicit damping becomes too strong, 0.9 / (0.64 alpha +
-    1.22 gamma). Measured on free elastic blocks of disordered particles, in steps of 0.2: at alpha, gamma = 0.1, 0.5
-    stable to 1.1 in 2-D, at 1.0, 0.5 to 0.7, at 0.1, 2.0 to 0.3; in 3-D to 0.9, 0.9, 0.5."""
-    return min(0.9, 0.9 / max(0.64 * viscosity + 1.22 * disorder_damping, 1e-9))
 
 
 class SphSolver(Solver):
@@ -73,7 +61,7 @@ class SphSolver(Solver):
         self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
-        self.cfl = cfl or min(USUAL_CFL, USUAL_SHARE * self.critical_cfl)
+        self.cfl = cfl or usual_cfl(self.critical_cfl)
         frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)
@@ -90,26 +78,28 @@ class SphSolver(Solver):
         self._graded = False
 
     def _bind(self):
-        scheme, store = self.scheme, self.particles
+        """Compile what the scheme asks for, on rows that have room for all particles and dummies."""
+        scheme, store, dummies = self.scheme, self.particles, self.boundary.dummies
         real = runtime.DTYPES[self.precision][0]
         layout = RowLayout(self.dim, scheme.artificial_stress > 0.0, scheme.disorder_damping > 0.0,
                            scheme.momentum == "corrected")
-        self.rows = Rows(layout, self.precision, store.capacity + self.boundary.dummies.count)
+        self.rows = Rows(layout, self.precision, store.capacity + dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         serial = alone(PARTICLE_TIME[self.dim] * store.count)
-        common = (self.width, scheme.kernel, self.radius, scheme.momentum)
-        self._kick = momentum_kernel(
-            layout, real, self.width, scheme.kernel, self.radius, scheme.momentum,
-            round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
-            scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
+        smoothing = self.width, scheme.kernel, self.radius
         of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
-        self._update = update_kernel(*of_particles, *common, scheme.gradient, scheme.artificial_stress, serial)
-        self._show, self._correct = showing_kernels(*of_particles, *common[1:], scheme.artificial_stress)
+        self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
+                                     scheme.artificial_stress, serial)
+        self._showing = Showing(self.rows, store, showing_kernels(
+            *of_particles, *smoothing[1:], scheme.momentum, scheme.artificial_stress), self._speeds, self.dx)
         self._order = order_kernel(store.layout)
         self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
-        if self.boundary.dummies.count:
-            self._follow, self._follow_velocity = (
-                extrapolation_kernel(layout, real, *common, scheme.walls, moved, serial) for moved in (False, True))
+        self._forces = Forces(self.rows, self._near, self.boundary, scheme, gravity=self._gravity, dx=self.dx,
+                              precision=self.precision, width=self.width, serial=serial)
+        self._extrapolation = Extrapolation(self.rows, self._near, self.boundary, self._gravity, self.dx, [
+            extrapolation_kernel(layout, real, *smoothing, scheme.momentum, scheme.walls, moved, serial)
+            for moved in (False, True)])
+        self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *smoothing)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 
@@ -120,17 +110,14 @@ class SphSolver(Solver):
         with runtime.precision(self.precision):
             if self._near.stale:
                 self.sort()
-            elif self._seen != self.particles.changes:
-                self._show_rows()
+            elif not self._showing.current:
+                self._showing.show()
             if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
-            self.lead_dummies(self._follow if self._has_dummies else None, self.rows.source)
-            if self._bare and self.rows.layout.full:
-                packs = self._near.packs
-                self._correct(packs.table, self.rows.source, *self._near.lists.arguments, packs.n)
-            self._bare = False
+            self._extrapolation.show()
+            self._showing.correct(self._near.packs, self._near.lists)
             self.kick(dt)
-            self.lead_dummies(self._follow_velocity if self._has_dummies else None, self.rows.moved)
+            self._extrapolation.move()
             self.regularise(dt)
             self.update(dt)
         self._near.age(dt / self.dx * max(2.0 * self._near.deviation, self.extremes.speed + self._pushing_speed))
@@ -141,57 +128,22 @@ class SphSolver(Solver):
         """Time [s] that obstacles are where they are at: while an initial state settles, nothing is set in motion."""
         return self.time if self.keep == 1.0 else -1.0
 
-    def lead_dummies(self, follow, rows):
-        """Let the dummies follow the particles near them."""
-        if self._has_dummies and self._near.dummy_packs.n:
-            packs, dummies = self._near.dummy_packs, self.boundary.dummies
-            follow(packs.table, rows, self.rows.source, *self._near.dummy_lists.arguments, dummies.frames,
-                   dummies.surface_of, dummies.first_row, self.boundary.table, self._gravity, self.dx, packs.n,
-                   packs.shares)
-
     def kick(self, dt):
         """Forces, and the velocities that they lead to."""
-        lists, packs, scheme, dummies = self._near.lists, self._near.packs, self.scheme, self.boundary.dummies
-        totals = np.zeros((len(self.surfaces) + 1, tally_width(self.dim)))
-        covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
-        self._kick(packs.table, self.rows.source, self.rows.moved, *lists.arguments, lists.ints, dummies.frames,
-                   dummies.first_row, self.boundary.table, self._corners, self._loads, self._n_loads, self._tallies,
-                   self._tally_of, self._gravity, self.dx, dt, self.keep, scheme.viscosity, scheme.quadratic_viscosity,
-                   scheme.disorder_damping, scheme.confining_pressure, covered, self._n_tallies, totals, packs.n,
-                   packs.shares)
-        if self._n_tallies:
+        totals = self._forces.kick(dt, self.keep, self._loads, self._n_loads)
+        if totals is not None:
             self._loaded += self.boundary.add(totals, self._place)
 
     def regularise(self, dt):
         """Smooth the elastic strains of the particles, where the scheme asks for it."""
         if self._regularisation.due(self.steps + 1):
-            self._regularisation.smooth(self.particles, self._operate, self.materials.wave_speed * dt / self.dx)
+            self._regularisation.smooth(self.particles, self._operators.write,
+                                        self.materials.wave_speed * dt / self.dx)
 
     def operate(self, kind, values, parity=None):
-        """One of the operators of `sph.operators` on `values` (n,) or (n, k) of the particles, in their order; ->
-        (n, k, dim) of gradients [1/cell], (n, k) of all others (Laplacians: [1/cell2]).
-
-        Raises ValueError before the particles have been sorted.
-        """
-        values = np.asarray(values)
-        values = values.reshape(len(values), -1)
-        real, numpy_real = runtime.DTYPES[self.precision]
-        n, k = values.shape
+        """One of the `sph.operators` on `values` of the particles, in their order (`Operators.of`)."""
         with runtime.precision(self.precision):
-            if not self._near.known:
-                raise ValueError("the particles must be sorted first")
-            fields = ti.ndarray(ti.types.vector(k, real), (max(1, n),))
-            fields.from_numpy(np.ascontiguousarray(values, numpy_real))
-            out = np.zeros((max(1, n), k * results(kind, self.dim)), numpy_real)
-            self._operate(kind, fields, out, parity or ((),) * k)
-        return out[:n].reshape(n, k, self.dim) if results(kind, self.dim) > 1 else out[:n]
-
-    def _operate(self, kind, fields, out, parity):
-        packs = self._near.packs
-        operator_kernel(self.rows.layout, runtime.DTYPES[self.precision][0], self.width, self.scheme.kernel,
-                        self.radius, kind, tuple(parity))(
-            packs.table, self.rows.moved, fields, out, *self._near.lists.arguments, self.boundary.dummies.first_row,
-            packs.n, packs.shares)
+            return self._operators.of(kind, values, parity)
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
@@ -222,10 +174,6 @@ class SphSolver(Solver):
     def _obstacles(self):
         return [surface.obstacle for surface in self.surfaces if surface.obstacle is not None]
 
-    @property
-    def _has_dummies(self):
-        return self.boundary.dummies.count > 0
-
     def _read(self, report):
         super()._read(report)
         self._near.deviation = report[report_of.EXCURSION] ** 0.5
@@ -250,7 +198,7 @@ class SphSolver(Solver):
         if len(velocity) and np.ptp(velocity, axis=0).any():
             table[:, columns("affine")] = self.operate("corrected_gradient", velocity).reshape(len(table), -1) / self.dx
             store.overwrite(table)
-            self._show_rows()
+            self._showing.show()
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
@@ -259,32 +207,15 @@ class SphSolver(Solver):
 
     def _follow_blocks(self):
         """Lists for particles that lie in the order of their blocks."""
-        self._show_rows()
+        self._showing.show()
         with runtime.precision(self.precision):
-            self._near.begin(self.rows, self.particles.blocks, self._shown, self._place)
-        self._make_tallies()
+            self._near.begin(self.rows, self.particles.blocks, self._showing.shown, self._place)
+        self._sum_up()
 
-    def _show_rows(self):
-        """Rows of the particles, from the store."""
-        store = self.particles
-        self._show(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, self._speeds,
-                   self.rows.source, self.rows.moved, self.dx, store.count)
-        self._seen, self._bare = store.changes, True
-
-    @property
-    def _shown(self):
-        """Rows of the particles as they are."""
-        return self.rows.source.to_numpy()[: self.particles.count].copy()  # of all rows most may be dummies
-
-    def _make_tallies(self):
-        """Sums of what surfaces give, one for each pack that may meet one."""
-        blocks, packs = self.particles.blocks, self._near.packs
-        self._corners = int_array(EDGE[self.dim] * blocks.coordinates)
-        met = np.ones(packs.n, bool) if self._n_loads else self._near.lists.meets_surfaces(packs)
-        self._tally_of = int_array(np.where(met, np.cumsum(met) - 1, -1))
-        self._n_tallies = int(met.sum())
-        shape = max(1, self._n_tallies), len(self.surfaces) + 1, tally_width(self.dim)
-        self._tallies = ti.ndarray(ti.f64, shape)
+    def _sum_up(self):
+        """Room for the sums of each pack."""
+        packs = self._near.packs
+        self._forces.begin(self.particles.blocks, bool(self._n_loads))
         if self._reports is None or self._reports.shape[0] < packs.n:
             self._reports = ti.ndarray(ti.f64, (int(1.25 * packs.n) + 8, report_of.N_REPORT))
 
@@ -326,7 +257,7 @@ class SphSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals, lists."""
-        return {**super().state(), **self.boundary.state(), "neighbours": self._near.state(self._shown)}
+        return {**super().state(), **self.boundary.state(), "neighbours": self._near.state(self._showing.shown)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -340,5 +271,5 @@ class SphSolver(Solver):
         if state["neighbours"]:
             with runtime.precision(self.precision):
                 self._near.restore(state["neighbours"], self.rows, self.particles.blocks)
-            self._make_tallies()
-            self._seen, self._bare = self.particles.changes, False
+            self._sum_up()
+            self._showing.restored()

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from snowmpm.sph.solver import USUAL_CFL as SPH_CFL
+from snowmpm.sph.courant import USUAL as SPH_CFL
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
 

@@ -10,6 +10,7 @@ from snowmpm.scenes.schema import Scene
 SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 
 
+ICE = {**SNOW, "density": 900.0}
 FLUFFY, SOFT, HARD = ({**SNOW, "youngs_modulus": E} for E in (5e3, 2e4, 2e7))
 
 
@@ -63,6 +64,9 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
                     "materials.snow"),
     "sph_wall": (dict(solver={"method": "sph", "sph": {"barrier": False}}, materials={"snow": FLUFFY}, end_time=2.0),
                  dict(solver={"method": "sph"}, materials={"snow": FLUFFY}, end_time=2.0), "solver.sph.barrier"),
+    "sph_layers": (dict(solver={"method": "sph"}, materials={"ice": ICE}, bodies=[another(*ABOVE, "ice")]),
+                   dict(solver={"method": "sph", "sph": {"momentum": "volume"}}, materials={"ice": ICE},
+                        bodies=[another(*ABOVE, "ice")]), "solver.sph.momentum"),
     "small_strains": (dict(gravity=0.0, bodies=[another([0.8, 0.0], [1.2, 0.4], velocity=[1e-7, 0.0])]),
                       dict(gravity=9.81), "solver.precision"),
 }
@@ -102,6 +106,13 @@ def test_the_spacing_that_a_shallow_flow_wants_is_named():
     said = entries(layer_of_sand(0.2))["shallow_flow"].cure
     assert 'transfer = "aflip"' in said
     assert "shallow_flow" not in entries(layer_of_sand(float(said.split()[-4])))
+
+
+def test_layers_of_about_the_same_density_are_left_alone():
+    bodies = [another(*ABOVE, "ice")]
+    for ratio, named in ((1.3, False), (1.5, True)):
+        materials = {"ice": {**SNOW, "density": 300.0 * ratio}}
+        assert ("sph_layers" in entries(block(solver={"method": "sph"}, materials=materials, bodies=bodies))) == named
 
 
 def test_a_sound_scene_is_left_alone():

@@ -62,6 +62,18 @@ def test_profile_around_a_middle(tmp_path):
     assert profile(case, case.run.frame(0)).front == pytest.approx(1.5, abs=SPACING)  # a strip along x
 
 
+def test_front_of_a_round_heap_where_it_is_half_a_layer_deep(tmp_path):
+    """A cone 10 spacings high: a twentieth of it is half a layer, at r = 1.9 m; a layer, at 1.8 m, is no border."""
+    rng, height, radius = np.random.default_rng(1), 10 * SPACING, 2.0
+    count = round((2.0 * radius) ** 2 * height / SPACING**3)
+    x = rng.uniform([-radius, -radius, 0.0], [radius, radius, height], (count, 3))
+    r = np.hypot(x[:, 0], x[:, 1])
+    cone = x[x[:, 2] < height * (1.0 - r / radius)]
+    rolling = np.array([[2.5, 0.0, 0.02], [0.0, -2.7, 0.02]])
+    (case,) = only(write(tmp_path / "run", [np.concatenate([cone, rolling])] * 2, dimension=3))
+    assert profile(case, case.run.frame(0), (0.0, 0.0)).front == pytest.approx(1.9, abs=0.03)
+
+
 def test_difference_of_profiles(tmp_path):
     cases = only(write(tmp_path / "a", [block(2.0, 1.0)] * 2), write(tmp_path / "b", [block(2.0, 0.8)] * 2))
     one, other = (profile(case, case.run.frame(0)) for case in cases)

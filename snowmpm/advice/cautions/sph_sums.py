@@ -15,10 +15,10 @@ def sph_pairing(facts):
 def sph_free_surface(facts):
     """Stresses at a free surface with gradients that are not corrected."""
     chosen = facts.scene.solver.sph
-    if chosen.gradient == "plain":
-        setting = min((1.2, 1.5, 2.0), key=lambda h: abs(h - chosen.smoothing))
-        if border := beyond("sph_free_surface", f"plain {setting:g}", 0.5):
-            yield worded(border, "solver.sph.gradient", 0.5)
+    if chosen.gradient != "plain":
+        return
+    if border := beyond("sph_free_surface", f"plain {_measured(chosen.smoothing):g}", 0.5):
+        yield worded(border, "solver.sph.gradient", 0.5)
 
 
 @rule("sph")
@@ -49,3 +49,21 @@ def sph_wall(facts):
     speed = max(facts.start_speed, facts.fall_speed) / facts.wave_speed
     if border := beyond("sph_wall", "mirrored", speed):
         yield worded(border, "solver.sph.barrier", speed)
+
+
+@rule("sph")
+def sph_layers(facts):
+    """Bodies of unlike density that touch, with sums that weigh stresses by density: the pair that differs most."""
+    chosen = facts.scene.solver.sph
+    if chosen.momentum not in ("density", "corrected"):
+        return
+    densities = [sorted(facts.law(body).density for body in (pair.first, pair.second))
+                 for pair in facts.pairs if pair.distance == 0]
+    contrast = max((heavy / light for light, heavy in densities), default=1.0)
+    if border := beyond("sph_layers", f"density {_measured(chosen.smoothing):g}", contrast):
+        yield worded(border, "solver.sph.momentum", contrast)
+
+
+def _measured(smoothing):
+    """The smoothing length of the atlas that is nearest."""
+    return min((1.2, 1.5, 2.0), key=lambda h: abs(h - smoothing))

@@ -19,7 +19,7 @@ from snowmpm.sph.smoothing import KERNELS
 from snowmpm.study.atlas.entry import Entry
 
 POISSON = 0.3
-GROWS, WRONG_GRADIENT, DEEP = 0.02, 0.1, 0.5
+GROWS, WRONG_GRADIENT, DEEP, PUSHED = 0.02, 0.1, 0.5, 0.05
 """Limits of the entries below."""
 WAVES = np.linspace(-np.pi, np.pi, 33)
 SQUEEZE = 0.05
@@ -104,6 +104,19 @@ def depth_in_wall(mach, dummies, h=1.5, kernel="wendland_c6"):
     return max(0.0, 0.5 - deepest)
 
 
+def push_at_border(contrast, form, h, kernel="wendland_c6"):
+    """Force [p / dx] on a volume of the row beside a border of densities 1 : contrast, under a pressure p all over.
+
+    rho_i a_i = p sum_j V w_ij grad W_ij, with w = 2 of the "volume" form and rho_j / rho_i + rho_i / rho_j of that of
+    "density". Layers at rest take it up by rows whose stresses lie above and below their mean by about as much, in
+    turns.
+    """
+    r = _neighbours(h)
+    density = np.where(r[:, 1] < -0.5, contrast, 1.0)  # r = x_i - x_j, and the border is half a spacing above i
+    weight = density + 1.0 / density if form == "density" else np.full(len(r), 2.0)
+    return abs(weight @ _gradients(kernel, r, h)[:, 1])
+
+
 ENTRIES = (
     Entry(
         name="sph_tensile", title="SPH: tensile instability",
@@ -146,4 +159,14 @@ ENTRIES = (
         parameter="speed over that of waves", unit="", values=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.5),
         settings={"mirrored": {"dummies": "mirrored"}, "empty": {"dummies": "empty"}},
         symptom="depth in the wall [dx]", limit=DEEP, measure=depth_in_wall, shown="empty", cured="mirrored"),
+    Entry(
+        name="sph_layers", title="SPH: layers of unlike density push each other",
+        scene="A lattice under one pressure, half of it of another density",
+        seen="Rows at the border carry more and less than lies on them in turns; a weak layer near its strength yields",
+        cure='solver.sph.momentum = "volume"', parameter="ratio of densities", unit="",
+        values=(1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0),
+        settings={"density 1.2": {"form": "density", "h": 1.2}, "density 1.5": {"form": "density", "h": 1.5},
+                  "density 2": {"form": "density", "h": 2.0}, "volume 1.5": {"form": "volume", "h": 1.5}},
+        symptom="force on a row over p / dx", limit=PUSHED, measure=push_at_border, shown="density 1.5",
+        cured="volume 1.5"),
 )

@@ -1,0 +1,29 @@
+"""What surfaces and loads give the particles, summed up by packs: without atomics, in an order that is always the same.
+
+Only packs that may meet a surface, or any where loads act, have a sum.
+"""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.arrays import int_array
+from snowmpm.blocks import EDGE
+from snowmpm.sph.surface_forces import tally_width
+
+
+class Tallies:
+    """corners (blocks, dim) [cells]: of each block, where moments are taken from; of (packs,): number of a pack's sums,
+    -1 without; sums (n, surfaces + 1, numbers): those of the packs, surface by surface, loads last; n."""
+
+    def __init__(self, blocks, packs, lists, n_surfaces, loaded):
+        """blocks: `BlockMap`; packs, lists: of the particles (`sph.neighbours`); loaded: whether there are loads."""
+        self.corners = int_array(EDGE[blocks.dim] * blocks.coordinates)
+        met = np.ones(packs.n, bool) if loaded else lists.meets_surfaces(packs)
+        self.of = int_array(np.where(met, np.cumsum(met) - 1, -1))
+        self.n = int(met.sum())
+        self._shape = n_surfaces + 1, tally_width(blocks.dim)
+        self.sums = ti.ndarray(ti.f64, (max(1, self.n), *self._shape))
+
+    def none(self):
+        """Totals (surfaces + 1, numbers) to add the sums of a step to."""
+        return np.zeros(self._shape)
