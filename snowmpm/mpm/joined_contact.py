@@ -6,12 +6,12 @@ part of the wall does work on (`joined_lines`): the normal velocity (all compone
     v_ij = g_i d_ij - e_i,   e_i = sum of kappa (g_{i+1} - g_i) of its pairs + (T / S)_i (h_i - g_i d_i,above)
 
 at the nodes of line i, h_i at the node above. g and h are what Galerkin's method asks: sum m (v - v*)^2 is least. The
-equations couple neighbours weakly. They are solved by Jacobi's iteration from zero, its diagonal replaced by the sum of
-the sizes of a row, no less than any eigenvalue: then what is not yet there when it ends is motion that is missing, and
-no error ever adds energy.
+equations couple neighbours weakly; conjugate gradients solve them from zero, so that the energy of the motion grows
+towards that of the solution, and what is missing when they end never adds any (Hestenes & Stiefel 1952,
+doi:10.6028/jres.049.044).
 
 Nodes behind a smooth wall that less than a hundredth of their leader's mass moves, one particle's perhaps, have the
-tangential velocity that is linear along the line through the leader and the node above it, to which their momentum goes
+tangential velocity that is linear along the line through the leader and the node above it, found as g and h are
 (extended B-splines: Yamaguchi, Moriguchi & Terada 2021, doi:10.1002/nme.6620). One particle cannot tell how such a node
 moves, and its stress would be off by a third of the pressure.
 """
@@ -24,8 +24,11 @@ from snowmpm.launch import taichi_kernel
 from snowmpm.mpm.held_nodes import N_TOTALS, node_functions
 from snowmpm.mpm.lines import REACH
 
-SWEEPS = 12
-"""Of Jacobi's iteration: 1 % of the slowest part of the solution is left."""
+STEPS = 20
+"""Of the conjugate gradients at most."""
+
+SMALL = 1e-12
+"""Square of the error over that at the start at which they end."""
 
 FAINT = 0.01
 """Mass of a node over its leader's below which it moves as its line does."""
@@ -42,7 +45,8 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
     n_c, lateral, rows = dim if stick else 1, dim - 1, reach + 1
     ABOVE, AHEAD, BACK, ALONE = rows, rows + 1, rows + dim, rows + 2 * dim - 1
     DISTANCE, D_ABOVE, KAPPA, SHARE = dim, dim + rows, dim + rows + 1, dim + rows + dim
-    G, H, R0, RG, WEIGHT, DG, DH, ACTIVE = 0, n_c, 2 * n_c, 3 * n_c, 4 * n_c, 4 * n_c + 1, 4 * n_c + 2, 4 * n_c + 3
+    Y, R, D, Q = 0, 2 * n_c, 4 * n_c, 6 * n_c  # solution, what is left, direction, the equations' effect on it: g, h
+    S0, S1, MASS, DIAGONAL, ACTIVE = 8 * n_c, 9 * n_c, 10 * n_c, 10 * n_c + 1, 10 * n_c + 3
 
     @ti.func
     def get(table: ti.template(), i, first):
@@ -93,21 +97,24 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             above += room
             n, m_l, m_a = normal_of(numbers, i), nodes[leader][3], nodes[above][3]
             if m_l > 0.0 and m_a > 0.5 * m_l:
-                v_l, v_a = node.as_vector(nodes[leader]), node.as_vector(nodes[above])
                 limit, found = FAINT * m_l, 0
-                p_l, p_a, mass_l, mass_a = m_l * v_l, m_a * v_a, m_l, m_a
+                b_l, b_a = m_l * node.as_vector(nodes[leader]), m_a * node.as_vector(nodes[above])
+                A_ll, A_la, A_aa = m_l, m_l * 0.0, m_a
                 for j in ti.static(range(1, rows)):
                     if ints[i, j] >= 0:
                         at = nodes[room + ints[i, j]]
                         if at[3] > 0.0 and at[3] < limit:
                             found = 1
                             p = at[3] * node.as_vector(at)
-                            p_l += (1.0 + j) * p
-                            p_a -= float(j) * p
-                            mass_l += (1.0 + j) * at[3]
-                            mass_a -= float(j) * at[3]
+                            b_l += (1.0 + j) * p
+                            b_a -= float(j) * p
+                            A_ll += (1.0 + j) ** 2 * at[3]
+                            A_la -= (1.0 + j) * j * at[3]
+                            A_aa += float(j * j) * at[3]
                 if found == 1:
-                    new_l, new_a = p_l / mass_l, p_a / mass_a
+                    determinant = A_ll * A_aa - A_la * A_la
+                    new_l = (A_aa * b_l - A_la * b_a) / determinant
+                    new_a = (A_ll * b_a - A_la * b_l) / determinant
                     for j in ti.static(range(1, rows)):
                         if ints[i, j] >= 0:
                             at = nodes[room + ints[i, j]]
@@ -128,93 +135,90 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
 
     @ti.func
     def begin(i, nodes: ti.template(), room, ints: ti.template(), state: ti.template()):
-        behind = ti.cast(0.0, real)
-        for j in ti.static(range(1, rows)):
-            if ints[i, j] >= 0:
-                behind += nodes[room + ints[i, j]][3]
-        state[i, ACTIVE] = ti.select(behind > 0.0, 1.0, 0.0)
-        for c in ti.static(range(2 * n_c)):
-            state[i, c] = 0.0
-
-    @ti.func
-    def slopes(i, share, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        """de_i / dg_i, and the sum of the sizes of the others, de_i / dh_i too."""
-        own, others = -share * numbers[i, D_ABOVE], share
-        for b in ti.static(range(lateral)):
-            _next, ahead = coupling(ints, numbers, state, i, b, True)
-            _last, back = coupling(ints, numbers, state, i, b, False)
-            own += back - ahead
-            others += ti.abs(ahead) + ti.abs(back)
-        return own, others
-
-    @ti.func
-    def weigh(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        """Mass of a line, each node's times the sizes of all that moves it."""
-        _above, _mass, share = above_of(nodes, room, ints, numbers, i)
-        own, others = slopes(i, share, ints, numbers, state)
-        weight = ti.cast(0.0, real)
+        mass, behind = ti.cast(0.0, real), ti.cast(0.0, real)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
-                weight += nodes[room + ints[i, j]][3] * (ti.abs(numbers[i, DISTANCE + j] - own) + others)
-        state[i, WEIGHT] = weight
+                mass += nodes[room + ints[i, j]][3]
+                if ti.static(j > 0):
+                    behind += nodes[room + ints[i, j]][3]
+        state[i, MASS], state[i, ACTIVE] = mass, ti.select(behind > 0.0, 1.0, 0.0)
+        for c in ti.static(range(2 * n_c)):
+            state[i, Y + c] = 0.0
 
     @ti.func
     def diagonal(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        """Sum of the sizes of a row of the equations, or more: no less than its eigenvalues."""
         _above, m_a, share = above_of(nodes, room, ints, numbers, i)
-        own, others = slopes(i, share, ints, numbers, state)
-        total = ti.cast(0.0, real)
+        own, total = -share * numbers[i, D_ABOVE], ti.cast(0.0, real)  # de_i / dg_i
         for b in ti.static(range(lateral)):
             next_one, ahead = coupling(ints, numbers, state, i, b, True)
             last_one, back = coupling(ints, numbers, state, i, b, False)
-            total += ti.abs(ahead) * state[next_one, WEIGHT] + ti.abs(back) * state[last_one, WEIGHT]
+            own += back - ahead
+            total += ahead * ahead * state[next_one, MASS] + back * back * state[last_one, MASS]
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
-                size = ti.abs(numbers[i, DISTANCE + j] - own)
-                total += nodes[room + ints[i, j]][3] * size * (size + others)
-        state[i, DG], state[i, DH] = total, m_a + share * state[i, WEIGHT]
+                total += nodes[room + ints[i, j]][3] * (numbers[i, DISTANCE + j] - own) ** 2
+        state[i, DIAGONAL], state[i, DIAGONAL + 1] = total, m_a + share * share * state[i, MASS]
 
     @ti.func
-    def taken_off(i, share, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        """e of a line."""
-        g = get(state, i, G)
-        e = share * (get(state, i, H) - numbers[i, D_ABOVE] * g)
+    def taken_off(i, share, first, ints: ti.template(), numbers: ti.template(), state: ti.template()):
+        """e of a line, of g and h from a column on."""
+        g = get(state, i, first)
+        e = share * (get(state, i, first + n_c) - numbers[i, D_ABOVE] * g)
         for b in ti.static(range(lateral)):
             next_one, ahead = coupling(ints, numbers, state, i, b, True)
             last_one, back = coupling(ints, numbers, state, i, b, False)
-            e += ahead * (get(state, next_one, G) - g) + back * (g - get(state, last_one, G))
+            e += ahead * (get(state, next_one, first) - g) + back * (g - get(state, last_one, first))
         return e
 
     @ti.func
-    def residual(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        n, g = normal_of(numbers, i), get(state, i, G)
-        _above, _mass, share = above_of(nodes, room, ints, numbers, i)
-        e = taken_off(i, share, ints, numbers, state)
-        total, turned = g * 0.0, g * 0.0
+    def sum_line(of: ti.template(), i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(),
+                 state: ti.template()):
+        """Sums of m v and m v d of a line's nodes: of the direction's velocities, or those that the nodes have."""
+        n, g = normal_of(numbers, i), get(state, i, D)
+        e, S_0, S_1 = g * 0.0, g * 0.0, g * 0.0
+        if ti.static(of == "direction"):
+            _above, _mass, share = above_of(nodes, room, ints, numbers, i)
+            e = taken_off(i, share, D, ints, numbers, state)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
                 place, d = room + ints[i, j], numbers[i, DISTANCE + j]
                 if nodes[place][3] > 0.0:
-                    left = nodes[place][3] * (held(nodes, place, n) - (d * g - e))
-                    total += left
-                    turned += d * left
-        put(state, i, R0, total)
-        put(state, i, RG, turned + share * numbers[i, D_ABOVE] * total)
+                    v = d * g - e
+                    if ti.static(of == "nodes"):
+                        v = held(nodes, place, n)
+                    S_0 += nodes[place][3] * v
+                    S_1 += nodes[place][3] * d * v
+        put(state, i, S0, S_0)
+        put(state, i, S1, S_1)
 
     @ti.func
-    def improve(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        total, slope = get(state, i, R0), get(state, i, RG)
+    def tested(of: ti.template(), i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(),
+               state: ti.template()):
+        """What these velocities are worth to the functions of g and of h."""
+        above, m_a, share = above_of(nodes, room, ints, numbers, i)
+        S_0, of_h = get(state, i, S0), ti.Vector.zero(real, n_c)
+        of_g = get(state, i, S1) + share * numbers[i, D_ABOVE] * S_0
         for b in ti.static(range(lateral)):
             next_one, ahead = coupling(ints, numbers, state, i, b, True)
             last_one, back = coupling(ints, numbers, state, i, b, False)
-            slope += ahead * (total + get(state, next_one, R0)) - back * (total + get(state, last_one, R0))
-        if state[i, DG] > 0.0:
-            put(state, i, G, get(state, i, G) + slope / state[i, DG])
-        above, m_a, share = above_of(nodes, room, ints, numbers, i)
+            of_g += ahead * (S_0 + get(state, next_one, S0)) - back * (S_0 + get(state, last_one, S0))
         if m_a > 0.0:
-            h = get(state, i, H)
-            slope_h = m_a * (held(nodes, room + above, normal_of(numbers, i)) - h) - share * total
-            put(state, i, H, h + slope_h / state[i, DH])
+            v = get(state, i, D + n_c)
+            if ti.static(of == "nodes"):
+                v = held(nodes, room + above, normal_of(numbers, i))
+            of_h = m_a * v - share * S_0
+        return of_g, of_h
+
+    @ti.func
+    def scaled(i, state: ti.template()):
+        """What is left over the diagonal, and its product with what is left."""
+        r_g, r_h = get(state, i, R), get(state, i, R + n_c)
+        z_g, z_h = r_g * 0.0, r_h * 0.0
+        if state[i, DIAGONAL] > 0.0:
+            z_g = r_g / state[i, DIAGONAL]
+        if state[i, DIAGONAL + 1] > 0.0:
+            z_h = r_h / state[i, DIAGONAL + 1]
+        return z_g, z_h, r_g.dot(z_g) + r_h.dot(z_h)
 
     @ti.func
     def give(nodes: ti.template(), room, place, u, n, totals: ti.template(), coordinates: ti.template(),
@@ -230,15 +234,15 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
     @ti.func
     def finish(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template(),
                totals: ti.template(), coordinates: ti.template(), motion: ti.template()):
-        n, g = normal_of(numbers, i), get(state, i, G)
+        n, g = normal_of(numbers, i), get(state, i, Y)
         above, _mass, share = above_of(nodes, room, ints, numbers, i)
-        e = taken_off(i, share, ints, numbers, state)
+        e = taken_off(i, share, Y, ints, numbers, state)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:  # noqa: SIM102
                 if nodes[room + ints[i, j]][3] > 0.0:
                     give(nodes, room, ints[i, j], numbers[i, DISTANCE + j] * g - e, n, totals, coordinates, motion)
         if share > 0.0:
-            give(nodes, room, above, get(state, i, H), n, totals, coordinates, motion)
+            give(nodes, room, above, get(state, i, Y + n_c), n, totals, coordinates, motion)
 
     @taichi_kernel
     def hold(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
@@ -252,16 +256,45 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             for i in range(n_lines):
                 begin(i, nodes, room, ints, state)
             for i in range(n_lines):
-                weigh(i, nodes, room, ints, numbers, state)
+                if state[i, ACTIVE] > 0.0:
+                    diagonal(i, nodes, room, ints, numbers, state)
+                    sum_line("nodes", i, nodes, room, ints, numbers, state)
+            left = ti.cast(0.0, real)
             for i in range(n_lines):
-                diagonal(i, nodes, room, ints, numbers, state)
-            for sweep in range(SWEEPS):  # noqa: B007 (Taichi wants every loop variable new)
-                for i in range(n_lines):
-                    if state[i, ACTIVE] > 0.0:
-                        residual(i, nodes, room, ints, numbers, state)
-                for i in range(n_lines):
-                    if state[i, ACTIVE] > 0.0:
-                        improve(i, nodes, room, ints, numbers, state)
+                if state[i, ACTIVE] > 0.0:
+                    r_g, r_h = tested("nodes", i, nodes, room, ints, numbers, state)
+                    put(state, i, R, r_g)
+                    put(state, i, R + n_c, r_h)
+                    z_g, z_h, product = scaled(i, state)
+                    put(state, i, D, z_g)
+                    put(state, i, D + n_c, z_h)
+                    left += product
+            enough = SMALL * left
+            for step in range(STEPS):  # noqa: B007 (Taichi wants every loop variable new)
+                if left > enough:
+                    for i in range(n_lines):
+                        if state[i, ACTIVE] > 0.0:
+                            sum_line("direction", i, nodes, room, ints, numbers, state)
+                    curvature, before = ti.cast(0.0, real), left
+                    for i in range(n_lines):
+                        if state[i, ACTIVE] > 0.0:
+                            q_g, q_h = tested("direction", i, nodes, room, ints, numbers, state)
+                            put(state, i, Q, q_g)
+                            put(state, i, Q + n_c, q_h)
+                            curvature += q_g.dot(get(state, i, D)) + q_h.dot(get(state, i, D + n_c))
+                    left = 0.0
+                    for i in range(n_lines):
+                        if state[i, ACTIVE] > 0.0:
+                            for c in ti.static(range(2 * n_c)):
+                                state[i, Y + c] += before / curvature * state[i, D + c]
+                                state[i, R + c] -= before / curvature * state[i, Q + c]
+                            _z_g, _z_h, product = scaled(i, state)
+                            left += product
+                    for i in range(n_lines):
+                        if state[i, ACTIVE] > 0.0:
+                            z_g, z_h, _product = scaled(i, state)
+                            put(state, i, D, z_g + left / before * get(state, i, D))
+                            put(state, i, D + n_c, z_h + left / before * get(state, i, D + n_c))
             totals = ti.Vector.zero(ti.f64, n_totals)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:

@@ -45,7 +45,7 @@ OBLIQUE = 1e-6
 
 def state_width(dim):
     """Numbers that `joined_contact` keeps of a line at most."""
-    return 4 * dim + 4
+    return 10 * dim + 4
 
 
 class JoinedLines:
