@@ -16,6 +16,7 @@ from snowmpm.study.problems.self_weight_column import (
 )
 
 CUBIC = replace(APIC, kernel="cubic")
+FINE = replace(APIC, gradient="shape")
 
 
 @pytest.mark.parametrize(("scheme", "law"), [(APIC, SNOW), (APIC, SOFT), (CUBIC, SOFT), (FLIP, SOFT)])
@@ -33,36 +34,40 @@ def test_wherever_the_column_lies_in_the_grid(law, offset, angle):
     assert largest < 0.025 and typical < 0.005  # largest: at the foot of a wall
 
 
-def test_turned_by_thirty_degrees():
-    """12 cells wide. Two errors stay near the walls:
-
-    At an inner corner of walls oblique to the grid. Test functions vanish on a wall in the mean over a cell only: on a
-    wall of slope t in the grid, -t dx² / 4 d/dx (dw/dn) is left of w. Along the wall that is nothing; at each of its
-    ends it is the work of a force pair p t dx² / 4. The stress is off by two thirds of the pressure at the corner, and
-    less with the square of the distance.
-
-    In cells that an oblique wall or face cuts, where few particles stand for a node: 12 % within half a cell, and as
-    much at a face that is free (below).
-
-    With functions of force that are corrected for what is left of w at a corner, the gradient of the shape functions
-    and 16 particles a cell, the corner is right to 2 % and the settlement to 0.2 %; but then functions of motion and of
-    force differ, and at other angles and samplings that gains energy without bound.
-
-    The top feels less of the corners the wider the column (settlement 2.0 % off at 4 cells).
-    """
-    width = 12
-    place, height, off = settled_errors(SNOW, 10.0, APIC, angle=np.pi / 6, width=width)
-    assert abs(height[place[:, 1] > 0.95 * CELLS].mean()) < 0.01
-    inner = np.minimum(np.minimum(place[:, 0], width - place[:, 0]), place[:, 1]) > 2.0
-    assert inner.sum() > 0.6 * len(place)
-    assert np.abs(off[inner]).max() < 0.02
+def turned(degrees, scheme, per_axis=2):
+    """Of a column 4 cells wide: mean error of the height of its top, largest of both stresses of each particle, and the
+    particle's distance from the nearest wall [cells]."""
+    place, height, off = settled_errors(SNOW, 10.0, scheme, angle=np.deg2rad(degrees), per_axis=per_axis)
+    wall = np.minimum(np.minimum(place[:, 0], 4.0 - place[:, 0]), place[:, 1])
+    return height[place[:, 1] > 0.95 * CELLS].mean(), np.abs(off).max(axis=1), wall
 
 
-@pytest.mark.xfail(strict=True, reason="inner corners of walls oblique to the grid: stress off by half of the pressure "
-                                       "at the corner, by 12 % in cells that a wall cuts")
-def test_stress_turned_by_thirty_degrees():
-    _, largest, _ = column_errors(SNOW, 10.0, APIC, angle=np.pi / 6)
-    assert largest < 0.02
+@pytest.mark.parametrize("degrees", [30] + [pytest.param(k, marks=pytest.mark.slow) for k in (15, 45, 60, 75)])
+def test_turned(degrees):
+    """Walls that meet and cut the grid anywhere, by default: 4 particles a cell. Line by line (`columns`), without what
+    holds lines together, the stress is off by 0.4 to 1.1 of the pressure at an inner corner, the settlement by 1.2 to
+    3.2 %."""
+    top, off, wall = turned(degrees, APIC)
+    assert abs(top) < 0.01
+    assert off[wall > 1.0].max() < 0.06 and np.sqrt((off**2).mean()) < 0.03
+
+
+@pytest.mark.parametrize("degrees", [30] + [pytest.param(k, marks=pytest.mark.slow) for k in (15, 45, 60, 75)])
+def test_turned_and_well_sampled(degrees):
+    """With 16 particles a cell and the gradient of the shape functions: settlement to 0.02 %, stress within 2 % but for
+    0 to 13 of 2048 particles, which lie alone in a cell beside a corner; they are off by up to 19 %, with 64 a cell by
+    up to 5 %."""
+    top, off, wall = turned(degrees, FINE, 4)
+    assert abs(top) < 0.0005
+    assert off[wall > 0.5].max() < 0.02
+    assert (off > 0.02).sum() <= (0 if degrees in (15, 75) else 16) and off.max() < 0.2
+
+
+@pytest.mark.xfail(strict=True, reason="2 of 2048 particles, in the corner: 12 and 3 %; with 64 particles a cell 4 of "
+                                       "8192, up to 5 %; at 15 and 75 degrees none")
+def test_stress_of_every_particle_turned_by_thirty_degrees():
+    _, off, _ = turned(30, FINE, 4)
+    assert off.max() < 0.02
 
 
 def test_free_standing_and_turned_by_thirty_degrees():
