@@ -8,7 +8,6 @@ import taichi as ti
 
 from snowmpm import function_trees  # noqa: F401 (what is tested)
 
-
 pytestmark = pytest.mark.usefixtures("taichi")
 
 
