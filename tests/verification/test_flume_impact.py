@@ -74,7 +74,7 @@ def impulse(answer):
 
 
 FINE = {"mpm": (0.3 / 36, 0.3 / 72), "sph": (0.3 / 48, 0.3 / 96)}
-"""Spacing of particles [m], and half of it: the published 10 and 5 mm a little finer."""
+"""Spacing of particles [m], and half of it; published are 10 and 5 mm, of which the first is too coarse here."""
 
 
 @pytest.fixture(scope="module")
