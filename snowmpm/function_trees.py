@@ -5,14 +5,12 @@ a tree is parsed once for a kernel and gone through as often as it is called, as
 an unrolled loop; where a function begins and ends is found by parsing its file once, not by Python's `inspect`, which
 looks through all modules and cuts the file into words.
 
-Taichi uses all this once this module is imported, which is before any Taichi function of ours: `inspect` was also asked
-at each definition whether it stands in a class.
+Taichi uses all this once this module is imported.
 """
 
 import ast
 import functools
 import linecache
-import sys
 import textwrap
 
 from taichi.lang import kernel_impl
@@ -100,14 +98,6 @@ def _visit(original):
     return visit
 
 
-def _inside_class(level_of_class_stackframe):
-    """Whether the definition that is made so many calls up stands in a class; Taichi names the argument."""
-    frame = sys._getframe(level_of_class_stackframe)
-    line = linecache.getline(frame.f_code.co_filename, frame.f_lineno).strip()
-    return any(pattern.match(line) for pattern in kernel_impl._KERNEL_CLASS_STACKFRAME_STMT_RES)
-
-
-kernel_impl._inside_class = _inside_class
 kernel_impl._get_tree_and_ctx = functools.partial(_tree_and_context, kernel_impl._get_tree_and_ctx)
 kernel_impl.transform_tree = _transform
 ASTTransformerContext.get_pos_info = _place

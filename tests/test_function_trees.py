@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowmpm import function_trees
+from snowmpm import function_trees  # noqa: F401 (what is tested)
 
 pytestmark = pytest.mark.usefixtures("taichi")
 
@@ -70,8 +70,3 @@ def test_an_error_names_file_line_and_function():
     with pytest.raises(ti.TaichiCompilationError, match=rf"test_function_trees.py\", line {line}, in wrong") as raised:
         compute(np.zeros(1, np.int32))
     assert 'Name "missing" is not defined' in str(raised.value)
-
-
-def test_taichi_names_the_level_at_which_it_asks_for_a_class():
-    """Where nothing of the laws is imported yet, as by `snowmpm check`, this one answers."""
-    assert not function_trees._inside_class(level_of_class_stackframe=1)

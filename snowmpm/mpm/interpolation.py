@@ -5,7 +5,8 @@ Weights are products, w = w_i w_j w_k. With the sums of w v over planes of the s
     v_i = sum_jk w_j w_k v_ijk,   v_j = sum_ik w_i w_k v_ijk,   v_k = sum_ij w_i w_j v_ijk
 
 the moment of w v along an axis is sum_k k w_k v_k and its sum with the slopes of the weights sum_k dw_k v_k: a node
-costs two multiply-adds a number, whatever is wanted of it.
+costs two multiply-adds a number, whatever is wanted of it. Moments alone cost less: numbers that are added up from the
+last one on leave partial sums on the way, and these add up to the moment.
 """
 
 import functools
@@ -43,8 +44,42 @@ def interpolation(dim, real, basis, moving, sloping):
     def interpolate(tiles: ti.template(), address, w, dw, more: ti.template()):
         """Sums of w v, and if `more` the first moments and the slopes: one row for each axis, a node's vector long."""
         v = vec4(0.0)
-        rows, columns = [vec4(0.0) for _ in ti.static(range(width))], [vec4(0.0) for _ in ti.static(range(width))]
         moments, slopes = [vec4(0.0) for _ in ti.static(range(dim))], [vec4(0.0) for _ in ti.static(range(dim))]
+        if ti.static(dim == 2 and more and moving and not sloping):
+            v, moments[0], moments[1] = moments_of_plane(tiles, address, w)
+        else:
+            v = add_planes(tiles, address, w, dw, moments, slopes, more)
+        return v, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
+
+    @ti.func
+    def moments_of_plane(tiles: ti.template(), address, w):
+        """Sum over the last two axes, and its moments along them; in 3-D rows and columns of a plane together fill a
+        register, and are as fast."""
+        columns, along = [vec4(0.0) for _ in ti.static(range(width))], vec4(0.0)
+        for k in ti.static(range(width)):
+            column, moment = sum_and_moment([w[j, dim - 2] * tiles[address + j * stride[dim - 2] + k]
+                                             for j in ti.static(range(width))])
+            columns[k] = w[k, dim - 1] * column
+            along += w[k, dim - 1] * moment
+        total, across = sum_and_moment(columns)
+        return total, along, across
+
+    @ti.func
+    def sum_and_moment(parts: ti.template()):
+        """sum_k p_k and sum_k k p_k."""
+        later = parts[width - 1]
+        moment = later
+        for k in ti.static(range(width - 2, 0, -1)):
+            later += parts[k]
+            moment += later
+        return parts[0] + later, moment
+
+    @ti.func
+    def add_planes(tiles: ti.template(), address, w, dw, moments: ti.template(), slopes: ti.template(),
+                   more: ti.template()):
+        """Sum of w v, and if `more` what else is wanted."""
+        v = vec4(0.0)
+        rows, columns = [vec4(0.0) for _ in ti.static(range(width))], [vec4(0.0) for _ in ti.static(range(width))]
         if ti.static(dim == 3):
             for i in ti.static(range(width)):
                 plane = add_plane(tiles, address + i * stride[0], w, w[i, 0], rows, columns, more)
@@ -55,7 +90,7 @@ def interpolation(dim, real, basis, moving, sloping):
         for k in ti.static(range(width)):
             add_axis(moments, slopes, dim - 2, k, rows[k], w, dw, more)
             add_axis(moments, slopes, dim - 1, k, columns[k], w, dw, more)
-        return v, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
+        return v
 
     @ti.func
     def add_axis(moments: ti.template(), slopes: ti.template(), a: ti.template(), k: ti.template(), part, w, dw,

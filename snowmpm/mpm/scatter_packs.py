@@ -77,7 +77,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
         for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
             row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
             for k in ti.static(range(tile_edge)):
-                tiles[row + k] = vec4(0.0)
+                tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
 
     @taichi_kernel
     def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),

@@ -114,6 +114,14 @@ class TerrainSurface:
         inverse[upright] = np.nan
         return np.ascontiguousarray(corner[:, 0]), np.ascontiguousarray(inverse)
 
+    @cached_property
+    def _plan_columns(self):
+        """`_plan_maps` as an array for each number, which are looked up several times as fast as rows."""
+        corner, inverse = self._plan_maps
+        axes = range(self.dim - 1)
+        return ([np.ascontiguousarray(corner[:, a]) for a in axes],
+                [[np.ascontiguousarray(inverse[:, j, a]) for a in axes] for j in axes])
+
     def locate(self, plan):
         """Highest facet above or below plan positions (k, dim - 1).
 
@@ -132,15 +140,15 @@ class TerrainSurface:
     def _crossings(self, plan):
         """What the verticals through plan positions cross, each at most once in a turn: positions, facets, weights of
         their corners, heights [m]."""
-        bins, (start_corner, to_weights) = self._bins, self._plan_maps
-        number = bins.numbers(plan)
+        bins, (start_corner, to_weights) = self._bins, self._plan_columns
+        number, place = bins.numbers(plan), [np.ascontiguousarray(column) for column in plan.T]
         start = bins.starts[number]
         count = np.where(number >= 0, bins.starts[number + 1] - start, 0)
         for k in range(int(count.max(initial=0))):
             point = np.flatnonzero(count > k)
             facet = bins.items[start[point] + k]
-            offset = plan[point] - start_corner[facet]
-            others = [_dot(to_weights[facet, j], offset) for j in range(self.dim - 1)]
+            offset = [x[point] - x0[facet] for x, x0 in zip(place, start_corner, strict=True)]
+            others = [_added([a[facet] * b for a, b in zip(row, offset, strict=True)]) for row in to_weights]
             first = 1.0 - sum(others)
             hit = first >= -ON_EDGE
             for weight in others:
@@ -203,7 +211,12 @@ class TerrainSurface:
 
 def _dot(a, b):
     """Row by row (k, n) . (k, n); for rows this short a sum over an axis takes several times as long."""
-    total = a[:, 0] * b[:, 0]
-    for j in range(1, a.shape[1]):
-        total += a[:, j] * b[:, j]
+    return _added([a[:, j] * b[:, j] for j in range(a.shape[1])])
+
+
+def _added(arrays):
+    """Their sum, in the first of them."""
+    total = arrays[0]
+    for array in arrays[1:]:
+        total += array
     return total
