@@ -37,7 +37,7 @@ POINTS = {2: 32, 3: 8}
 """Points of quadrature a cell and lateral axis."""
 
 PARALLEL = 1e-3
-"""Difference of the normals of two neighbours up to which the wall between them is flat."""
+"""Difference of normals up to which a wall is flat."""
 
 OBLIQUE = 1e-6
 """Of a normal, the part along a lateral axis above which its wall is oblique to the grid."""
@@ -68,8 +68,11 @@ class JoinedLines:
     def of(cls, lines, blocks, others, kernel, flip, precision):
         """Those of `Lines`, and their rows in its tables; None if the wall is along the grid, curved, or no other wall
         meets it. others: functions that give the distance [cells] from another wall at points (k, dim) [cells]."""
+        normals = lines.numbers.to_numpy()[: lines.n_lines, : lines.dim]
+        if not len(normals) or not is_oblique_plane(normals):
+            return None, ()
         wall = _Wall(lines, blocks, kernel, flip)
-        if wall.n == 0 or not wall.oblique() or not wall.flat():
+        if not wall.n:
             return None, ()
         gap = np.min([distance(wall.leaders.astype(float)) for distance in others] or [[np.inf]], axis=0)
         if gap.min() > CUT:
@@ -84,6 +87,11 @@ class JoinedLines:
         ints = np.column_stack([wall.places, wall.above(blocks), ahead, back, gap > BESIDE])
         numbers = np.column_stack([wall.normal, wall.distances, wall.distances[:, 0] + wall.along, kappa, share])
         return cls(lines.dim, ints, numbers, precision), wall.rows
+
+
+def is_oblique_plane(normals):
+    """Whether unit normals (n, dim) are those of one plane that is oblique to the grid."""
+    return np.ptp(normals, axis=0).max() < PARALLEL and np.sort(np.abs(normals[0]))[-2] > OBLIQUE
 
 
 class _Wall:
@@ -110,12 +118,6 @@ class _Wall:
         self.height = numbers[:, self.dim + self.reach + 1]
         ratios = np.column_stack([np.ones(self.n), numbers[:, self.dim : self.dim + self.reach]])
         self.distances = (self.height * self.along)[:, None] * ratios
-
-    def oblique(self):
-        return np.abs(self.lateral).max() > OBLIQUE
-
-    def flat(self):
-        return np.ptp(self.normal, axis=0).max() < PARALLEL
 
     def neighbours(self, step):
         """Line one step further along each lateral axis (n, dim - 1), or -1."""
