@@ -8,12 +8,7 @@ part of the wall does work on (`joined_lines`): the normal velocity (all compone
 at the nodes of line i, h_i at the node above. g and h are what Galerkin's method asks: sum m (v - v*)^2 is least. The
 equations couple neighbours weakly; conjugate gradients solve them from zero, so that the energy of the motion grows
 towards that of the solution, and what is missing when they end never adds any (Hestenes & Stiefel 1952,
-doi:10.6028/jres.049.044).
-
-Nodes behind a smooth wall that less than a hundredth of their leader's mass moves, one particle's perhaps, have the
-tangential velocity that is linear along the line through the leader and the node above it, found as g and h are
-(extended B-splines: Yamaguchi, Moriguchi & Terada 2021, doi:10.1002/nme.6620). One particle cannot tell how such a node
-moves, and its stress would be off by a third of the pressure.
+doi:10.6028/jres.049.044). Before, nodes behind a smooth wall with hardly any snow follow their lines (`faint_nodes`).
 """
 
 import functools
@@ -21,6 +16,7 @@ import functools
 import taichi as ti
 
 from snowmpm.launch import taichi_kernel
+from snowmpm.mpm.faint_nodes import extension_function
 from snowmpm.mpm.held_nodes import N_TOTALS, node_functions
 from snowmpm.mpm.lines import REACH
 
@@ -30,9 +26,6 @@ STEPS = 20
 SMALL = 1e-12
 """Square of the error over that at the start at which they end."""
 
-FAINT = 0.01
-"""Mass of a node over its leader's below which it moves as its line does."""
-
 
 @functools.cache
 def joined_kernel(dim, real, kernel, flip, moving, stick):
@@ -41,7 +34,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
     moving: moments are added up; stick: all components vanish on the wall, not the normal one only.
     """
     vec4, reach, n_totals = ti.types.vector(4, real), REACH[kernel], N_TOTALS[dim]
-    node = node_functions(dim, real, flip, moving)
+    node, extend = node_functions(dim, real, flip, moving), extension_function(dim, real, kernel, flip)
     n_c, lateral, rows = dim if stick else 1, dim - 1, reach + 1
     ABOVE, AHEAD, BACK, ALONE = rows, rows + 1, rows + dim, rows + 2 * dim - 1
     DISTANCE, D_ABOVE, KAPPA, SHARE = dim, dim + rows, dim + rows + 1, dim + rows + dim
@@ -88,50 +81,6 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             if state[other, ACTIVE] > 0.0:
                 kappa = numbers[i if ti.static(ahead) else other, KAPPA + b]
         return ti.max(other, 0), kappa
-
-    @ti.func
-    def extend(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template()):
-        """Give followers with hardly any mass the tangential velocity of their line."""
-        leader, above = room + ints[i, 0], ints[i, ABOVE]
-        if ints[i, ALONE] == 1 and above >= 0:
-            above += room
-            n, m_l, m_a = normal_of(numbers, i), nodes[leader][3], nodes[above][3]
-            if m_l > 0.0 and m_a > 0.5 * m_l:
-                limit, found = FAINT * m_l, 0
-                b_l, b_a = m_l * node.as_vector(nodes[leader]), m_a * node.as_vector(nodes[above])
-                A_ll, A_la, A_aa = m_l, m_l * 0.0, m_a
-                for j in ti.static(range(1, rows)):
-                    if ints[i, j] >= 0:
-                        at = nodes[room + ints[i, j]]
-                        if at[3] > 0.0 and at[3] < limit:
-                            found = 1
-                            p = at[3] * node.as_vector(at)
-                            b_l += (1.0 + j) * p
-                            b_a -= float(j) * p
-                            A_ll += (1.0 + j) ** 2 * at[3]
-                            A_la -= (1.0 + j) * j * at[3]
-                            A_aa += float(j * j) * at[3]
-                if found == 1:
-                    determinant = A_ll * A_aa - A_la * A_la
-                    new_l = (A_aa * b_l - A_la * b_a) / determinant
-                    new_a = (A_ll * b_a - A_la * b_l) / determinant
-                    for j in ti.static(range(1, rows)):
-                        if ints[i, j] >= 0:
-                            at = nodes[room + ints[i, j]]
-                            if at[3] > 0.0 and at[3] < limit:
-                                tangential(nodes, room + ints[i, j], (1.0 + j) * new_l - float(j) * new_a, n)
-                    tangential(nodes, leader, new_l, n)
-                    tangential(nodes, above, new_a, n)
-
-    @ti.func
-    def tangential(nodes: ti.template(), place, v, n):
-        """Give a node the tangential part of v."""
-        before, result = node.as_vector(nodes[place]), nodes[place]
-        change = v - before
-        change -= change.dot(n) * n
-        for a in ti.static(range(dim)):
-            result[a] += change[a]
-        nodes[place] = result
 
     @ti.func
     def begin(i, nodes: ti.template(), room, ints: ti.template(), state: ti.template()):
@@ -252,7 +201,8 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         for _ in range(1):
             if ti.static(not stick):
                 for i in range(n_lines):
-                    extend(i, nodes, room, ints, numbers)
+                    if ints[i, ALONE] == 1:
+                        extend(i, nodes, room, ints, normal_of(numbers, i))
             for i in range(n_lines):
                 begin(i, nodes, room, ints, state)
             for i in range(n_lines):

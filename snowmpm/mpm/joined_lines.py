@@ -51,9 +51,9 @@ def state_width(dim):
 class JoinedLines:
     """Lines of one wall, n of them.
 
-    ints (n, 4 + reach + 2 (dim - 1)): places of leader and followers, of the node above the leader, neighbours one step
+    ints (n, 3 + reach + 2 (dim - 1)): places of leader and followers, of the node above the leader, neighbours one step
     ahead along each lateral axis and one step back, -1 for none, and whether no other wall is near; numbers
-    (n, 3 + reach + dim + dim): normal, distances of leader and followers, of the node above [cells], kappa with the
+    (n, 2 + reach + 2 dim): normal, distances of leader and followers, of the node above [cells], kappa with the
     neighbours ahead, T / S.
     """
 
