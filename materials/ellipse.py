@@ -26,7 +26,7 @@ from .hardening import hardening_moved, hardening_slope, hardening_value
 from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
-STEP_TOLERANCE = (0.1, 2e-3)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
+STEP_TOLERANCE = (0.1, 5e-4)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
 STRAIGHT_TOLERANCE = (0.1, 0.02)  # of steps in a straight line, which in float64 one of Newton's follows
 LEAST_SQUARE = (1e-30, 1e-200)  # what keeps 1/√(d² + e²) finite
 YIELD_TOLERANCE = (2e-6, 1e-11)  # of M² r²: below it a trial state counts as elastic
