@@ -58,12 +58,16 @@ def shares(cost):
     return np.concatenate([[0], ends, [len(total)]]).astype(np.int32)
 
 
-def alone(work=np.inf):
-    """Whether one thread should do a loop itself, for `ti.loop_config(serialize=...)`: where there is one only, or
-    where the `work` of a step, an estimate of its time on one thread [s], is little. To hand a loop to others takes
-    0.02 to 0.1 ms, and a step has five or six.
+def alone(work=None):
+    """Whether one thread should do a loop itself, for `ti.loop_config(serialize=...)`.
+
+    work: of a step, an estimate of its time on one thread [s]: where it is little, whatever the number of threads, so
+    that this number does not choose between two codes, which the compiler may round differently; without it, where
+    there is one thread only. To hand a loop to others takes 0.02 to 0.1 ms, and a step has five or six.
     """
-    return not runtime.fine_grained() and (runtime.threads() == 1 or work < LITTLE_WORK)
+    if runtime.fine_grained():
+        return False
+    return runtime.threads() == 1 if work is None else work < LITTLE_WORK
 
 
 @ti.func
