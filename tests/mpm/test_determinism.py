@@ -29,7 +29,7 @@ def outcomes():
 def test_one_and_two_threads_and_again_leave_the_same_bits(outcomes, case):
     first, *others = (run[case]["hash"] for run in outcomes)
     assert others == [first] * 3
-    assert [run[case]["alone"] for run in outcomes] == [True, True, False, False]
+    assert not any(run[case]["alone"] for run in outcomes)  # one code, whatever the number of threads
 
 
 def test_every_part_of_the_step_took_part(outcomes):
