@@ -109,7 +109,7 @@ class _Wall:
         self.leaders = self.edge * blocks.coordinates.to_numpy()[block] + within
         self.normal = numbers[:, : self.dim]
         size = np.abs(self.normal)
-        size[:, -1] += TILT
+        size[:, -1] += TILT  # as `lines` chooses the axis of a line
         self.axis, each = size.argmax(axis=1), np.arange(self.n)
         self.others = np.array([[a for a in range(self.dim) if a != k] for k in range(self.dim)])[self.axis]
         component = self.normal[each, self.axis]
@@ -144,12 +144,15 @@ class _Wall:
         # Height of the leader above the wall at these places, along the line [cells]
         drop = self.height[:, None] + (self.lateral / self.along[:, None]) @ xi.T
         weight = np.ones((self.n, len(xi))) / fine ** (self.dim - 1)
-        for i in np.flatnonzero(near):
-            point = np.tile(self.leaders[i].astype(float), (len(xi), 1))
-            point[:, self.others[i]] += xi
-            point[:, self.axis[i]] -= self.up[i] * drop[i]
+        if near.any():
+            beside, row = np.flatnonzero(near), np.arange(near.sum())[:, None]
+            points = np.repeat(self.leaders[beside, None].astype(float), len(xi), axis=1)
+            for b in range(self.dim - 1):
+                points[row, np.arange(len(xi)), self.others[beside, b, None]] += xi[:, b]
+            points[row, np.arange(len(xi)), self.axis[beside, None]] -= self.up[beside, None] * drop[beside]
             for distance in others:
-                weight[i] *= np.clip(0.5 + fine * distance(point), 0.0, 1.0)
+                found = distance(points.reshape(-1, self.dim)).reshape(len(beside), -1)
+                weight[beside] *= np.clip(0.5 + fine * found, 0.0, 1.0)
         splines, bumps = (function(xi, self.kernel) for function in (_spline, _bump))
         product = weight * splines.prod(axis=1)
         S = np.sum([(product * _spline(drop - j, self.kernel)).sum(axis=1) for j in range(self.reach + 1)], axis=0)

@@ -77,6 +77,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
         for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
             row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
             for k in ti.static(range(tile_edge)):
+                # Always zero; told so by a choice, LLVM stores a node at once, not number by number
                 tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
 
     @taichi_kernel
