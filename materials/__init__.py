@@ -7,7 +7,6 @@ if __name__ != "snowmpm.materials":
 
 from pydantic import Field
 
-from . import class_bodies  # noqa: F401 (before any function is decorated)
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
 from .critical_state_hypoplastic import CriticalStateHypoplastic

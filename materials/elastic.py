@@ -4,7 +4,7 @@ from typing import Literal
 
 import taichi as ti
 
-from .hencky import hencky_strain, log_series, trial_deviation
+from .hencky import hencky_strain, log_series, log_volume, strain_of_volume, trial_deviation
 from .law import REDO, Law
 from .precision import by_precision
 from .symmetric import plus_isotropic
@@ -38,10 +38,23 @@ def trial_state(h, A):
 
 @ti.func
 def elastic_trial(h, A):
-    """`trial_state` and its Hencky strain: h, deviator e, trace, e : e, and 1 if the step could be made."""
+    """`trial_state` and its Hencky strain: h, deviator e, trace, e : e, and 1 if the step could be made.
+
+    Far from the identity the trace comes from the determinants of the state and of the step, which are known where that
+    of their product is round-off. A step to a strain that is not known even so is left out like an impossible one.
+    """
     h_trial, valid = trial_state(h, A)
-    deviator, volume, deviator2, finite = hencky_strain(h_trial)
-    return h_trial, deviator, volume, deviator2, valid * finite
+    deviator, volume, deviator2, near = log_series(h_trial)
+    if not near:
+        known = 0
+        if valid == 1:
+            volume, known = log_volume(h, A)
+        if known == 1:
+            deviator, deviator2, known = strain_of_volume(h_trial, volume)
+        if known == 0:
+            h_trial, valid = h, 0
+            deviator, volume, deviator2, known = hencky_strain(h)
+    return h_trial, deviator, volume, deviator2, valid
 
 
 @ti.func

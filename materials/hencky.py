@@ -47,6 +47,7 @@ LOG_RADIUS = (0.1, 0.06)
 EXP_ORDER = (4, 8)
 EXP_RADIUS = (0.06, 0.05)
 MAX_HALVINGS = 12
+KNOWN = 32.0  # round-offs that a number must be to count as known: to 3 %, a strain of that much
 WIDE_EXP_ORDER = (5, 9)  # of a series without halvings
 WIDE_EXP_RADIUS = (0.12, 0.1)
 
@@ -61,19 +62,83 @@ def trial_deviation(h, A):
 
 
 @ti.func
-def _log_spectral(h):
-    """(deviator of ½ ln(I + h), trace) by eigen-decomposition.
+def round_off_of(w):
+    """Round-off of the eigenvalues 1 + w of b: the entries of b carry that of the largest one."""
+    return ti.static(by_precision(6e-8, 1e-16)) * (1.0 + ti.abs(w).max())
 
-    Entries of b carry round-off of the largest one, so an eigenvalue below that is noise, maybe negative: it is
-    lifted to that round-off (only reached by principal stretches that differ by 1e3 in float32, 1e7 in float64).
+
+@ti.func
+def _log_spectral(h):
+    """(deviator of ½ ln(I + h), trace) by eigen-decomposition, and 1 where every eigenvalue is more than round-off.
+
+    One that is not is noise, maybe negative: it is lifted to that round-off.
     Here ln(1 + w) is good enough for a small w too: it stands beside a strain that is not small.
     """
     w, V = eigen(h)
-    floor = ti.static(by_precision(6e-8, 1e-16)) * (1.0 + ti.abs(w).max())
-    e = 0.5 * ti.log(ti.max(1.0 + w, floor))
+    e = 0.5 * ti.log(ti.max(1.0 + w, round_off_of(w)))
     volume = e.sum()
     e -= volume / 3.0
-    return compose(e, V, h), volume
+    return compose(e, V, h), volume, ti.select(1.0 + w.min() > KNOWN * round_off_of(w), 1, 0)
+
+
+@ti.func
+def log_volume(h, A):
+    """½ ln det(f b fᵀ) of b = I + h and f = I + A, and 1 where both determinants are more than round-off.
+
+    b and f are tame where their product is not: sheared by γ, it has eigenvalues of about γ² and γ⁻².
+    """
+    f = A + ti.Matrix.identity(float, A.n)
+    sides, largest = 1.0, 1.0
+    for i in ti.static(range(A.n)):
+        side = 0.0
+        for j in ti.static(range(A.n)):
+            side += f[i, j] * f[i, j]
+        sides *= side
+    b = plus_isotropic(h, 1.0)
+    for i in ti.static(range(3)):
+        largest *= b[i]
+    step, start = f.determinant(), determinant(b)
+    noise, tiny = ti.static(KNOWN * by_precision(6e-8, 1e-16)), ti.static(by_precision(1e-37, 1e-300))
+    # Ordered comparisons, because a NaN fails them
+    known = step > noise * ti.sqrt(sides) and start > noise * largest and step < ti.static(by_precision(1e30, 1e100))
+    return 0.5 * ti.log(ti.max(start, tiny)) + ti.log(ti.max(step, tiny)), ti.select(known, 1, 0)
+
+
+@ti.func
+def smallest_of(w):
+    """Which of the three eigenvalues is to follow from the volume: the smallest; in plane strain of the plane's two,
+    since the third is not mixed with them. And whether the others are more than round-off."""
+    chosen = ti.select(w[0] <= w[1], 0, 1)
+    known = True
+    if ti.static(w.n == 3):
+        chosen = ti.select(w[2] < ti.min(w[0], w[1]), 2, chosen)
+        middle = ti.max(ti.min(w[0], w[1]), ti.min(ti.max(w[0], w[1]), w[2]))
+        known = 1.0 + middle > KNOWN * round_off_of(w)
+    return chosen, known
+
+
+@ti.func
+def strain_of_volume(h, volume):
+    """Deviator e of ½ ln(I + h) whose trace is known from elsewhere, e : e, and 1 if e is more than round-off, else 0.
+
+    The smallest eigenvalue, which beside a large one is nothing but round-off, follows from the other two: so a step
+    that shears by γ = 1e4 keeps its volume in float32, and a law does not take it for torn apart.
+    """
+    w, V = eigen(h)
+    e = 0.5 * ti.log(ti.max(1.0 + w, round_off_of(w)))
+    chosen, known = 0, True
+    if ti.static(h.n == 4):
+        chosen, known = smallest_of(ti.Vector([w[0], w[1]]))
+    else:
+        chosen, known = smallest_of(w)
+    total = e.sum()
+    for i in ti.static(range(3)):
+        e[i] = ti.select(i == chosen, volume - (total - e[i]), e[i])
+    e -= volume / 3.0
+    deviator2 = e.norm_sqr()
+    # An ordered comparison, because a NaN fails it
+    sound = known and deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100))
+    return compose(e, V, h), deviator2, ti.select(sound, 1, 0)
 
 
 @ti.func
@@ -139,15 +204,15 @@ def _log_in_space(h):
 
 @ti.func
 def hencky_strain(h):
-    """Deviator e and trace of ε = ½ ln(I + h), e : e, and 1 if they are finite, else 0."""
+    """Deviator e and trace of ε = ½ ln(I + h), e : e, and 1 if they are finite and more than round-off, else 0."""
     deviator, volume, deviator2, near = log_series(h)
-    finite = 1
+    known = 1
     if not near:
-        deviator, volume = _log_spectral(h)
+        deviator, volume, known = _log_spectral(h)
         deviator2 = contract(deviator, deviator)
         # An ordered comparison, because a NaN fails it
-        finite = ti.select(deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100)), 1, 0)
-    return deviator, volume, deviator2, finite
+        known *= ti.select(deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100)), 1, 0)
+    return deviator, volume, deviator2, known
 
 
 @ti.func

@@ -2,7 +2,6 @@
 
 import csv
 import difflib
-import re
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
@@ -15,6 +14,8 @@ from .leg import COMPONENTS, Leg, LoadingError
 DEFORMATION = tuple(f"F_{i}{j}" for i in "xyz" for j in "xyz")
 STRAINS = tuple(f"strain_{component}" for component in COMPONENTS)
 STRESSES = tuple(f"stress_{component}" for component in COMPONENTS)
+MAX_BYTES, MAX_ROWS = 64 << 20, 200_000
+LONGEST_LINE = 10_000
 UNITS = {**dict.fromkeys(DEFORMATION + STRAINS, "-"), **dict.fromkeys(STRESSES, "Pa"), "duration": "s"}
 
 
@@ -59,11 +60,20 @@ def read_loading(file):
     Raises LoadingError, which names the file, the line and the column; OSError for a file that cannot be read.
     """
     file = Path(file)
+    if file.exists() and not file.is_file():
+        raise LoadingError(f"{file}: not a file")
+    if file.stat().st_size > MAX_BYTES:
+        raise LoadingError(f"{file}: too large for a path ({file.stat().st_size >> 20} MiB)")
     try:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise LoadingError(f"{file}: not a text file (UTF-8)") from None
+    long = next((n for n, line in enumerate(text.splitlines(), 1) if len(line) > LONGEST_LINE), None)
+    if long is not None:
+        raise LoadingError(f"{file}: line {long}: more than {LONGEST_LINE} characters")
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if len(lines) > MAX_ROWS:
+        raise LoadingError(f"{file}: {len(lines) - 1} rows, {MAX_ROWS} at most")
     if len(lines) < 2:
         raise LoadingError(f"{file}: needs a line of column names and at least one row of numbers")
     columns = _columns(file, _cells(lines[0][1]))
@@ -81,7 +91,8 @@ def _cells(line):
 def _columns(file, cells):
     names = []
     for cell in cells:
-        name, unit = re.fullmatch(r"(.*?)\s*(?:\[(.*)\])?", cell).groups()
+        name, bracket, unit = cell.partition("[")
+        name, unit = name.strip(), unit.removesuffix("]") if bracket else None
         if name not in UNITS:
             near = difflib.get_close_matches(name, UNITS, n=1)
             hint = f"did you mean {near[0]}?" if near else "known are F_xx, strain_xx, stress_xx ... and duration"

@@ -4,19 +4,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .leg import LoadingError
 from .mixed_control import MixedControl
 from .stress_update import StressUpdate
 from .symmetric import invariants, pack, unpack
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Path:
     """What a material point did, one row for each step of the path.
 
     kirchhoff (n, 3, 3) [Pa], tension positive; p [Pa], compression positive; q [Pa]; p0 [Pa] (NaN where the law has
     none); elastic_strain (n, 3, 3), the Hencky strain (NaN for a rate law); plastic_volumetric_strain ln det Fp since
-    F = I (compaction negative); state (n, n_state); dissipation, summed from the start [J/m³]; iterations of each step,
-    −1 where one failed; deformation F (n, 3, 3).
+    F = I (compaction negative); state (n, n_state); dissipation, summed from the start [J/m³]; iterations of each step;
+    deformation F (n, 3, 3).
     """
 
     kirchhoff: np.ndarray
@@ -29,6 +30,13 @@ class Path:
     dissipation: np.ndarray
     iterations: np.ndarray
     deformation: np.ndarray
+
+    def __repr__(self):
+        if not len(self.p):
+            return "Path(no steps)"
+        failed = int((self.iterations < 0).sum())
+        return (f"Path({len(self.p)} steps, p = {self.p[-1]:.4g} Pa, q = {self.q[-1]:.4g} Pa at the end, dissipation"
+                f" {self.dissipation[-1]:.4g} J/m3" + (f", {failed} steps failed)" if failed else ")"))
 
     @property
     def cauchy(self):
@@ -46,13 +54,16 @@ class MaterialPoint:
         self.law, self.dimension, self.precision = law, dimension, precision
         self._update = StressUpdate(law, dimension, precision)
 
+    def __repr__(self):
+        return f"MaterialPoint({self.law.kind}, {self.precision}, {self.dimension}-D)"
+
     def drive(self, F, dt=1.0, stress=None):
         """Follow total deformation gradients F (n, d, d), starting from I with the law's initial state -> `Path`.
 
         Each step uses the exact relative gradient f = F_n F_(n−1)⁻¹; dt is the time of a step [s].
         stress: initial Kirchhoff stress (3, 3) [Pa], zero by default; rate laws need one.
         Raises ValueError for a path that is not (n, d, d), not finite, or has det F <= 0, and for an initial stress
-        that the law's initial state does not admit.
+        that the law's initial state does not admit; LoadingError, which names the step, where the law fails.
         """
         F = np.asarray(F, float)
         d = self.dimension
@@ -66,6 +77,10 @@ class MaterialPoint:
         followed = self._update.follow(
             pack(self.law.h_from_stress(start), d)[None], self._update.initial_state(1), increments[None], dt
         )
+        failed = np.flatnonzero(followed.iterations[0] < 0)
+        if len(failed):
+            raise LoadingError(f"step {failed[0] + 1}: the stress update failed; smaller steps may help",
+                               int(failed[0]) + 1)
         whole = np.tile(np.eye(3), (len(F), 1, 1))
         whole[:, :d, :d] = F
         entries = (followed.stress, followed.state, followed.dissipation, followed.iterations)

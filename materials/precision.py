@@ -4,14 +4,15 @@ import contextlib
 
 import numpy as np
 import taichi as ti
-from taichi.lang import impl
+
+from .compilation import compiler
 
 DTYPES = {"f32": (ti.f32, np.float32), "f64": (ti.f64, np.float64)}
 
 
 def by_precision(f32, f64):
     """Pick a constant for the float that the kernel under compilation works in; call it inside `ti.static`."""
-    return f32 if impl.get_runtime().default_fp == ti.f32 else f64
+    return f32 if compiler().working_float() == ti.f32 else f64
 
 
 @ti.func
@@ -44,15 +45,8 @@ def is_within(x, limit: ti.template()):
 def working_precision(name):
     """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
 
-    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
-    Raises RuntimeError when Taichi has not been started: importing a law must never start it.
+    -> Taichi's and NumPy's float. One thread at a time, since Taichi has one default float for all.
+    Raises RuntimeError when Taichi has not been started.
     """
-    runtime = impl.get_runtime()
-    if runtime.prog is None:
-        raise RuntimeError("Taichi is not running: call snowmpm.runtime.start() first")
-    before = runtime.default_fp
-    runtime.default_fp = DTYPES[name][0]
-    try:
+    with compiler().working_precision(DTYPES[name][0]):
         yield DTYPES[name]
-    finally:
-        runtime.default_fp = before

@@ -19,8 +19,8 @@ the error (Appl. Math. Lett. 2 (1989) 321, doi:10.1016/0893-9659(89)90079-7); th
 
 import taichi as ti
 
-from .elastic import trial_state
-from .hencky import deviation_of_strain, hencky_strain
+from .elastic import elastic_trial
+from .hencky import deviation_of_strain
 from .precision import by_precision
 from .series import expm1_series
 from .symmetric import PAIRS, add_symmetric_part, contract, plus_isotropic, product_in_space, trace
@@ -109,8 +109,7 @@ def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size,
 @ti.func
 def advance(rate: ti.template(), prm, h, state, A):
     """The update of `rate_update`."""
-    stretch, valid = trial_state(ti.Vector.zero(float, h.n), A)
-    deviator, volume, deviator2, finite = hencky_strain(stretch)
+    _, deviator, volume, deviator2, valid = elastic_trial(ti.Vector.zero(float, h.n), A)
     size = ti.sqrt(deviator2 + volume * volume * ti.static(1.0 / 3.0))
     isotropic = plus_isotropic(ti.Vector.zero(float, h.n), ti.static(1.0 / 3.0))
     solid = 1.0 + state[0]
@@ -151,7 +150,7 @@ def advance(rate: ti.template(), prm, h, state, A):
     state_new[0] = ti.max(smallest - 1.0, ti.min(state[0] + solid * grown, largest - 1.0))
     state_new[1] = ti.max(gap, 0.0)
     sound = h_new.norm_sqr() < ti.static(by_precision(3e38, 1e60))
-    if not sound or steps < 0 or valid * finite == 0:
+    if not sound or steps < 0 or valid == 0:
         h_new, state_new, dissipation, steps = h, state, 0.0, -1
     tau = ((1.0 + state_new[0]) / (1.0 + prm[2])) * h_new
     return h_new, tau, state_new, dissipation, steps

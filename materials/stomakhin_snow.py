@@ -7,6 +7,7 @@ import taichi as ti
 from pydantic import Field
 
 from .elastic import trial_state
+from .hencky import log_volume, round_off_of, smallest_of
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
 from .series import log1p_series
@@ -17,6 +18,7 @@ MAX_EXPONENT = 30.0  # of the hardening factor, up and down: exp(±30) keeps a s
 VOLUME_RATIOS = (1e-9, 1e4)  # bounds of J_P; beyond them the volume of a particle means nothing
 TOLERANCE = (5e-7, 1e-12)  # of a stretch (float32, float64): below it a trial state counts as admissible
 SERIES_ORDER = (5, 12)
+UNLIKE = 0.05  # least over largest eigenvalue of b, from which on down the volume tells the least
 SERIES_RADIUS = 0.05  # |h| up to which √(I + h) is summed: first term left out below 1e-2 |h|^order
 
 
@@ -47,12 +49,29 @@ def stretch_deviation(h):
 
 
 @ti.func
-def principal(h):
-    """Principal stretches − 1 of V = √(I + h), and their directions; a stretch below round-off is lifted to it."""
+def principal(h, before, A):
+    """Principal stretches − 1 of V = √(I + h), their directions, and 1 if they are more than round-off, else 0.
+
+    h: of the trial state f b fᵀ, from `before` = b − I and A = f − I. The smallest stretch beside one that is much
+    larger follows from the volume, as in `strain_of_volume`.
+    """
     w, V = eigen(h)
-    floor = ti.static(by_precision(6e-8, 1e-16)) * (1.0 + ti.abs(w).max())
-    w = ti.max(w, floor - 1.0)
-    return w / (1.0 + ti.sqrt(1.0 + w)), V
+    lifted = ti.max(w, round_off_of(w) - 1.0)
+    d, known = lifted / (1.0 + ti.sqrt(1.0 + lifted)), 1
+    if not (1.0 + w.min() > ti.static(UNLIKE) * (1.0 + w.max())):
+        volume, known = log_volume(before, A)
+        chosen, apart = 0, True
+        if ti.static(h.n == 4):
+            chosen, apart = smallest_of(ti.Vector([w[0], w[1]]))
+        else:
+            chosen, apart = smallest_of(w)
+        others = 1.0
+        for i in ti.static(range(3)):
+            others *= ti.select(i == chosen, 1.0, 1.0 + d[i])
+        for i in ti.static(range(3)):
+            d[i] = ti.select(i == chosen, ti.exp(volume) / others - 1.0, d[i])
+        known *= ti.select(apart, 1, 0)
+    return d, V, known
 
 
 @ti.func
@@ -81,7 +100,11 @@ def stomakhin_update(prm, h, state, A, dt):
         stretch, j = stretch_deviation(h_new)
         tau = plus_isotropic((2.0 * mu * factor) * (h_new - stretch), lam * factor * (1.0 + j) * j)
     else:
-        trial, V = principal(h_new)
+        trial, V, known = principal(h_new, h, A)
+        if valid * known == 0:
+            # Left out: the state as it was
+            valid, h_new = 0, h
+            trial, V, known = principal(h, h, 0.0 * ti.Matrix.identity(float, A.n))
         d = ti.max(-prm[3], ti.min(trial, prm[4]))
         if (ti.abs(trial - d) > ti.static(by_precision(*TOLERANCE))).any():
             plastic = 1

@@ -10,26 +10,29 @@ The step f = V R is followed as the rotation R, then the stretch V at a constant
 The elastic part up to the surface is exact (Y is a quadratic along a straight path). A substep is accepted when the
 difference between Euler's and the modified step is below the tolerance, in p and q, relative to p₀ (Sloan, Abbo & Sheng
 2001, doi:10.1108/02644400110365842). What is left of the step where the equations turn stiff (p₀ almost gone, or a
-denominator that is not positive: softening too steep for a unique answer), or beyond MAX_SUBSTEPS, is left to the
-implicit return, at its first order.
+denominator that is not positive: softening too steep for a unique answer), beyond MAX_SUBSTEPS, or of a step
+longer than LONGEST_STEP, is left to the implicit return, at its first order.
 """
 
 import taichi as ti
 
 from .critical_state_return import ellipse_at
+from .elastic import elastic_trial
 from .hencky import deviation_of_strain, hencky_strain, trial_deviation
 from .precision import by_precision
 from .symmetric import PAIRS, contract
 
 MAX_SUBSTEPS = 1000
 FAINT = 0.02  # p₀ over that at the start, below which the implicit return takes over
+LONGEST_STEP = 2.0  # strain of a step that is followed; of a longer one the start would be known too badly in float32
 STEEP = 0.05  # least denominator, over that without hardening
 
 
 @ti.func
 def turned_start(h_trial, A):
-    """h at the start of the step, turned by the rotation of f = I + A: V⁻¹ (f b fᵀ) V⁻¹ − I with V² = f fᵀ."""
-    deviator, volume, deviator2, _ = hencky_strain(trial_deviation(0.0 * h_trial, A))
+    """h at the start of the step, turned by the rotation of f = I + A: V⁻¹ (f b fᵀ) V⁻¹ − I with V² = f fᵀ; and 1 where
+    the step is not too large for that, 0 where round-off would be left of it."""
+    _, deviator, volume, deviator2, valid = elastic_trial(0.0 * h_trial, A)
     inverse = deviation_of_strain(deviator, -0.5 * volume, deviator2, -0.5)
     B = A
     for k in ti.static(range(inverse.n)):
@@ -37,7 +40,8 @@ def turned_start(h_trial, A):
         if ti.static(i < A.n and j < A.n):
             B[i, j] = inverse[k]
             B[j, i] = inverse[k]
-    return trial_deviation(h_trial, B)
+    within = deviator2 + volume * volume / 3.0 < LONGEST_STEP * LONGEST_STEP
+    return trial_deviation(h_trial, B), ti.select(within and valid == 1, 1, 0)
 
 
 @ti.func
@@ -85,9 +89,12 @@ def substeps(prm, h_trial, A, deviator_trial, volume_trial, zeta, collapsed):
     """
     K, tolerance = prm[0], prm[12]
     to_q = 2.0 * prm[1] * ti.static(1.5**0.5)
-    deviator, volume, _, _ = hencky_strain(turned_start(h_trial, A))
+    start, followed = turned_start(h_trial, A)
+    deviator, volume, _, _ = hencky_strain(start)
     d_deviator, d_volume = deviator_trial - deviator, volume_trial - volume
-    done = elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume)
+    done = 1.0
+    if followed == 1:
+        done = elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume)
     deviator += done * d_deviator
     volume += done * d_volume
     p0_start = ellipse_at(prm, 0.0, 0.0, zeta, collapsed, "")[4]

@@ -11,6 +11,7 @@ from snowmpm.render.pair import render_pair
 from snowmpm.render.peak_map import render_map
 from snowmpm.render.report import render_report
 from snowmpm.render.run_film import render_run
+from snowmpm.render.saw_test_compare import ComparedSawTest, render_saw_tests
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.strip import notes_of, render_strip
 from snowmpm.render.thalweg_plot import render_thalweg
@@ -19,6 +20,6 @@ from snowmpm.render.viewer import render_page
 PLOTS = {"history": render_history, "compression": render_compression, "saw_test": render_saw_test}
 """Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
 
-__all__ = ["PLOTS", "ComparedRun", "Comparison", "ElementCurves", "notes_of", "render_comparison",
+__all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "notes_of", "render_comparison",
            "render_compression", "render_element", "render_history", "render_map", "render_page", "render_pair",
-           "render_report", "render_run", "render_saw_test", "render_strip", "render_thalweg"]
+           "render_report", "render_run", "render_saw_test", "render_saw_tests", "render_strip", "render_thalweg"]

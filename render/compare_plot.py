@@ -57,7 +57,8 @@ def render_comparison(comparison, output, *, dpi=130):
 
 def comparison_figure(comparison, dpi=130):
     """A `Comparison` as a Matplotlib figure: the profiles above, over its whole width; below what else there is."""
-    panels = [_draw_fronts, _draw_energies]
+    fronts = all("front" in run.history for run in comparison.runs)  # saw tests and periodic domains have none
+    panels = [*([_draw_fronts] if fronts else []), _draw_energies]
     if any(run.line for run in comparison.runs):
         panels.append(_draw_line)
     if comparison.curve:

@@ -1,19 +1,13 @@
 """Stress against strain of a sample under a piston, with the stages that it goes through."""
 
-import sys
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from snowmpm.compression import StressStrain, stages
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.figure import check_ending, plain, prefixed, save
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from snowmpm.results.compression import StressStrain, stages
 
 CURVE, MARK = "#1d4f91", "#d9642a"
 BANDS = ("#e9f0f8", "#fbe9dd", "#eef5ec", "#f3e8f1")
@@ -50,7 +44,7 @@ def render_compression(run_path, output, *, dpi=130):
 
 def curve_of(run):
     """`StressStrain` of the obstacle that moves down in a domain with a floor."""
-    scene = tomllib.loads(run.provenance["scene"])
+    scene = run.scene
     pistons = {name: one for name, one in run.obstacles.items() if np.ptp(one.translation[:, 2]) > 0.0}
     if len(pistons) != 1 or "min" not in scene.get("domain", {}):
         raise InputError(f"{run.path}: no compression to plot: it takes one obstacle that moves down in a [domain] with"

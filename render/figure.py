@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from snowmpm.draft import draft
@@ -30,7 +31,7 @@ def plain(axes):
 def prefixed(*values, unit="Pa"):
     """Power of 1000 that suits the largest value, and the unit with its prefix."""
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in values), default=0.0)
-    for factor, prefix in ((1e6, "M"), (1e3, "k")):
+    for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
         if largest >= factor:
             return factor, prefix + unit
     return 1.0, unit
@@ -39,6 +40,17 @@ def prefixed(*values, unit="Pa"):
 def save(figure, output, dpi):
     """Draw `figure` to `output`, which is there complete or not at all. Returns its path."""
     path = Path(output)
+    _take_literally(figure)
     with draft(path) as part:
         FigureCanvasAgg(figure).print_figure(part, dpi=dpi, bbox_inches="tight", pad_inches=0.15)
     return path
+
+
+def _take_literally(figure):
+    """Show dollar signs in titles, labels and legends as they are: names come from files, and would be read as
+    formulas. Numbers along the axes keep their powers of ten."""
+    numbers = {label for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)
+               for label in (*axis.get_ticklabels(which="both"), axis.get_offset_text())}
+    for text in figure.findobj(Text):
+        if text not in numbers:
+            text.set_parse_math(False)

@@ -1,7 +1,9 @@
-"""Pictures into a file: MP4, GIF, one PNG or a folder of them. An unfinished file never carries the final name."""
+"""Pictures into a file: MP4, GIF, one PNG or a folder of them. An unfinished file never carries the final name.
+
+A film that is interrupted is kept as FILM.unfinished.mp4 or .gif, as far as it has come.
+"""
 
 import io
-import struct
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,9 +12,9 @@ from PIL import Image
 
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
+from snowmpm.render.mp4 import film_so_far, open_mp4, unfinished
 
 FILMS = (".mp4", ".gif")
-QUALITY = "20"  # of H.264: constant rate factor, 18 is visually lossless
 
 
 def output_kind(output):
@@ -27,7 +29,7 @@ def output_kind(output):
 def open_film(output, fps):
     """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end.
 
-    Raises OSError when it cannot be written.
+    Raises OSError when it cannot be written, and KeyboardInterrupt that names what was kept of a film.
     """
     path, kind = Path(output), output_kind(output)
     if kind == "":
@@ -37,52 +39,37 @@ def open_film(output, fps):
     elif kind == ".png":
         yield lambda picture: _write_picture(picture, path)
     elif kind == ".gif":
-        # In memory: imageio has all pictures there anyway, and leaves a traceback where it cannot write them
-        film = io.BytesIO()
-        with imageio.get_writer(film, format="GIF", mode="I", duration=1000.0 / fps, loop=0) as writer:
-            yield writer.append_data
-        with draft(path) as part:
-            part.write_bytes(film.getbuffer())
+        with _open_gif(path, fps) as show:
+            yield show
     else:
-        with draft(path) as part:
-            with _encoder(part, fps) as writer:
-                yield writer.append_data
-            if not _is_whole(part):
-                raise OSError("ffmpeg left it unfinished")
+        with open_mp4(path, fps) as show:
+            yield show
+
+
+@contextmanager
+def _open_gif(path, fps):
+    """As `open_mp4`; but what is drawn lies in memory until the end, and is lost when the program is killed."""
+    # imageio has all pictures in memory anyway, and leaves a traceback where it cannot write them
+    film, pictures = io.BytesIO(), 0
+
+    def show(picture):
+        nonlocal pictures
+        writer.append_data(picture)
+        pictures += 1
+
+    try:
+        with imageio.get_writer(film, format="GIF", mode="I", duration=1000.0 / fps, loop=0) as writer:
+            yield show
+    except KeyboardInterrupt as interruption:
+        if not pictures:
+            raise
+        with draft(unfinished(path)) as part:
+            part.write_bytes(film.getbuffer())
+        raise film_so_far(unfinished(path), pictures) from interruption
+    with draft(path) as part:
+        part.write_bytes(film.getbuffer())
 
 
 def _write_picture(picture, path):
     with draft(path) as part:
         Image.fromarray(picture).save(part)
-
-
-def _encoder(path, fps):
-    options = ["-crf", QUALITY, "-preset", "medium", "-movflags", "+faststart"]
-    return imageio.get_writer(
-        path,
-        format="FFMPEG",
-        mode="I",
-        fps=fps,
-        codec="libx264",
-        pixelformat="yuv420p",
-        macro_block_size=2,
-        output_params=options,
-        ffmpeg_log_level="quiet",
-    )
-
-
-def _is_whole(path):
-    """Whether the boxes of an MP4 file, each a length and a name, fill it to the end, the index among them.
-
-    ffmpeg's end is not looked at by imageio: on a full disk it leaves a file that no player opens.
-    """
-    size, at, names = path.stat().st_size, 0, set()
-    with open(path, "rb") as file:
-        while at + 8 <= size:
-            file.seek(at)
-            length, name = struct.unpack(">I4s", file.read(8))
-            if length == 1:
-                length = int.from_bytes(file.read(8), "big")
-            names.add(name)
-            at += max(length, 8) if length else size - at
-    return at == size and {b"moov", b"mdat"} <= names

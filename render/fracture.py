@@ -1,6 +1,5 @@
 """The weak layer of a run: which snow it is, how far it has failed, and what lies over it."""
 
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +8,6 @@ from matplotlib.colors import LinearSegmentedColormap
 from snowmpm.errors import InputError
 from snowmpm.render.colour import ColourScale
 from snowmpm.render.framing import downhill
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 NAME = "fracture"  # the colour that asks for it
 WEAK = "anticrack_cam_clay"
@@ -35,9 +29,9 @@ class WeakLayer:
         Raises InputError for a scene without one, and for a run that does not hold the fields that show it.
         """
         try:
-            scene = tomllib.loads(run.provenance.get("scene", ""))
+            scene = run.scene if "scene" in run.provenance else {}
             bodies, weak = _bodies(scene), _weak(scene)
-        except (tomllib.TOMLDecodeError, LookupError, TypeError, AttributeError):
+        except (InputError, LookupError, TypeError, AttributeError):
             raise InputError(f"{run.path}: its scene cannot be read, so its weak layer is not known") from None
         materials = list(run.provenance.get("materials", scene.get("materials", {})))
         if not weak:

@@ -1,12 +1,15 @@
 """The history of a run as a plot: front, speed, energies, time step and what limits it, loads and pressure on
 obstacles."""
 
+import textwrap
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impact
+from snowmpm.io.status import cautions
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227", "#5a6570")
@@ -35,7 +38,7 @@ def history_figure(run, dpi=130):
     """The history of a run as a Matplotlib figure; a quantity that it does not hold has no panel."""
     history = run.history
     panels = [
-        (_draw_way, history.keys() & {"front", "runout"}),
+        (_draw_way, history.keys() & {"front", "front_distance"}),
         (_draw_speed, history.keys() & {"max_speed"}),
         (_draw_energies, history.keys() & ENERGIES.keys()),
         (_draw_steps, history.keys() & {"steps", "dt"}),
@@ -54,6 +57,10 @@ def history_figure(run, dpi=130):
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     title = run.name.replace("_", " ")
     figure.suptitle(title, fontsize=13, fontweight="bold", color="#11161c")
+    warned = cautions(run)
+    if warned:
+        figure.supxlabel(textwrap.fill(f"NOT FINAL: {' '.join(warned)}", 62 * min(len(drawn), 2)), fontsize=9,
+                         color="#c1121f", fontweight="bold")
     cells = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
     for axes, draw in zip(cells, drawn, strict=False):
         plain(axes)
@@ -76,7 +83,8 @@ def _legend(axes):
 
 
 def _draw_way(axes, run):
-    for name, label, colour in (("front", "from the first centre", COLOURS[0]), ("runout", "run-out", COLOURS[1])):
+    for name, label, colour in (("front", "from the first centre of mass", COLOURS[0]),
+                                ("front_distance", "from the top of what moved", COLOURS[1])):
         if name in run.history:
             axes.plot(run.history["time"], run.history[name], color=colour, lw=1.8, label=label)
     _legend(axes)
@@ -86,7 +94,7 @@ def _draw_way(axes, run):
 def _draw_speed(axes, run):
     axes.plot(run.history["time"], run.history["max_speed"], color=COLOURS[0], lw=1.8)
     axes.set_ylim(bottom=0.0)
-    _named(axes, "largest speed", "[m/s]")
+    _named(axes, "speed of the fastest particle", "[m/s]")
 
 
 def _draw_energies(axes, run):

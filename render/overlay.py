@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 INK = (24, 34, 46)
+WARNING = (193, 18, 31)
 HALO = (255, 255, 255)
 PANEL = (255, 255, 255, 178)
 EDGE = 16  # from a panel to the edge of a picture 720 pixels high
@@ -28,17 +29,22 @@ class Overlay:
         """Pixels for a length given for a picture 720 pixels high, at least one."""
         return max(1, round(length * self.unit))
 
-    def text(self, position, words, size=20, anchor="la", bold=False):
+    def text(self, position, words, size=20, anchor="la", bold=False, ink=INK):
         """`words` with a halo, so that they can be read on snow, rock and sky."""
         halo = max(1, round(0.09 * size * self.unit))
         font = _font(max(8, round(size * self.unit)), bold)
-        self.draw.text(position, words, INK, font, anchor, stroke_width=halo, stroke_fill=HALO)
+        self.draw.text(position, words, ink, font, anchor, stroke_width=halo, stroke_fill=HALO)
 
     def heading(self, title, time, duration=1.0):
         """Title and time in the upper left corner; duration [s]: of the whole run, which chooses the unit."""
         left, (factor, prefix) = self.px(28), small_prefix(10.0 * duration)
         self.text((left, self.px(22)), title, 24, bold=True)
         self.text((left, self.px(56)), f"t = {time / factor:.2f} {prefix}s", 22)
+
+    def warnings(self, sentences):
+        """Below the heading, in red: why what the picture shows is not final, a line each."""
+        for k, words in enumerate(sentences):
+            self.text((self.px(28), self.px(88 + 22 * k)), words, 15, bold=True, ink=WARNING)
 
     def note(self, words, side="left"):
         """A small line in a lower corner."""

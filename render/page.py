@@ -5,6 +5,7 @@ import html
 from pathlib import Path
 
 from snowmpm.draft import write_text
+from snowmpm.render import document as content
 
 FOLDER = Path(__file__).parent / "web"
 TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".svg": "image/svg+xml", ".mp4": "video/mp4"}
@@ -34,11 +35,62 @@ def section(title, *parts):
     return f"<h2>{escaped(title)}</h2>\n{inner}" if inner else ""
 
 
-def table(rows):
-    """Names and values in two columns, from a dictionary of texts; nothing when it is empty."""
-    cells = "".join(f"<tr><td>{escaped(name)}</td><td class=number>{escaped(value)}</td></tr>\n"
+def table(rows, named=None):
+    """Names and values in two columns, from a dictionary of texts; nothing when it is empty.
+
+    named: `Quantity` by row name: its name leads to its definition, which also shows where the pointer rests.
+    """
+    named = named or {}
+    cells = "".join(f"<tr><td>{_linked(name, named.get(name))}</td><td class=number>{escaped(value)}</td></tr>\n"
                     for name, value in rows.items())
     return f"<table>\n{cells}</table>" if cells else ""
+
+
+def _linked(words, quantity):
+    if quantity is None or not quantity.definition:
+        return escaped(words)
+    return f'<a href="#{escaped(quantity.name)}" title="{escaped(quantity.definition)}">{escaped(words)}</a>'
+
+
+def definitions(quantities):
+    """What quantities mean, each under its name, where links lead."""
+    inner = "".join(f'<dt id="{escaped(one.name)}">{escaped(one.label)} <code>{escaped(one.name)}</code></dt>'
+                    f"<dd>{escaped(one.definition)}</dd>\n" for one in quantities)
+    return f"<dl>\n{inner}</dl>" if inner else ""
+
+
+def page_of(document):
+    """A whole page from a `snowmpm.render.document.Document`."""
+    parts = [f"<h1>{escaped(document.title)}</h1>", f'<p class="lead">{escaped(document.lead)}</p>']
+    for one in document.sections:
+        inner = [block(part) for part in one.blocks]
+        parts.append(section(one.title, *inner) if one.title else "\n".join(part for part in inner if part))
+    parts += [f"<footer>{escaped(document.foot)}</footer>", script(document.script) if document.script else ""]
+    return page(document.title, "\n".join(part for part in parts if part))
+
+
+def block(part):
+    """One block of a document as HTML."""
+    match part:
+        case content.Numbers(rows):
+            return numbers(rows)
+        case content.Note(text, kind):
+            return note(text, kind)
+        case content.Paragraph(text):
+            return f'<p class="lead">{escaped(text)}</p>'
+        case content.Picture(path, words):
+            return figure(path, words)
+        case content.Columns(pictures):
+            return columns(figure(one.path, one.words) for one in pictures)
+        case content.Table(rows, named):
+            return table(rows, named)
+        case content.Listing(text, summary):
+            return listing(text, summary)
+        case content.Definitions(quantities):
+            return definitions(quantities)
+        case content.Live(html_text):
+            return html_text
+    raise TypeError(f"not a block of a document: {type(part).__name__}")
 
 
 def numbers(rows):

@@ -1,16 +1,22 @@
-"""Rasters of a run over the shaded terrain, in map coordinates: peak depth, speed and pressure, deposit; with the
-release, the thalweg and the run-out line."""
+"""Rasters of a run over the shaded terrain, in map coordinates: peak depth, speed and pressure, deposit, arrival; with
+the release, the thalweg, the run-out line, and an observed outline."""
+
+import textwrap
 
 import matplotlib.cm
 import numpy as np
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, PowerNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.parameters import parameters
+from snowmpm.io.projection import projection_name
+from snowmpm.io.status import status_of
+from snowmpm.quantities.classes import Classes, classes_of
+from snowmpm.quantities.table import quantity
 from snowmpm.render import light
-from snowmpm.render.colour import SNOW_WHITE_LOW
 from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, save
 from snowmpm.render.overlay import ticks
@@ -18,37 +24,50 @@ from snowmpm.render.relief import build_relief
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])
-PRESSURES = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # kPa, between the classes of hazard maps and two beyond
-PRESSURE_COLOURS = ListedColormap(["#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#b01e5c", "#6d1169", "#24083a"])
-RELEASE, LINE = "#101418", "#c1121f"
-DEPTH = LinearSegmentedColormap.from_list("depth", ["#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"])
+RELEASE, LINE, OBSERVED = "#101418", "#c1121f", "#0a7d33"
+GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
+"""Of a raster that has no classes."""
 
 
-def render_map(run_path, name, output, *, dpi=150):
+def render_map(run_path, name, output, *, observed=None, dpi=150):
     """Draw the raster `name` of a run over its terrain as a PNG, PDF or SVG. Returns the path written.
 
-    Axes are map coordinates [m]. Pressures are shown in the classes of hazard maps; cells where the flow was thinner
-    than the run's `flow_depth` are pale. Outline of the release, thalweg and run-out line, where the run has them.
-    Credits in the provenance (a key `attribution` anywhere in it) are printed below.
+    Axes are map coordinates [m], up is north. Values are shown in the classes that tables and QGIS styles use
+    (`snowmpm.quantities.classes`); cells where the flow was thinner than the run's `flow_depth` are pale. Outline of
+    the release, thalweg and run-out line, where the run has them; below: projection, what the run was computed with,
+    and whether it is final (`snowmpm.io.status`). Credits in the provenance (a key `attribution` anywhere in it) too.
+    observed: outline of an avalanche that was seen, rings (n, 2) in map coordinates [m], drawn beside the computed one.
     Raises InputError for an unknown raster, one without values, or another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
+    check_ending(output)
+    return save(map_figure(run, name, observed=observed, dpi=dpi), output, dpi)
+
+
+def map_figure(run, name, *, observed=None, dpi=150):
+    """The raster `name` of a `Run` as a Matplotlib figure; arguments and errors as of `render_map`."""
     if name not in run.maps:
         raise InputError.not_in("map", name, run.maps or ["(the run has none)"], file=run.path)
-    check_ending(output)
     raster = run.maps[name]
-    filled = np.argwhere(np.isfinite(raster.values) & (raster.values > 0.0))
+    filled = np.argwhere(np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time")))
     if not len(filled):
         raise InputError(f"{run.path}: map {name} has no values to draw")
+    whole = run.maps.get("peak_depth", raster)
+    if whole.values.shape == raster.values.shape and (whole.values > 0.0).any():
+        filled = np.argwhere(whole.values > 0.0)  # so that all maps of a run show the same ground
     lower, upper = _box(raster, filled, run.terrain)
+    for ring in observed or ():
+        plan = np.asarray(ring, float) - run.origin[:2]
+        lower, upper = np.minimum(lower, plan.min(axis=0)), np.maximum(upper, plan.max(axis=0))
     figure = Figure(figsize=_figure_size(lower, upper), dpi=dpi, layout="constrained")
     axes = figure.add_subplot(aspect="equal")
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
         _draw_terrain(axes, run, lower, upper)
     _draw_raster(figure, axes, run, raster, name)
-    _draw_lines(axes, run)
-    _draw_frame(figure, axes, run, name, lower, upper)
-    return save(figure, output, dpi)
+    _draw_lines(axes, run, observed)
+    _draw_frame(axes, run, name, lower, upper)
+    _draw_margin(figure, axes, run)
+    return figure
 
 
 def _box(raster, filled, terrain):
@@ -105,23 +124,22 @@ def _extent(run, raster):
 
 
 def _draw_raster(figure, axes, run, raster, name):
-    values = np.where(raster.values > 0.0, raster.values, np.nan)
-    highest, units = float(np.nanmax(values)), raster.units
-    options = {"extent": _extent(run, raster), "origin": "lower", "interpolation": "nearest", "zorder": 3}
-    options["alpha"] = np.where(_thin(run, raster), 0.3, 0.9)
-    if raster.units == "Pa":
-        values, highest, units = values / 1e3, highest / 1e3, "kPa"
-        options.update(cmap=PRESSURE_COLOURS, norm=BoundaryNorm(PRESSURES, PRESSURE_COLOURS.N, extend="max"))
-    elif "speed" in name or "velocity" in name:
-        options.update(cmap=SNOW_WHITE_LOW, vmin=0.0, vmax=highest)
-    else:
-        # By the root: a gully fills tens of metres deep in one cell, and most of a flow is a tenth of that
-        options.update(cmap=DEPTH, norm=PowerNorm(0.5, vmin=0.0, vmax=highest))
-    drawn = axes.imshow(values, **options)
-    drawn_bar = matplotlib.cm.ScalarMappable(drawn.norm, drawn.cmap)  # in full colours
-    bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02)
-    bar.set_label(f"{name.replace('_', ' ')} [{units}]")
-    bar.ax.set_title(f"max {highest:.0f}" if highest >= 100.0 else f"max {highest:.3g}", fontsize=9)
+    there = np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time"))
+    values = np.where(there, raster.values, np.nan)
+    largest = float(np.nanmax(values))
+    classes = classes_of(name, largest) or Classes(tuple(ticks(0.0, largest)[1:6]), GREYS, unit=raster.units)
+    used = min(len(classes.limits), int(np.searchsorted(classes.limits, largest, side="right")))
+    limits = classes.limits[: max(used, 1)]
+    bounds = [0.0, *limits, max(largest, limits[-1] * 1.001) * 1.001]
+    colours = ListedColormap(classes.colours[: len(limits) + 1])
+    norm = BoundaryNorm(bounds, colours.N)
+    axes.imshow(values, extent=_extent(run, raster), origin="lower", interpolation="nearest", zorder=3, cmap=colours,
+                norm=norm, alpha=np.where(_thin(run, raster), 0.3, 0.9))
+    drawn_bar = matplotlib.cm.ScalarMappable(norm, colours)  # in full colours
+    bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02, spacing="uniform", ticks=bounds[:-1])
+    bar.ax.set_yticklabels([f"{bound / classes.scale:g}" for bound in bounds[:-1]])
+    bar.set_label(f"{quantity(name).label}  [{classes.unit}]")
+    bar.ax.set_title(f"max {quantity(name, raster.units).text(largest)}", fontsize=9, loc="left")
 
 
 def _thin(run, raster):
@@ -132,29 +150,39 @@ def _thin(run, raster):
     return ~(depth.values >= limit)
 
 
-def _draw_lines(axes, run):
-    """Release, thalweg and run-out line, each where the run has it, and a legend."""
+def _draw_lines(axes, run, observed):
+    """Release, thalweg, run-out line and observed outline, each where there is one, and a legend."""
     release, profile, line = run.maps.get("release_depth"), run.hazard.get("profile"), run.hazard.get("runout_line")
     if release is not None and np.nanmax(release.values, initial=0.0) > 0.0:
-        there = (np.nan_to_num(release.values) > 0.0).astype(float)
+        # Ten values a cell, so that the line follows the edges of the cells
+        there = np.kron(np.pad((np.nan_to_num(release.values) > 0.0).astype(float), 1), np.ones((10, 10)))
         west, east, south, north = _extent(run, release)
-        half = 0.5 * release.cell
-        x = np.linspace(west + half, east - half, there.shape[1])
-        y = np.linspace(south + half, north - half, there.shape[0])
+        beyond = 0.95 * release.cell
+        x = np.linspace(west - beyond, east + beyond, there.shape[1])
+        y = np.linspace(south - beyond, north + beyond, there.shape[0])
         axes.contour(x, y, there, levels=[0.5], colors=[RELEASE], linewidths=1.6, zorder=5)
         axes.plot([], [], color=RELEASE, lw=1.6, label="release")
     if profile:
         axes.plot(profile["x"], profile["y"], color=RELEASE, lw=1.0, ls=(0, (5, 4)), zorder=5, label="thalweg")
     if line:
         (x0, y0), (x1, y1) = line
-        numbers = run.hazard["numbers"]
-        label = f"run-out {numbers['runout']:.0f} m, travel angle {numbers['travel_angle']:.1f}°"
-        axes.plot([x0, x1], [y0, y1], color=LINE, lw=2.6, zorder=6, label=label)
+        axes.plot([x0, x1], [y0, y1], color=LINE, lw=2.6, zorder=6, label=runout_words(run))
+    for k, ring in enumerate(observed or ()):
+        closed = np.concatenate([ring, ring[:1]])
+        axes.plot(*closed.T, color="white", lw=3.4, zorder=5)
+        axes.plot(*closed.T, color=OBSERVED, lw=2.0, zorder=6, label="observed" if k == 0 else None)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
 
 
-def _draw_frame(figure, axes, run, name, lower, upper):
+def runout_words(run):
+    """Run-out and travel angle of a `Run` in words, "so far" where they are not final."""
+    numbers = run.hazard["numbers"]
+    runout, angle = (quantity(name).text(numbers.get(name)) for name in ("runout", "travel_angle"))
+    return f"run-out{status_of(run).so_far} {runout}, travel angle {angle}"
+
+
+def _draw_frame(axes, run, name, lower, upper):
     axes.set_xlim(run.origin[0] + lower[0], run.origin[0] + upper[0])
     axes.set_ylim(run.origin[1] + lower[1], run.origin[1] + upper[1])
     plain = FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " "))
@@ -165,11 +193,34 @@ def _draw_frame(figure, axes, run, name, lower, upper):
     axes.tick_params(axis="y", labelrotation=90)
     axes.set_xlabel("east [m]")
     axes.set_ylabel("north [m]")
-    axes.set_title(f"{run.name}: {name}".replace("_", " "))
+    axes.set_title(f"{run.name}: {quantity(name).label}".replace("_", " "))
     _draw_length(axes, upper - lower)
-    credits = attribution(run.provenance)
-    if credits:
-        figure.supxlabel(credits, fontsize=7, color="0.3")
+    _draw_north(axes)
+
+
+def _draw_margin(figure, axes, run):
+    """Below the map: projection, what the run was computed with, credits; in the map: why it is not final."""
+    status, width = status_of(run), max(40, round(12.5 * figure.get_size_inches()[0]))
+    projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
+    facts = ", ".join(text if name in ("method", "version") else f"{name} {text}"
+                      for name, text in parameters(run).items() if name != "scene")
+    lines = [f"{projection}; {facts}.", attribution(run.provenance)]
+    if status.final:
+        lines[0] += f" {status.text.capitalize()}."
+    else:
+        box = {"facecolor": "white", "alpha": 0.9, "edgecolor": LINE, "boxstyle": "round,pad=0.4"}
+        axes.text(0.5, 0.985, textwrap.fill(status.text, max(30, round(0.62 * width))), transform=axes.transAxes,
+                  ha="center", va="top", fontsize=8.5, color=LINE, fontweight="bold", bbox=box, zorder=8)
+    figure.supxlabel("\n".join(row for line in lines if line for row in textwrap.wrap(line, width)), fontsize=7,
+                     color="0.3")
+
+
+def _draw_north(axes):
+    """An arrow to grid north in the lower right corner."""
+    axes.annotate("N", xy=(0.955, 0.125), xytext=(0.955, 0.035), xycoords="axes fraction", ha="center", va="center",
+                  fontsize=11, fontweight="bold", zorder=7,
+                  arrowprops={"facecolor": "black", "edgecolor": "white", "width": 3, "headwidth": 10},
+                  bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.5})
 
 
 def _draw_length(axes, size):

@@ -4,76 +4,109 @@ import json
 import math
 import tempfile
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
 from PIL import Image
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-from snowmpm.io.hazard_units import unit_of
 from snowmpm.io.impact import impact
+from snowmpm.io.parameters import parameters
+from snowmpm.io.projection import projection_name
 from snowmpm.io.remarks import remarks
+from snowmpm.io.status import status_of
+from snowmpm.quantities.quantity import written
+from snowmpm.quantities.table import quantity
 from snowmpm.render import page
+from snowmpm.render.document import (
+    Columns,
+    Definitions,
+    Document,
+    Listing,
+    Live,
+    Note,
+    Numbers,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+)
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
 from snowmpm.render.history_plot import render_history
 from snowmpm.render.peak_map import render_map
+from snowmpm.render.report_pdf import write_pdf
 from snowmpm.render.run_film import nearest_frame, view_of
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.thalweg_plot import render_thalweg
 from snowmpm.render.viewer import viewer
+from snowmpm.stages import stage
 
 SIZE = (1280, 620)
 MOMENTS = 4
 FILM = 24 << 20  # bytes: a larger film is named, not put in
+ENDINGS = (".html", ".pdf")
 
 
 def render_report(run_path, output, *, interactive=True, size=SIZE):
-    """Write the report of a run to an .html file that holds all it shows; -> its path.
+    """Write the report of a run to an .html file that holds all it shows, or to a .pdf; -> its path.
 
-    interactive: with the scene to turn in three dimensions, some megabytes; size: of its pictures [px].
+    interactive: with the scene to turn in three dimensions, some megabytes, on a page; size: of its pictures [px].
     Raises InputError for a run without frames, or another ending.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
-    if not str(output).lower().endswith(".html"):
-        raise InputError.at("output", str(output), "must end in .html")
+    kind = Path(output).suffix.lower()
+    if kind not in ENDINGS:
+        raise InputError.at("output", str(output), "must end in .html or .pdf")
     view = view_of(run, size)
-    title = view.title.replace("_", " ")
-    with tempfile.TemporaryDirectory() as folder:
-        body = "\n".join(part for part in (
-            f"<h1>{page.escaped(title)}</h1>", f'<p class="lead">{page.escaped(_lead(run))}</p>',
-            page.numbers(_key_numbers(run)), *_warnings(run),
-            page.section("Pictures", *_pictures(run, view, Path(folder)), _film(run)),
-            page.section("To turn and move through", _turning(run, view, interactive)),
-            page.section("Curves", *_curves(run, Path(folder))),
-            page.section("Maps", *_maps(run, Path(folder))),
-            page.section("Numbers of hazard mapping", page.table(_hazard(run))),
-            page.section("Impact", *_impacts(run)),
-            page.section("Audit at the end", page.table(_audit(run))),
-            page.section("Settings", page.listing(run.provenance.get("scene", "not known"), "the resolved scene")),
-            page.section("How to make it again", *_reproduction(run)),
-            f"<footer>snowmpm {page.escaped(run.provenance.get('version', ''))}: {page.escaped(run.path)}</footer>",
-            page.script("viewer.js") if interactive else "") if part)
-    return page.write_page(output, page.page(title, body))
+    with tempfile.TemporaryDirectory() as folder, stage("writing the report", 4, "parts with pictures") as now:
+        document = _document(run, view, Path(folder), interactive and kind == ".html", now)
+        return write_pdf(document, output) if kind == ".pdf" else page.write_page(output, page.page_of(document))
+
+
+def _document(run, view, folder, interactive, now):
+    """The report of a `Run`, its pictures drawn to `folder`; now: the `Stage` that counts the parts with pictures."""
+    def drawn(title, make):
+        section = Section(title, list(make()))
+        now.done += 1
+        return section
+
+    return Document(view.title.replace("_", " "), _lead(run), [
+        Section("", [Numbers(_key_numbers(run)), *_warnings(run)]),
+        drawn("Pictures", lambda: [*_pictures(run, view, folder), *_film(run)]),
+        drawn("To turn and move through", lambda: _turning(run, view, interactive)),
+        drawn("Curves", lambda: _curves(run, folder)),
+        drawn("Maps", lambda: _maps(run, folder)),
+        Section("Numbers of hazard mapping", list(_hazard(run))),
+        Section("Areas by class", list(_areas(run))),
+        Section("Impact", list(_impacts(run))),
+        Section("Audit at the end", [_table(_last_row(run), run.units)]),
+        Section("What the numbers mean", [Definitions(_told(run))]),
+        Section("Settings", [Listing(run.provenance.get("scene", "not known"), "the resolved scene")]),
+        Section("How to make it again", list(_reproduction(run))),
+    ], f"snowmpm {run.provenance.get('version', '')}: {run.path}", "viewer.js" if interactive else None)
 
 
 def _lead(run):
     kind = "three dimensions" if run.dimension == 3 else "plane strain"
-    state = "" if run.complete else " Not complete: it goes on, or was stopped."
     return (f"A simulation in {kind} over {run.times[-1]:g} s, {len(run)} frames, with {_count(run.n_points(0))}"
-            f" particles on cells of {run.provenance.get('dx', math.nan):g} m.{state}")
+            f" particles on cells of {run.provenance.get('dx', math.nan):g} m.")
 
 
 def _key_numbers(run):
     history, numbers = run.history, run.hazard.get("numbers", {})
     found = {"particles": _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
-    if "max_speed" in history:
-        found["largest speed of any particle"] = f"{np.nanmax(history['max_speed']):.3g} m/s"
-    if "runout" in history:
-        found["run-out in plan"] = f"{np.nanmax(np.nan_to_num(history['runout'])):.3g} m"
-    for name, words, unit in (("deposit_volume", "deposit", "m³"), ("largest_pressure", "largest pressure", "kPa")):
+    so_far = status_of(run).so_far
+    for name in ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure",
+                 "deposit_volume"):
         if name in numbers:
-            found[words] = f"{numbers[name] / (1e3 if unit == 'kPa' else 1.0):.3g} {unit}"
+            found[quantity(name).label + so_far] = quantity(name).text(numbers[name])
+    if "max_speed" in history and "largest_flow_speed" not in numbers:
+        found["fastest particle"] = quantity("max_speed").text(float(np.nanmax(history["max_speed"])))
+    if "front_distance" in history and "runout" not in numbers:
+        furthest = float(np.nanmax(np.nan_to_num(history["front_distance"])))
+        found[quantity("front_distance").label] = quantity("front_distance").text(furthest)
     if "wall_time" in run.summary:
         found["computed in"] = _duration(run.summary["wall_time"])
     return found
@@ -82,12 +115,12 @@ def _key_numbers(run):
 def _warnings(run):
     """Marked lines: what in the audit a reader should know of, or that there is nothing."""
     found = list(remarks(run))
-    return [page.note(text) for text in found] or [page.note("The audit shows nothing to warn of.", "good")]
+    return [Note(text) for text in found] or [Note("The audit shows nothing to warn of.", "good")]
 
 
 def _pictures(run, view, folder):
     for i in _moments(run):
-        yield page.figure(_as_jpeg(view.picture(i), folder / f"{i}.jpg"), f"t = {run.times[i]:g} s")
+        yield Picture(_as_jpeg(view.picture(i), folder / f"{i}.jpg"), f"t = {run.times[i]:g} s")
     try:
         WeakLayer.of(run)
     except InputError:
@@ -97,8 +130,8 @@ def _pictures(run, view, folder):
     broken = view_of(run, view.size, None if space else FRACTURE, camera, cutaway=space)
     i = _half_broken(run, broken.layer)
     cut = ", what lies over it cut away" if run.dimension == 3 else ""
-    yield page.figure(_as_jpeg(broken.picture(i), folder / "weak_layer.jpg"),
-                      f"t = {run.times[i]:g} s: the weak layer as it fails{cut}")
+    yield Picture(_as_jpeg(broken.picture(i), folder / "weak_layer.jpg"),
+                  f"t = {run.times[i]:g} s: the weak layer as it fails{cut}")
 
 
 def _half_broken(run, layer):
@@ -130,56 +163,72 @@ def _as_jpeg(picture, path):
 def _film(run):
     film = run.path.with_name("film.mp4")
     if not film.is_file():
-        return ""
+        return []
     if film.stat().st_size > FILM:
-        return page.note(f"The film, {film.stat().st_size >> 20} MiB, lies beside the run: {film.name}", "good")
-    return page.figure(film, "the film")
+        return [Note(f"The film, {film.stat().st_size >> 20} MiB, lies beside the run: {film.name}", "good")]
+    return [Live(page.figure(film, "the film"), f"The film lies beside the run: {film.name}")]
 
 
 def _turning(run, view, interactive):
     if not interactive:
-        return ""
-    return (viewer(run, view) + '<p class="lead">Drag to turn, wheel or two fingers to come closer, shift-drag to move,'
-            " double-click to go back.</p>")
+        return []
+    return [Live(viewer(run, view)), Paragraph("Drag to turn, wheel or two fingers to come closer, shift-drag to move,"
+                                               " double-click to go back.")]
 
 
 def _curves(run, folder):
     if len(run.history.get("time", ())) > 1:
-        yield page.figure(render_history(run, folder / "history.png"), "Over time.")
+        yield Picture(render_history(run, folder / "history.png"), "Over time.")
     if run.saw_test:
-        yield page.figure(render_saw_test(run, folder / "saw_test.png"), "The saw test.")
+        yield Picture(render_saw_test(run, folder / "saw_test.png"), "The saw test.")
 
 
 def _maps(run, folder):
-    drawn = [(render_map(run, name, folder / f"{name}.png"), f"{name} [{raster.units}]".replace("_", " "))
+    drawn = [Picture(render_map(run, name, folder / f"{name}.png"), quantity(name).definition)
              for name, raster in run.maps.items() if (raster.values > 0.0).any()]
-    yield page.columns(page.figure(*one) for one in drawn)
+    if drawn:
+        yield Columns(tuple(drawn))
     if run.hazard.get("profile"):
-        yield page.figure(render_thalweg(run, folder / "thalweg.png"), "Along the thalweg.")
+        yield Picture(render_thalweg(run, folder / "thalweg.png"), "Along the thalweg.")
 
 
 def _hazard(run):
-    return {name.replace("_", " "): f"{_number(value)} {_unit(unit_of(name))}".strip()
-            for name, value in run.hazard.get("numbers", {}).items()}
+    if run.hazard:
+        status = status_of(run)
+        yield Note(status.text, "good" if status.final else "warning")
+        yield _table(run.hazard.get("numbers", {}))
+        known = {"projection": projection_name(run.provenance.get("crs")) or "not known", **parameters(run)}
+        yield Table(known)
+
+
+def _areas(run):
+    for name, rows in run.hazard.get("classes", {}).items():
+        yield Table({f"{quantity(name).label}, {row['class']}": written(row["area"], "m2") for row in rows})
 
 
 def _impacts(run):
     for name, obstacle in run.obstacles.items():
         one = impact(obstacle)
         if one:
-            yield page.table({"obstacle": name, "arrival": f"{one.arrival:.4g} s", "early peak": f"{one.peak:.4g} Pa",
-                              "of the peak": f"{one.peak_time:.4g} s", "steady part": f"{one.steady:.4g} Pa"})
+            yield Table({"obstacle": name, "arrival": written(one.arrival, "s"), "early peak": written(one.peak, "Pa"),
+                         "of the peak": written(one.peak_time, "s"), "steady part": written(one.steady, "Pa")})
 
 
-def _audit(run):
-    last = {name: values[-1] for name, values in run.history.items() if len(values) and name != "time"}
-    return {name.replace("_", " "): f"{_number(value)} {_unit(run.units.get(name, ''))}".strip()
-            for name, value in last.items()}
+def _last_row(run):
+    return {name: values[-1] for name, values in run.history.items() if len(values) and name != "time"}
 
 
-def _unit(unit):
-    """A unit as it is read: none for "1", powers raised."""
-    return {"1": "", "m2": "m²", "m3": "m³", "degrees": "°"}.get(unit, unit)
+def _table(values, units=None):
+    """Values by quantity name as a table that leads to their definitions."""
+    named = {name: quantity(name, (units or {}).get(name, "")) for name in values}
+    return Table({one.label: one.text(values[name]) for name, one in named.items()},
+                 {one.label: one for one in named.values()})
+
+
+def _told(run):
+    """The quantities of the report that have a definition, each once."""
+    names = dict.fromkeys([*run.hazard.get("numbers", {}), *run.maps, *_last_row(run)])
+    return tuple(one for one in map(quantity, names) if one.definition)
 
 
 def _reproduction(run):
@@ -187,18 +236,14 @@ def _reproduction(run):
     precision, backend = origin.get("precision", "f32"), origin.get("backend", "auto")
     made = {name: origin[name] for name in ("version", "taichi", "numpy", "python", "backend", "device", "threads",
                                             "precision", "seed") if name in origin}
-    yield page.listing("\n".join([f"# with snowmpm {origin.get('version', '')}",
-                                  f"snowmpm run scene.toml --backend {backend} --precision {precision}",
-                                  f"snowmpm report runs/{origin.get('scene_name', 'NAME')}"]))
-    yield ('<p class="lead">scene.toml lies in the folder of the run, and is the text under Settings. On a processor'
-           " the result is bitwise the same for any number of threads.</p>")
-    yield page.table(made)
+    yield Listing("\n".join([f"# with snowmpm {origin.get('version', '')}",
+                             f"snowmpm run scene.toml --backend {quote(backend)} --precision {quote(precision)}",
+                             f"snowmpm report {quote('runs/' + origin.get('scene_name', 'NAME'))}"]))
+    yield Paragraph("scene.toml lies in the folder of the run, and is the text under Settings. On a processor the"
+                    " result is bitwise the same for any number of threads.")
+    yield Table(made)
     if run.summary:
-        yield page.listing(json.dumps(run.summary, indent=1), "summary.json")
-
-
-def _number(value):
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
+        yield Listing(json.dumps(run.summary, indent=1), "summary.json")
 
 
 def _count(number):

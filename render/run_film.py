@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.status import cautions
 from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.credit import attribution
@@ -115,7 +116,7 @@ class _View:
         self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
-        self.title = run.name
+        self.title, self._cautions = run.name, cautions(run)
 
     def fields_of(self, i):
         """Frame `i` with the fields that its colours need."""
@@ -141,6 +142,8 @@ class _View:
 
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
+        if time == self.run.times[-1]:
+            overlay.warnings(self._cautions)
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 

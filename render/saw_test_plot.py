@@ -1,8 +1,11 @@
 """A propagation saw test as field studies show it: crack in space and time, its speed, the slab that bends and settles.
 
 Space-time diagram and speed against crack length as from tracked markers (Bergfeld et al. 2021,
-doi:10.5194/tc-15-3539-2021), settlement of points of the slab with time, deflection of the slab at several times.
+doi:10.5194/tc-15-3539-2021), settlement of points of the slab with time, deflection of the slab at several times;
+beside it what theories say, and how the test was made.
 """
+
+import textwrap
 
 import numpy as np
 from matplotlib import colormaps
@@ -10,63 +13,52 @@ from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.saw_theories import FLAT, compared
+from snowmpm.io.saw_words import outcome, set_up
 from snowmpm.render.figure import check_ending, plain, save
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227")
 LEGEND = {"fontsize": 8, "edgecolor": "none", "framealpha": 0.8, "borderpad": 0.2}
 SAW, TIP = "#11161c", "#d9642a"
 SETTLING = "Blues"
+USUAL = 90.0
+"""Percentile of the speeds that must fit into their panel."""
 POINTS = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the column, whose settlement is drawn over time
 
 
-def render_saw_test(run_path, output, *, dpi=130):
+def render_saw_test(run_path, output, *, dpi=130, theories=None):
     """Draw the saw test of a run (a folder, a file or a `snowmpm.io.Run`) to a PNG, PDF or SVG.
 
+    theories: {name: value} beside those that the run's summary holds (`saw_test.theories`).
     Returns the path written. Raises InputError for another ending, or a run without a saw test or without rows of it.
     """
     check_ending(output)
     run = run_path if isinstance(run_path, Run) else Run(run_path)
-    return save(saw_test_figure(run, dpi), output, dpi)
+    return save(saw_test_figure(run, dpi, theories), output, dpi)
 
 
-def saw_test_figure(run, dpi=130):
+def saw_test_figure(run, dpi=130, theories=None):
     """The saw test of a run as a Matplotlib figure."""
     test = run.saw_test
     if test is None:
         raise InputError(f"{run.path}: not a saw test")
     if len(test["time"]) < 3:
         raise InputError(f"{run.path}: no measurements to plot yet")
-    figure = Figure(figsize=(13.5, 7.6), dpi=dpi, layout="constrained")
+    figure = Figure(figsize=(17.5, 7.6), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     about, found = test.about, run.summary.get("saw_test", {})
+    found = {**found, "theory": {**found.get("theory", {}), **(theories or {})}}
+    words = f"\n{outcome(found, test)}" if "crack_length" in found else ""
     title = run.name.replace("_", " ")
     figure.suptitle(f"{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
-                    f" weak layer {1e3 * about['weak_layer_thickness']:g} mm" + _in_words(found, test),
+                    f" weak layer {1e3 * about['weak_layer_thickness']:g} mm{words}",
                     fontsize=12, fontweight="bold", color="#11161c")
-    cells = figure.subplots(2, 3).ravel()
-    for axes, draw in zip(cells, (_space_time, _speed, _energy, _deflection, _settlement, _slip), strict=True):
+    cells = figure.subplots(2, 4).ravel()
+    panels = (_space_time, _speed, _energy, _lengths, _deflection, _settlement, _slip, _words)
+    for axes, draw in zip(cells, panels, strict=True):
         plain(axes)
         draw(figure, axes, test, found)
     return figure
-
-
-def _in_words(found, test):
-    length = found.get("critical_length")
-    if not found:
-        return ""
-    if length is None:
-        return "\nno crack runs by itself"
-    words = f"\ncritical length {length:.2f} m"
-    if found.get("crack_speed"):
-        words += f", crack speed {found['crack_speed']:.0f} m/s"
-    if found.get("collapse_height"):
-        words += f", collapse height {1e3 * found['collapse_height']:.2f} mm"
-    if found.get("fracture_energy"):
-        words += f", fracture energy {found['fracture_energy']:.2f} J/m²"
-    if found.get("runs_to_the_end"):
-        return words
-    late = test["tip"][test["time"] > 0.9 * test["time"][-1]]
-    return words + f", {'still running' if np.ptp(late) > 0.0 else 'arrest'} at {found['crack_length']:.1f} m"
 
 
 def _named(axes, title, x, y):
@@ -95,7 +87,11 @@ def _space_time(figure, axes, test, found):
     figure.colorbar(mesh, ax=axes, label=f"settling speed of the slab  [{unit}]", pad=0.01)
     arrival = test["arrival"]
     axes.plot(x, arrival, ".", ms=2.2, color=TIP, label="weak layer broken")
-    axes.plot(test["saw"], time, color=SAW, lw=1.4, label="saw")
+    axes.plot(test["saw"], time, color=SAW, lw=1.4, label=f"saw, {test.about['saw_speed']:g} m/s")
+    if found.get("critical_length"):
+        axes.axvline(found["critical_length"], color=TIP, lw=1.0, ls="--", label="critical length")
+    if test.about["notch"] > 0.0:
+        axes.axvspan(0.0, test.about["notch"], color="0.6", lw=0, alpha=0.5, label="notch")
     axes.set_xlim(0.0, test.about["length"])
     axes.set_ylim(*_window(test))
     axes.grid(False)
@@ -109,11 +105,14 @@ def _speed(figure, axes, test, found):
     own = np.isfinite(arrival) & (x > first)
     for window, style in ((0.5 * D, {"color": "0.7", "lw": 1.0, "label": "over half a slab thickness"}),
                           (2.0 * D, {"color": TIP, "lw": 2.0, "label": "over two"})):
-        axes.plot(*_local_speed(x[own], arrival[own], window), **style)
+        axes.plot(*local_speed(x[own], arrival[own], window), **style)
     theory = {**{name: test.about[name] for name in ("shear_wave_speed", "plate_wave_speed")},
               **found.get("theory", {})}
-    top = 1.25 * max([1.0, *(line.get_ydata().max() for line in axes.lines if len(line.get_ydata()))])
-    for name, label, style in (("collapse_wave_speed", "collapse wave (Heierli 2005)", "--"),
+    # Where two cracks meet, or one leaves at the free end, the last bins break almost at once: that is no speed
+    top = 1.25 * max([1.0, *(float(np.percentile(line.get_ydata(), USUAL)) for line in axes.lines
+                             if len(line.get_ydata()))])
+    flat = abs(test.about["slope_angle"]) <= FLAT
+    for name, label, style in (*([("collapse_wave_speed", "collapse wave (Heierli 2005)", "--")] if flat else []),
                                ("shear_wave_speed", "0.6 shear waves of the slab", ":"),
                                ("plate_wave_speed", "plate waves of the slab", "-.")):
         value = theory.get(name)
@@ -121,13 +120,13 @@ def _speed(figure, axes, test, found):
         if value and (value < top or name != "plate_wave_speed"):
             axes.axhline(value, color="0.35", lw=1.0, ls=style, label=f"{label}: {value:.0f} m/s")
             top = max(top, 1.15 * value)
-    axes.set_ylim(0.0, top)
+    axes.set_ylim(0.0, 1.45 * top)  # room for the legend
     axes.set_xlim(0.0, test.about["length"])
-    axes.legend(loc="lower right", **LEGEND)
+    axes.legend(loc="upper left", ncols=2, **{**LEGEND, "fontsize": 7})
     _named(axes, "speed of the crack", "crack length  [m]", "[m/s]")
 
 
-def _local_speed(x, arrival, window):
+def local_speed(x, arrival, window):
     """Slope of x over the arrival in windows of that length [m]: middles and speeds."""
     if len(x) < 3:
         return np.zeros(0), np.zeros(0)
@@ -151,6 +150,43 @@ def _energy(figure, axes, test, found):
     axes.set_ylim(bottom=0.0)
     axes.legend(**LEGEND)
     _named(axes, "energy that the crack takes", "along the column  [m]", "[J/m²]")
+
+
+def _lengths(figure, axes, test, found):
+    """The critical length, and what theories say of it."""
+    pairs = [one for one in compared(found, test.about["slope_angle"]) if one.theory.measured == "critical_length"]
+    length = found.get("critical_length")
+    said = {one.theory.label: one.predicted for one in pairs}
+    rows = {**({"measured": length} if length else {}), **said}
+    for k, (label, value) in enumerate(rows.items()):
+        colour = TIP if label == "measured" else "0.55"
+        axes.barh(k, value, height=0.32, color=colour)
+        axes.text(0.0, k - 0.26, label, fontsize=8, va="bottom")
+        axes.text(value, k, f" {value:.2f} m", fontsize=8, va="center")
+    if length:
+        axes.axvline(length, color=TIP, lw=1.0, ls="--")
+    else:
+        words = "no crack ran by itself" if "crack_length" in found else "known when the run has ended"
+        axes.text(0.5, 0.5, words, fontsize=9, ha="center", transform=axes.transAxes)
+    axes.set_yticks([])
+    axes.set_ylim(max(len(rows), 1) - 0.5, -0.7)
+    axes.set_xlim(0.0, 1.25 * max([*rows.values(), 1e-3]))
+    _named(axes, "critical length, and theories of it", "cut  [m]", "")
+
+
+def _words(figure, axes, test, found):
+    """How the test was made, the load beside Maxwell's, and why measured and predicted numbers lie far apart."""
+    about, rows = test.about, set_up(test.about)
+    maxwell = found.get("theory", {}).get("maxwell_load")
+    if maxwell:
+        above = "above: a collapse can run" if about["normal_stress"] > maxwell else "below: no collapse runs"
+        rows["Maxwell's load"] = f"{maxwell:.0f} Pa normal; the load lies {above} on the flat"
+    lines = [f"{what}: {words}" for what, words in rows.items()]
+    lines += [one.remark for one in compared(found, about["slope_angle"]) if one.remark]
+    axes.axis("off")
+    axes.set_title("how it was made and read", loc="left", fontsize=10)
+    axes.text(0.0, 1.0, "\n".join(textwrap.fill(line, 60, subsequent_indent="   ") for line in lines), fontsize=7.5,
+              va="top", linespacing=1.3, transform=axes.transAxes)
 
 
 def _times(test, count=6):

@@ -7,8 +7,9 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from snowmpm.draft import draft
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 from snowmpm.render.run_film import nearest_frame, view_of
+from snowmpm.stages import counted
 
 GAP = 6  # px of white between two moments
 
@@ -24,7 +25,7 @@ def render_strip(run, output, *, times=None, color=None, camera=None, size=(1280
         raise InputError.at("output", str(output), "must end in .png")
     view = view_of(run, tuple(size), color, camera)
     chosen = dict.fromkeys([len(run) - 1] if times is None else [nearest_frame(run, time) for time in times])
-    pictures = [Image.fromarray(view.picture(i)) for i in chosen]
+    pictures = [Image.fromarray(view.picture(i)) for i in counted(chosen, "drawing", "pictures")]
     with draft(path) as part:
         for plot in plots:
             plot(run, part)
@@ -35,9 +36,12 @@ def render_strip(run, output, *, times=None, color=None, camera=None, size=(1280
 
 
 def notes_of(path):
-    """The notes that `render_strip` put into a picture."""
-    with Image.open(path) as picture:
-        return dict(getattr(picture, "text", {}))
+    """The notes that `render_strip` put into a picture. Raises InputError for what is no readable picture."""
+    try:
+        with Image.open(path) as picture:
+            return dict(getattr(picture, "text", {}))
+    except Exception as error:  # damaged files fail in Pillow in a dozen ways
+        raise InputError(f"{path}: not a readable picture ({shown_line(error, 100)})") from None
 
 
 def _text(notes):

@@ -1,12 +1,18 @@
 """The avalanche along its thalweg: ground, travel angle, and the peak values across it."""
 
+import textwrap
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.records import Record
+from snowmpm.io.status import status_of
+from snowmpm.quantities.classes import PRESSURES
 from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, plain, save
+from snowmpm.render.peak_map import runout_words
 
 GROUND, SNOW, LINE = "#4a4f55", "#3f8fc8", "#c1121f"
 PANELS = (
@@ -14,7 +20,6 @@ PANELS = (
     ("peak_speed", "speed  [m/s]", 1.0, "#1d4f91"),
     ("peak_pressure", "pressure ρv²  [kPa]", 1e3, "#d9642a"),
 )
-LIMITS = (1.0, 3.0, 10.0, 30.0)  # kPa
 
 
 def render_thalweg(run_path, output, *, dpi=130):
@@ -26,14 +31,15 @@ def render_thalweg(run_path, output, *, dpi=130):
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     check_ending(output)
-    profile = {name: np.array(values) for name, values in run.hazard.get("profile", {}).items()}
+    profile = Record({name: np.array(values) for name, values in run.hazard.get("profile", {}).items()},
+                     f"{run.path}: thalweg")
     if not profile:
         raise InputError(f"{run.path}: no thalweg: the run is two-dimensional, not yet at its end, or nothing moved")
     figure = Figure(figsize=(8.5, 10.0), dpi=dpi, layout="constrained")
     grounds, *others = figure.subplots(1 + len(PANELS), 1, sharex=True, height_ratios=[2.0, 1.0, 1.0, 1.0])
     title = run.name.replace("_", " ")
     figure.suptitle(f"{title}: along the thalweg", fontsize=13, fontweight="bold", color="#11161c")
-    _draw_ground(grounds, profile, run.hazard["numbers"])
+    _draw_ground(grounds, profile, run)
     for axes, (name, label, scale, colour) in zip(others, PANELS, strict=True):
         plain(axes)
         axes.fill_between(profile["s"], profile[name] / scale, color=colour, alpha=0.25, lw=0.0, step="mid")
@@ -43,24 +49,30 @@ def render_thalweg(run_path, output, *, dpi=130):
         axes.set_ylim(bottom=0.0)
     others[0].step(profile["s"], profile["deposit_depth"], color="#11161c", lw=1.2, where="mid", label="at the end")
     others[0].legend(fontsize=8, edgecolor="none")
-    for limit in LIMITS:
+    for limit in (pressure / 1e3 for pressure in PRESSURES):
         if limit < others[2].get_ylim()[1]:
             others[2].axhline(limit, color="0.6", lw=0.6, ls=":")
     others[-1].set_xlabel("way along the thalweg, in plan  [m]")
+    status = status_of(run)
+    if not status.final:
+        figure.text(0.5, 0.955, textwrap.fill(status.text, 100), ha="center", va="top", fontsize=9, color=LINE,
+                    fontweight="bold")
+        figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.945 - 0.013 * len(textwrap.wrap(status.text, 100))))
+        figure.suptitle(f"{title}: along the thalweg", y=0.985, fontsize=13, fontweight="bold", color="#11161c")
     credits = attribution(run.provenance)
     if credits:
         figure.supxlabel(credits, fontsize=7, color="0.3")
     return save(figure, output, dpi)
 
 
-def _draw_ground(axes, profile, numbers):
+def _draw_ground(axes, profile, run):
     plain(axes)
+    numbers = run.hazard["numbers"]
     s, z = profile["s"], profile["z"]
     axes.fill_between(s, z, np.nanmin(z), color=GROUND, alpha=0.15, lw=0.0)
     axes.plot(s, z, color=GROUND, lw=1.6)
     ends = ([0.0, numbers["runout"]], [numbers["top"], numbers["top"] - numbers["fall"]])
-    words = f"run-out {numbers['runout']:.0f} m, fall {numbers['fall']:.0f} m: {numbers['travel_angle']:.1f}°"
-    axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=words)
+    axes.plot(*ends, color=LINE, lw=1.2, ls="--", label=runout_words(run))
     axes.plot(ends[0][1], ends[1][1], "o", color=LINE, ms=5)
     axes.set_ylabel("height  [m]")
     axes.legend(fontsize=9, edgecolor="none")

@@ -88,3 +88,60 @@ def _choose(schema, node, here):
         return len(here.keys() & _resolve(schema, member).get("properties", {}))
 
     return _choose(schema, max(tables, key=known), here)
+
+
+DEEPEST = 6
+"""Tables in tables that `all_keys` follows."""
+
+
+def all_keys(schema, data):
+    """(path, value, description) of every key that a scene with this data may have, set or not; value: None where it is
+    not set. A table that is not set counts as a key, with what it may hold below it; of a list, the entries there are.
+    """
+    yield from _keys_below(schema, (), data, data)
+
+
+def _keys_below(schema, path, here, data):
+    if len(path) > 2 * DEEPEST:
+        return
+    if isinstance(here, list | tuple):
+        for i, item in enumerate(here):
+            if isinstance(item, dict):
+                yield from _keys_below(schema, (*path, i), item, data)
+        return
+    known = table_at(schema, path, data)
+    names = dict.fromkeys([*(here or {}), *known.get("properties", {})])
+    for name in names:
+        value = (here or {}).get(name)
+        below = (*path, name)
+        if isinstance(value, dict) or (isinstance(value, list | tuple) and value and isinstance(value[0], dict)):
+            yield from _keys_below(schema, below, value, data)
+            continue
+        about = table_at(schema, below, data)
+        yield below, value, about.get("description", "")
+        if value is None and len(path) < DEEPEST:
+            yield from _unset(schema, _table_of(schema, about), below)
+
+
+def _unset(schema, table, path):
+    """Keys of a table that is not set."""
+    for name, node in (table or {}).get("properties", {}).items():
+        yield (*path, name), None, _resolve(schema, node).get("description", "")
+
+
+def _table_of(schema, node):
+    """The one table that a node stands for, or None: not for one of several kinds."""
+    members = [_resolve(schema, one) for one in node.get("anyOf", [node])]
+    tables = [one for one in members if "properties" in one]
+    return tables[0] if len(tables) == 1 else None
+
+
+def values_at(schema, path, data):
+    """What the key at `path` may be, where it is one of a few words."""
+    node = table_at(schema, path, data)
+    members = [_resolve(schema, one) for one in node.get("anyOf", node.get("oneOf", [node]))]
+    found = []
+    for one in members:
+        found += one.get("enum", [one["const"]] if "const" in one else [])
+        found += [True, False] if one.get("type") == "boolean" else []
+    return [value for value in found if value is not None]

@@ -1,18 +1,26 @@
 """From a name or a TOML file to a validated scene."""
 
 import contextlib
+import re
+import sys
 from pathlib import Path
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from snowmpm.errors import InputError, nearest, nearest_file
+from snowmpm.reading.toml_text import MAX_DEPTH
 from snowmpm.scenes.cards import with_cards
 from snowmpm.scenes.library import FOLDER, library
-from snowmpm.scenes.messages import describe, shown
+from snowmpm.scenes.messages import describe, dotted, shown
 from snowmpm.scenes.schema import Scene
 from snowmpm.scenes.space import surroundings
 from snowmpm.scenes.toml import parse
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 def load_scene(name_or_path, overrides=None):
@@ -41,6 +49,20 @@ def load_scene(name_or_path, overrides=None):
     return scene
 
 
+def with_overrides(scene, overrides):
+    """A loaded scene with other values of some keys, as `load_scene` takes them. Raises InputError."""
+    data = tomllib.loads(scene.to_toml())
+    for key, value in overrides.items():
+        override(data, key, value, scene.source)
+    try:
+        with surroundings(base_dir=scene.base_dir):
+            changed = Scene.model_validate(data)
+    except ValidationError as error:
+        raise InputError(describe(error, data, Scene, scene.source)) from None
+    changed._base_dir, changed._source = scene.base_dir, scene.source
+    return changed
+
+
 def find_scene(name_or_path):
     """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError when there is none."""
     path = Path(name_or_path)
@@ -62,11 +84,13 @@ def find_scene(name_or_path):
 def override(data, key, value, path):
     """Set one dotted key, making the tables on its way; entries of lists are addressed by their index."""
     parts = key.split(".")
+    if len(parts) > MAX_DEPTH:
+        raise _misplaced(path, key, value, f"a key has at most {MAX_DEPTH} parts")
     here = data
     for i, part in enumerate(parts):
         last = i == len(parts) - 1
         if isinstance(here, list):
-            if not part.isdecimal() or int(part) >= len(here):
+            if not re.fullmatch("[0-9]{1,9}", part) or int(part) >= len(here):
                 entries = f"entries 0 to {len(here) - 1}" if here else "no entries"
                 raise _misplaced(path, key, value, f"{'.'.join(parts[:i])} is a list with {entries}")
             part = int(part)
@@ -83,4 +107,4 @@ def override(data, key, value, path):
 
 
 def _misplaced(path, key, value, why):
-    return InputError(f"{path}: {key} = {shown(value)}: {why}")
+    return InputError(f"{path}: {dotted(key.split('.'))} = {shown(value)}: {why}")

@@ -3,11 +3,12 @@
 import functools
 import re
 
-from snowmpm.errors import did_you_mean
+from snowmpm.errors import did_you_mean, printable, shown_line
 from snowmpm.scenes.keytree import kinds_at, real_keys, table_at
 
 MAX_LINES = 2
 MAX_VALUE = 60  # characters of a value that a message repeats
+MAX_KEY = 120  # and of a key
 
 ALLOWED = {
     "greater_than": "must be > {gt:g}",
@@ -41,7 +42,7 @@ def describe(error, data, model, file):
 
     file: name that stands before each line.
     """
-    schema = _schema(model)
+    schema = schema_of(model)
     # A key that is not known usually explains the one that is missing.
     order = {"extra_forbidden": 0, "unexpected_keyword_argument": 0, "missing": 2, "missing_keyword_only_argument": 2}
     problems = error.errors(include_url=False)
@@ -58,7 +59,8 @@ def describe(error, data, model, file):
 
 
 @functools.cache
-def _schema(model):
+def schema_of(model):
+    """JSON schema of a pydantic model."""
     return model.model_json_schema()
 
 
@@ -109,12 +111,7 @@ def _suggestion(word, known):
 
 def dotted(path):
     """Keys on the way to a value as one: bodies.0.velocity."""
-    return printable(".".join(str(part) for part in path))
-
-
-def printable(text):
-    """Text on one line, without what would move a terminal's cursor: such characters as escapes."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return shown_line(".".join(str(part) for part in path), MAX_KEY)
 
 
 def shown(value):
@@ -122,9 +119,10 @@ def shown(value):
     if isinstance(value, bool):
         text = "true" if value else "false"
     elif isinstance(value, str):
-        text = f'"{printable(value)}"'
+        text = f'"{printable(value[: MAX_VALUE + 1])}"'
     elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{printable(key)} = {shown(item)}" for key, item in list(value.items())[:5]) + "}"
+        items = [f"{printable(key[:MAX_VALUE])} = {shown(item)}" for key, item in list(value.items())[:5]]
+        text = "{" + ", ".join(items) + "}"
     elif isinstance(value, list | tuple):
         text = "[" + ", ".join(shown(item) for item in value[:20]) + "]"
     else:

@@ -8,6 +8,7 @@ from snowmpm.materials import LAWS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
+from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
 OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J", "id")
@@ -25,8 +26,9 @@ class Output(Spec):
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
     map_cell: Positive | None = None
-    """side of a plan cell of the maps of a 3-D run [m]; when missing as wide as holds 16 particles at a tenth of the
-    release depth, below which nothing counts as affected, and two grid spacings at least"""
+    """side of a plan cell of the maps of a 3-D run [m]: a whole multiple, or a whole fraction, of an elevation raster's
+    cells. When missing: the smallest multiple that holds 24 particles at a tenth of the release depth, below which
+    nothing counts as affected, and is two grid spacings wide; without a raster, that width rounded up to two digits"""
 
     @field_validator("fields")
     @classmethod
@@ -99,12 +101,12 @@ class Solver(Spec):
     method: Literal["mpm", "sph"] = "mpm"
     dx: Positive
     """grid spacing (mpm) or particle spacing (sph) [m]"""
-    kernel: Literal["quadratic", "cubic"] = "quadratic"
-    gradient: Literal["affine", "shape"] = "affine"
+    kernel: Literal[tuple(BASES)] = "quadratic"
+    gradient: Literal[GRADIENTS] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
     cubic kernel and flip, the classical scheme). affine is closer to the exact stress and tears later; shape suits thin
     bodies that bend far, whose ends affine lets hang too low"""
-    transfer: Literal["apic", "pic", "flip", "aflip"] = "apic"
+    transfer: Literal[tuple(TRANSFERS)] = "apic"
     """errors fall as dx^2 with apic, flip and aflip of every kernel and gradient, with pic as dx at best; the spacing
     of particles ends that at some thousandths of a displacement with 4 in a cell, at a third of it with 9"""
     flip_ratio: Fraction = 0.97

@@ -6,23 +6,27 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr, model_validator
 
 from snowmpm.errors import did_you_mean
+from snowmpm.glance import Glance
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.events import Event
+from snowmpm.scenes.forces import Damping, Force
+from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
 from snowmpm.scenes.reference import OF_SPACE, Reference
 from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
+from snowmpm.scenes.stop import Stop
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 
 
 class Initial(Spec):
     """Stress at time zero: none, geostatic (in balance with the weight), settled by quasi-static relaxation, or an
-    isotropic pressure that walls hold."""
+    isotropic pressure that walls hold; or all that particles carry, from another run."""
 
     stress: Literal["none", "geostatic", "settle", "isotropic"] = "none"
     lateral_pressure: NonNegative | None = None
@@ -31,6 +35,9 @@ class Initial(Spec):
     """isotropic: the pressure in all material [Pa]"""
     tolerance: Positive = 2e-3
     """settle: largest speed over sqrt(g D), D the depth of the snow, and share of the weight that is not carried [-]"""
+    from_run: Annotated[str, Field(strict=True, min_length=1, max_length=1000)] | None = Field(None, alias="from")
+    """folder of a run, relative to the scene file: bodies of the same name start as they were at its end, with places,
+    velocities, stresses and states; their shape here then says nothing"""
 
     @model_validator(mode="after")
     def _has_stress(self):
@@ -38,10 +45,14 @@ class Initial(Spec):
             raise refuse('needs stress = "geostatic" or "settle"', "lateral_pressure", self.lateral_pressure)
         if (self.stress == "isotropic") != (self.pressure is not None):
             raise refuse('stress = "isotropic" and pressure belong together', "pressure", self.pressure)
+        if self.from_run is not None and self.stress not in ("none", "settle"):
+            raise refuse("does not go with from, which gives the stress: none or settle", "stress", self.stress)
+        if self.from_run is not None and "\0" in self.from_run:
+            raise refuse("must be the folder of a run", "from", self.from_run)
         return self
 
 
-class Scene(Spec):
+class Scene(Glance, Spec):
     """A scene file. Files it names are relative to `base_dir`, the folder of the TOML file."""
 
     name: Name
@@ -50,8 +61,8 @@ class Scene(Spec):
     """2 (plane strain, axes x, z) or 3 (axes x, y, z)"""
     end_time: Positive
     """[s]"""
-    gravity: by_type(number=Number, list=Vector) = 9.81
-    """acceleration [m/s2], downward, or a vector"""
+    gravity: by_type(number=Number, list=Vector, table=Gravity) = 9.81
+    """acceleration [m/s2], downward, or a vector, or a table: how it changes with time"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
     """of every random choice"""
     output: Output = Output()
@@ -65,7 +76,13 @@ class Scene(Spec):
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
     events: tuple[Event, ...] = ()
+    forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
+    """accelerations and pressures in space and time"""
+    damping: Damping | None = None
+    """a drag on all motion; none when missing"""
     initial: Initial = Initial()
+    stop: Stop = Stop()
+    """when a run ends before end_time"""
     saw_test: SawTest | None = None
     """a propagation saw test, which makes bodies and domain; x and z are then along the slope and normal to it"""
     reference: Reference | None = None
@@ -103,12 +120,28 @@ class Scene(Spec):
 
     @property
     def gravity_vector(self) -> tuple[float, ...]:
-        """Acceleration of gravity, one component an axis [m/s2]."""
+        """Acceleration of gravity, one component an axis [m/s2]; of a table its `value`."""
         if self.saw_test:
             return self.saw_test.gravity_vector(self.gravity, self.dimension)
-        if isinstance(self.gravity, tuple):
-            return self.gravity
-        return (0.0,) * (self.dimension - 1) + (-self.gravity,)
+        value = self.gravity.value if isinstance(self.gravity, Gravity) else self.gravity
+        if isinstance(value, tuple):
+            return value
+        return (0.0,) * (self.dimension - 1) + (-value,)
+
+    def __str__(self):
+        return repr(self)
+
+    def _glance(self):
+        facts = {"solver": f"{self.solver.method}, dx = {self.solver.dx:g} m, {self.solver.precision}",
+                 "time": f"0 to {self.end_time:g} s, a frame every {self.output.interval:g} s",
+                 "terrain": self.terrain.kind if self.terrain else "",
+                 "materials": ", ".join(f"{name} ({law.kind})" for name, law in self.materials.items()),
+                 "bodies": ", ".join(f"{body.name} ({body.shape.kind} of {body.material})" for body in self.bodies),
+                 "obstacles": ", ".join(f"{one.name} ({one.shape.kind})" for one in self.obstacles),
+                 "events": ", ".join(f"{event.kind} {event.body}" for event in self.events),
+                 "saw test": f"{self.saw_test.slope_angle:g} degrees" if self.saw_test else "",
+                 "initial stress": self.initial.stress}
+        return f"Scene {self.name} ({self.dimension}-D)", {name: text for name, text in facts.items() if text}
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
@@ -158,10 +191,12 @@ def _check_references(scene):
             raise refuse('does not go with initial.stress = "settle", which brings everything to rest',
                          f"bodies.{i}.velocity", body.velocity)
     bodies = [body.name for body in scene.bodies]
-    for i, event in enumerate(scene.events):
-        if event.body not in bodies:
-            near = did_you_mean(event.body, bodies)
-            raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"events.{i}.body", event.body)
+    for table in ("events", "forces"):
+        for i, item in enumerate(getattr(scene, table)):
+            body = getattr(item, "body", None)
+            if body is not None and body not in bodies:
+                near = did_you_mean(body, bodies)
+                raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"{table}.{i}.body", body)
 
 
 def _check_answer(scene):

@@ -1,5 +1,6 @@
 """What every part of a scene is made of: frozen tables that refuse unknown keys, and numbers with their bounds."""
 
+import reprlib
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -10,6 +11,26 @@ class Spec(BaseModel):
     """A table of a scene file: nothing settable, no unknown key; messages show the docstring under a field."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    def __repr_args__(self):
+        """What was given, not the defaults; long lists are cut."""
+        return [(name, _Cut(getattr(self, name))) for name in type(self).model_fields if name in self.model_fields_set]
+
+
+class _Cut:
+    """A value as `repr` shows it, cut short."""
+
+    def __init__(self, value):
+        self._value = value
+
+    def __repr__(self):
+        cut = reprlib.Repr()
+        cut.maxother = cut.maxstring = LONGEST
+        return cut.repr(self._value)
+
+
+LONGEST = 300
+"""Characters of a value within another that `repr` shows."""
 
 
 SIZES = (1e-12, 1e12)

@@ -9,6 +9,7 @@ from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.scenes.library import FOLDER as LIBRARY
 from snowmpm.scenes.loader import find_scene
+from snowmpm.scenes.messages import shown
 
 STARTS = Path(__file__).parent / "starts"
 NAME = re.compile(r'^name\s*=\s*"[^"]*"', re.MULTILINE)
@@ -35,6 +36,9 @@ def copy_of(scene, name, folder):
         there, here = source.parent / file, Path(folder) / file
         if Path(file).is_absolute() or not there.is_file():
             continue
+        if ".." in Path(file).parts:
+            raise InputError(f"{source}: file = {shown(file)}: lies above the scene's folder, and would be copied to"
+                             f" above {folder}")
         if here.exists() and here.read_bytes() != there.read_bytes():
             raise InputError(f"{here}: there already, and not the file of {source.name}: choose another folder with -o")
         content = there.read_bytes()

@@ -75,6 +75,8 @@ class Dem(Touching):
     """.asc or .tif raster, relative to the scene file"""
     region: PlanBox | None = None
     """part of the raster to use [m], in its own coordinates"""
+    elevation_unit: Literal["m", "ft", "us-ft"] | None = None
+    """unit of its elevations; what the file says when missing, and metres when that says nothing"""
     attribution: str | None = None
     """credit of the data, printed on pictures and maps"""
 

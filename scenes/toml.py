@@ -1,20 +1,15 @@
 """A scene as TOML text, and tables from TOML files."""
 
 import json
-import sys
 from pathlib import Path
 
 from snowmpm.errors import InputError
+from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-MAX_BYTES = 16 << 20  # a scene is text written by hand; more is some other file
+MAX_BYTES = 4 << 20  # a scene is text written by hand; more is some other file
 
 # Tables that read best on one line; every other table gets a header.
-INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base"}
+INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within"}
 
 
 def parse(path):
@@ -22,13 +17,11 @@ def parse(path):
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
+        return tables(path.read_text(encoding="utf-8"), path)
+    except TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file (UTF-8)") from None
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
@@ -36,7 +29,7 @@ def parse(path):
 def to_toml(scene, leave_out=()):
     """Text of the resolved scene without the tables to leave out. File names become absolute, so that the text means
     the same in any folder."""
-    data = _absolute(scene.model_dump(exclude_none=True, exclude=set(leave_out)), scene.base_dir)
+    data = _absolute(scene.model_dump(exclude_none=True, by_alias=True, exclude=set(leave_out)), scene.base_dir)
     return table_text(data)
 
 
@@ -49,7 +42,7 @@ def _absolute(value, base_dir):
     if isinstance(value, dict):
         return {
             key: str(Path(base_dir, Path(item).expanduser()))
-            if key == "file" and isinstance(item, str)
+            if key in ("file", "from") and isinstance(item, str)
             else _absolute(item, base_dir)
             for key, item in value.items()
         }

@@ -3,6 +3,7 @@
     import snowmpm
     scene = snowmpm.load_scene("slab_release_2d", {"solver.dx": 0.05})
     run = snowmpm.run(scene, "runs/slab")
+    run = snowmpm.open_run("runs/slab")
 
 Importing the package starts nothing: names below are loaded when first used.
 """
@@ -14,19 +15,30 @@ __version__ = "0.1.0"
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not print when it is imported
 
-_HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.simulation", "Run": "snowmpm.io",
-          "start": "snowmpm.runtime"}
+_HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulation", "Run": "snowmpm.io",
+          "start": "snowmpm.compiler.runtime"}
 
-__all__ = ["Run", "Simulation", "load_scene", "run", "start"]
+__all__ = ["Run", "Simulation", "load_scene", "open_run", "run", "start"]
 
 
-def run(scene, out_dir, progress=None, resume=False, overwrite=True):
-    """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.loop.run`."""
-    return importlib.import_module("snowmpm.loop").run(scene, out_dir, progress, resume, overwrite)
+def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=None):
+    """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`."""
+    return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve)
+
+
+def open_run(path):
+    """Open a run, its folder or its run file, also while it goes on; -> `snowmpm.io.Run`.
+
+    Frames, maps and terrain are read when they are asked for; `refresh()` looks for new frames. Starts no compiler.
+    Raises InputError for what is no run.
+    """
+    return importlib.import_module("snowmpm.io").Run(path)
 
 
 def __getattr__(name):
     if name in _HOMES:
+        if name != "Run":
+            importlib.import_module("snowmpm.compiler")  # before the laws are read, which then takes less time
         return getattr(importlib.import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'snowmpm' has no attribute {name!r}")
 

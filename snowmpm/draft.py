@@ -27,6 +27,9 @@ def draft(path):
     part = path.with_name(f".{path.stem}.unfinished{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        # A file of our own, before a writer opens it by its name: a link of that name would be written through
+        part.unlink(missing_ok=True)
+        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         yield part
         os.replace(part, path)
     except OSError as error:
@@ -67,6 +70,7 @@ def _reason(error, path):
 
 def _is_full(path):
     try:
-        return shutil.disk_usage(path.parent).free < LITTLE
+        usage = shutil.disk_usage(path.parent)
+        return usage.total > 0 and usage.free < LITTLE  # what holds no files at all, such as /proc, has no room either
     except OSError:
         return False

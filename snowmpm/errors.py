@@ -3,6 +3,38 @@
 import difflib
 from pathlib import Path
 
+THIN_SPACE = "\u202f"
+"""Between groups of three digits; not printable to Python, which counts it as a separator."""
+
+MOST = 1000
+"""Characters of a message's line; paths and lists of names are seldom longer."""
+
+
+def printable(text):
+    """Text on one line, without what would move a terminal's cursor, recolour it or turn the direction of reading:
+    such characters as escapes."""
+    if text.replace(THIN_SPACE, "").isprintable():
+        return text
+    return "".join(c if c.isprintable() or c == THIN_SPACE else ascii(c)[1:-1] for c in text)
+
+
+def shortened(text, most=MOST):
+    """The beginning and the end of a text, together at most so many characters."""
+    if len(text) <= most:
+        return text
+    end = (most - 3) // 3
+    return f"{text[:most - 3 - end]}...{text[-end:]}"
+
+
+def shown_line(text, most=MOST):
+    """A foreign text as it may stand on a line of its own."""
+    return printable(shortened(str(text), most))
+
+
+def shown_lines(text, lines=3, most=MOST):
+    """The first lines of a message whose names and values may be anything, each fit to be shown."""
+    return "\n".join(shown_line(line, most) for line in text.split("\n")[:lines])
+
 
 class InputError(Exception):
     """Bad input: one or two lines naming file, key, value and what is allowed. The command line exits with 2."""
@@ -11,7 +43,7 @@ class InputError(Exception):
     def at(cls, key, value, allowed, file=None):
         """`file: key = value: allowed`, the one form of every message about a scene key."""
         where = f"{file}: " if file else ""
-        return cls(f"{where}{key} = {value!r}: {allowed}")
+        return cls(f"{where}{key} = {shortened(repr(value))}: {allowed}")
 
     @classmethod
     def not_in(cls, key, value, known, file=None, more=""):
@@ -23,13 +55,21 @@ class SimulationError(Exception):
     """A simulation that cannot go on: which particle, when and why. The command line exits with 1."""
 
 
+class EndedError(SimulationError):
+    """Something that lived in a Taichi which has ended since: by `ti.init`, `ti.reset`, or in a forked process."""
+
+
 class WriteError(SimulationError):
     """A run that cannot write what it has to (disk full, folder gone): where, why, and what is safe."""
 
 
+LONGEST_NAME = 100
+"""Characters of a word that may be meant to be one of our names."""
+
+
 def nearest(word, known):
     """The name among `known` that `word` was probably meant to be, or None."""
-    if not isinstance(word, str):
+    if not isinstance(word, str) or len(word) > LONGEST_NAME:
         return None
     folded = {name.lower().replace("-", "_"): name for name in map(str, known)}
     word = word.lower().replace("-", "_")

@@ -1,6 +1,7 @@
 """Memory: how much is free, asked before it is taken."""
 
 import os
+import time
 from pathlib import Path
 
 from snowmpm.errors import InputError
@@ -14,6 +15,10 @@ laws and whether kernels are compiled or come from the disk)."""
 
 COPIES = 22
 """Bytes of copies a number of a particle, while a frame, its diagnostics and a checkpoint are made (measured)."""
+
+
+ASKED_AGAIN = 0.05
+_asked = {"at": -ASKED_AGAIN, "free": 0.0}
 
 
 def of_run(dimension, particles, bytes_per_particle, width, grid):
@@ -40,8 +45,14 @@ def gibibytes(size):
 
 
 def available():
-    """Bytes that this process may still take: of the machine, and of the group that it is confined to."""
-    return min(_free_memory(), _left_to_group())
+    """Bytes that this process may still take: of the machine, and of the group that it is confined to.
+
+    Asked of the system at most every `ASKED_AGAIN` seconds: scenes of many bodies ask for each of them.
+    """
+    now = time.monotonic()
+    if now - _asked["at"] > ASKED_AGAIN:
+        _asked.update(at=now, free=min(_free_memory(), _left_to_group()))
+    return _asked["free"]
 
 
 def _free_memory():

@@ -12,12 +12,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from snowmpm import loop
-from snowmpm.build import build
 from snowmpm.cli.options import setting_values
-from snowmpm.description import describe
 from snowmpm.io import RunWriter
+from snowmpm.running import loop
+from snowmpm.running.description import describe
 from snowmpm.scenes import load_scene
+from snowmpm.setup.build import build
 
 
 def describe_in_a_child(name, settings, answer):

@@ -23,80 +23,53 @@ FOLDERS = {
     "snowmpm.render": "render",
 }
 
-# Layer -> layers it may import from, beside itself. A layer is a package; the single files of snowmpm/ are `common`,
-# except those that put a simulation together.
+# Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
+GROUND = {"errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities"}
+"""What everybody may use: it computes nothing and knows no layer."""
+SHARED = {"compiler", "particles", "stepping"}
+SCENE = {"scenes", "materials", "terrain", "seeding", "solids", "forcing", "saw_test"}
 MAY_IMPORT = {
-    "errors": set(),
-    "draft": set(),
-    "memory": {"errors"},
+    **{key: set() for key in ("errors", "draft", "schemes", "stages", "glance", "amounts", "quantities")},
     "materials": set(),
-    "scenes": {"materials", "draft", "errors"},
-    "io": {"memory", "draft", "errors"},
-    "compression": set(),
-    "comparison": {"materials", "io", "errors"},
-    "render": {"compression", "io", "draft", "errors"},
-    "common": {"materials", "draft", "errors"},  # the laws declare what a particle carries and reports
-    "terrain": {"common", "memory", "errors"},
-    "seeding": {"terrain", "common", "memory", "errors"},
-    "solids": {"seeding", "terrain", "common", "errors"},
-    "saw_test": {"materials", "common", "errors"},
-    "mpm": {"solids", "materials", "common", "errors"},
-    "sph": {"materials", "common", "memory", "errors"},
-    "composition": {
-        "errors",
-        "draft",
-        "memory",
-        "common",
-        "materials",
-        "scenes",
-        "io",
-        "render",
-        "terrain",
-        "seeding",
-        "solids",
-        "saw_test",
-        "mpm",
-        "sph",
-        "cli",
-    },
-    "study": {
-        "errors",
-        "draft",
-        "memory",
-        "common",
-        "materials",
-        "scenes",
-        "io",
-        "render",
-        "terrain",
-        "seeding",
-        "solids",
-        "saw_test",
-        "mpm",
-        "sph",
-        "composition",
-    },
-    "advice": {"errors", "common", "scenes", "composition", "study"},
-    "cli": {"errors", "draft", "common", "materials", "scenes", "io", "comparison", "render", "composition", "study",
-            "advice"},
-}
-COMPOSITION = {
-    "snowmpm",
-    "snowmpm.__main__",
-    *(f"snowmpm.{name}" for name in ("build", "model", "description", "simulation", "loop", "recorder", "checkpoint",
-                                     "gallery", "first_scene")),
+    "memory": {"errors"},
+    "reading": {"memory", "errors"},
+    "scenes": {*GROUND, "materials"},
+    "io": GROUND,
+    "measured": GROUND,
+    "comparison": {*GROUND, "materials", "io"},
+    "render": {*GROUND, "results", "io"},
+    "compiler": {"materials", "errors"},
+    "particles": {"compiler", "materials", "errors"},  # the laws declare what a particle carries and reports
+    "stepping": {*GROUND, "compiler", "particles"},
+    "terrain": {*GROUND, "compiler"},
+    "seeding": {*GROUND, "terrain"},
+    "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
+    "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
+    "gis": {*GROUND, "io", "seeding", "terrain"},
+    "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
+    "results": {*GROUND, "compiler", "particles"},
+    "mpm": {*GROUND, *SHARED, "solids", "materials"},
+    "sph": {*GROUND, *SHARED, "materials"},
+    "setup": {*GROUND, *SHARED, *SCENE, "io", "results", "mpm", "sph"},
+    "running": {*GROUND, *SHARED, *SCENE, "setup", "io", "measured", "results"},
+    "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "setup", "running", "io", "measured", "render"},
+    "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "running", "measured", "study"},
+    "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
 FORBIDDEN = {
+    "quantities": PICTURES | COMPUTE | {"h5py", "scipy", "trimesh", "typer", "rich"},
     "materials": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "scenes": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
+    "gis": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "io": PICTURES | COMPUTE | {"trimesh", "typer", "rich"},
     "comparison": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
-    "common": PICTURES | {"h5py", "typer", "rich"},
+    **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
+    **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
@@ -117,11 +90,12 @@ def modules():
     return found
 
 
+TOP = {"snowmpm", "snowmpm.__main__"}
+"""The program itself: it names whom it starts."""
+
+
 def layer(module):
-    if module in COMPOSITION:
-        return "composition"
-    second = module.split(".")[1]
-    return second if second in MAY_IMPORT else "common"
+    return module if module in TOP else module.split(".")[1]
 
 
 @functools.cache
@@ -149,20 +123,22 @@ def imported(module):
 @pytest.mark.parametrize("module", sorted(modules()))
 def test_layers(module):
     own = layer(module)
+    allowed = MAY_IMPORT.get(own, set(MAY_IMPORT))
     for name in imported(module):
         top = name.split(".")[0]
         if top == "snowmpm":
             other = layer(name)
             # `from snowmpm import __version__` is a fact about the program, not a dependency on a layer.
-            assert name == "snowmpm" or other == own or other in MAY_IMPORT[own], f"{module} ({own}) imports {name}"
+            assert name == "snowmpm" or other == own or other in allowed, f"{module} ({own}) imports {name}"
         assert top not in FORBIDDEN.get(own, ()), f"{module} ({own}) imports {name}"
         assert top not in ("materials", "scenes", "render"), f"{module} imports {name}: the name is snowmpm.{name}"
 
 
 def test_what_is_imported_is_declared():
     wanted = {name.split(".")[0] for module in modules() for name in imported(module)}
-    declared = [*PROJECT["project"]["dependencies"], *PROJECT["project"]["optional-dependencies"]["gis"]]
-    declared += PROJECT["project"]["optional-dependencies"]["cluster"]
+    extras = PROJECT["project"]["optional-dependencies"]
+    declared = [*PROJECT["project"]["dependencies"], *(one for name in ("gis", "cluster", "xarray", "peers")
+                                                       for one in extras[name])]
     names = {re.match(r"[A-Za-z0-9_.-]+", requirement)[0].lower() for requirement in declared}
     known = {IMPORT_NAMES.get(name, name).replace("-", "_") for name in names}
     assert wanted - set(sys.stdlib_module_names) - known - {"snowmpm", "pydantic_core"} == set()
@@ -203,8 +179,8 @@ def test_house_rules(module):
     path = modules()[module]
     nodes = list(ast.walk(tree(path)))
     calls = {ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)}
-    if module != "snowmpm.runtime":
-        assert not calls & {"ti.init", "taichi.init"}, "Taichi is started in snowmpm/runtime.py only"
+    if module != "snowmpm.compiler.runtime":
+        assert not calls & {"ti.init", "taichi.init"}, "Taichi is started in snowmpm/compiler/runtime.py only"
     if any(name.split(".")[0] == "taichi" for name in imported(module)):
         # Taichi reads annotations of kernels as objects, and fails on text.
         assert "__future__.annotations" not in {
@@ -212,6 +188,15 @@ def test_house_rules(module):
         }
     assert ast.get_docstring(tree(path)), "every module says what it is"
     assert not {"utils", "helpers", "manager", "misc"} & set(path.relative_to(ROOT).with_suffix("").parts)
+
+
+def test_only_the_compiler_folder_knows_taichis_inside():
+    inner = {module: [name for name in imported(module) if name.startswith("taichi.")] for module in modules()}
+    outside = {module: names for module, names in inner.items() if names and layer(module) != "compiler"}
+    assert not outside
+    attributes = {module for module, path in modules().items() if layer(module) != "compiler"
+                  and re.search(r"\bti\.(lang|_lib|_kernels)\b|\bimpl\.", path.read_text(encoding="utf-8"))}
+    assert not attributes
 
 
 def test_no_absolute_path_and_no_machine():

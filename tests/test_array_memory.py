@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowmpm.array_memory import view
-from snowmpm.launch import taichi_kernel
+from snowmpm.compiler.array_memory import view
+from snowmpm.compiler.launch import taichi_kernel
 
 pytestmark = pytest.mark.usefixtures("taichi")
 

@@ -5,9 +5,9 @@ A third of the scene's stiffness, with the hardening three times as large, so th
 in fewer steps. Run-out, fall and travel angle agree within 3 %.
 
 Maps in cells of 30 m, which hold 24 and 28 of the larger particles at the depth that counts as flow
-(`snowmpm.maps.GRAINS`). From the coarser to the finer grid the run-out changes by -0.5 and -1.7 %, the affected area by
--4.0 and -8.1 %, above 1 kPa by -4.3 and -8.0 %, above 30 kPa by -4.4 and -9.7 %. On 4.8 and 2.4 m the second path's
-areas fell by 10.9, 11.2 and 10.4 %: what is left of the difference is counting, see below.
+(`snowmpm.results.maps.GRAINS`). From the coarser to the finer grid the run-out changes by -0.5 and -1.7 %, the affected
+area by -4.0 and -8.1 %, above 1 kPa by -4.3 and -8.0 %, above 30 kPa by -4.4 and -9.7 %. On 4.8 and 2.4 m the
+second path's areas fell by 10.9, 11.2 and 10.4 %: what is left of the difference is counting, see below.
 
 15 500 and 17 600 particles in 78 and 344 s by the clock, 125 000 and 147 000 in 520 and 4131 s (18 minutes of processor
 time), on two threads of a machine that was busy, with the last more than full.

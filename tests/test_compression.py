@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowmpm.compression import StressStrain, stages
+from snowmpm.results.compression import StressStrain, stages
 
 HEIGHT, AREA = 2.0, 3.0  # m, m2
 PEAK, PLATEAU, ONSET, END = 0.02, 0.6, 0.4, 0.55  # strain; share of the peak; strain; strain

@@ -4,7 +4,7 @@ import pytest
 
 from snowmpm import Simulation
 from snowmpm.errors import SimulationError
-from snowmpm.failure import likeness
+from snowmpm.running.failure import likeness
 from snowmpm.scenes.schema import Scene
 
 

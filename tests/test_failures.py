@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import snowmpm
-import snowmpm.build
+import snowmpm.setup.build
 from snowmpm import memory
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError, SimulationError
@@ -90,12 +90,12 @@ def test_memory_is_asked_before_it_is_taken(command, tmp_path, monkeypatch, caps
 
 
 def test_memory_that_just_suffices(block, monkeypatch):
-    particles = len(snowmpm.build.build(block).population.volumes)
+    particles = len(snowmpm.setup.build.build(block).population.volumes)
     monkeypatch.setattr(memory, "available", lambda: 2 * memory.PER_PARTICLE[2] * particles)
-    snowmpm.build.build(block)
+    snowmpm.setup.build.build(block)
     monkeypatch.setattr(memory, "available", lambda: 0.5 * memory.PER_PARTICLE[2] * particles)
     with pytest.raises(InputError, match=r"bodies\.0 \(block\): shape: its particles: needs about"):
-        snowmpm.build.build(block)
+        snowmpm.setup.build.build(block)
 
 
 @pytest.mark.parametrize("height", [1e7, 1e12])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowmpm import function_trees  # noqa: F401 (what is tested)
+from snowmpm.compiler import function_trees  # noqa: F401 (what is tested)
 
 pytestmark = pytest.mark.usefixtures("taichi")
 

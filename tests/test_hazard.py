@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from snowmpm import hazard
-from snowmpm.io.hazard_units import UNITS
+from snowmpm.quantities.table import NUMBERS
+from snowmpm.results import hazard
 
 CELL, SLOPE = 5.0, 0.5
 
@@ -28,7 +28,7 @@ def straight_avalanche(lone_grain=False):
         maps["peak_depth"][150, 20] = maps["deposit_depth"][150, 20] = 0.02
     path = np.column_stack([np.linspace(45.0, 480.0, 50), np.full(50, 102.5)])
     momentum = np.concatenate([[0.0], np.full(48, 1e6), [1e3]])
-    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, 0.0, ground)
+    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, {"moving_share": 0.0}, ground)
 
 
 def test_run_out_and_travel_angle():
@@ -49,8 +49,8 @@ def test_areas_and_volumes():
     assert found["area_above_10_kPa"] == pytest.approx(40.0 * (470.0 - 20.0))
     assert found["area_above_30_kPa"] < found["area_above_10_kPa"] < found["area_above_1_kPa"]
     assert found["reach_of_10_kPa"] == pytest.approx(467.5 - 22.5, abs=CELL)
-    assert found["largest_pressure"] == pytest.approx(250.0 * 400.0)
-    assert set(found) <= {*UNITS, *(n for n in found if n.startswith(("area_above", "reach_of")))}
+    assert found["largest_flow_pressure"] == pytest.approx(250.0 * 400.0)
+    assert set(found) <= {one.name for one in NUMBERS}
 
 
 def test_the_way_does_not_turn_back_with_what_still_moves_behind():
@@ -86,6 +86,18 @@ def test_nothing_moved():
             ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
     for name in ("release_depth", "peak_depth", "deposit_depth"):
         maps[name][4:6, 4:6] = 1.0
-    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), 0.0, ground)
+    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), {}, ground)
     assert "runout" not in found.numbers and found.line is None and found.profile == {}
     assert found.numbers["affected_area"] == 100.0
+
+
+def test_areas_by_class_add_up():
+    """480 m by 40 m: at rho v^2 = 250 v^2 with v = min(20, (500 - x) / 5) m/s, 100 kPa as far as x = 400 m."""
+    found = straight_avalanche()
+    pressure = {row["class"]: row["area"] for row in found.classes["peak_pressure"]}
+    assert sum(pressure.values()) == found.numbers["affected_area"]
+    assert pressure["100 to 300 kPa"] == pytest.approx(380.0 * 40.0) and pressure["300 kPa and above"] == 0.0
+    assert pressure["30 to 100 kPa"] + pressure["100 to 300 kPa"] == found.numbers["area_above_30_kPa"]
+    depth = {row["class"]: row["area"] for row in found.classes["peak_depth"]}
+    assert depth["1 to 2 m"] == found.numbers["affected_area"] and depth["below 0.5 m"] == 0.0
+    assert found.classes["deposit_depth"][2]["area"] == found.numbers["deposit_area"]

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snowmpm import Simulation, settling
+from snowmpm import Simulation
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes import library
 from snowmpm.scenes.loader import load_scene
 from snowmpm.scenes.schema import Scene
+from snowmpm.stepping import settling
 
 G = 9.81
 SLAB = {"kind": "elastic", "density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3}

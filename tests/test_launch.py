@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowmpm.arrays import real_array
-from snowmpm.launch import Launcher, taichi_kernel
+from snowmpm.compiler.arrays import real_array
+from snowmpm.compiler.launch import Launcher, taichi_kernel
 
 
 @taichi_kernel

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from snowmpm.maps import FLOW_SHARE, GRAINS, PeakMaps, cell_for
+from snowmpm.errors import InputError
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
+from snowmpm.results.map_grid import MapGrid, grid_for
+from snowmpm.results.maps import FLOW_SHARE, GRAINS, PeakMaps, cell_for
 from tests.mpm.conftest import lattice
 
 
@@ -17,7 +19,7 @@ def test_a_block_that_slides_over_the_map():
     solver = MpmSolver(Population(positions, volumes, 0, velocities),
                        [Elastic(density=300.0, youngs_modulus=1e5, poisson_ratio=0.3)], dx=0.1, precision="f64",
                        origin=[0.0] * 3, lower=[0.0] * 3, upper=[4.0, 3.0, 2.0], gravity=[0.0] * 3)
-    peaks = PeakMaps(solver, 0.2)
+    peaks = PeakMaps(solver, MapGrid.over([0.0, 0.0], [4.0, 3.0], 0.2))
     for _ in range(80):
         peaks.see()
         solver.step(0.005)
@@ -34,6 +36,16 @@ def test_a_block_that_slides_over_the_map():
     deposit = peaks.rasters()["deposit_depth"][0]
     assert np.nansum(deposit) == pytest.approx(np.nansum(release), rel=1e-6)
     assert np.nansum(deposit[:, :8]) == 0.0  # it has gone on by 0.79 m
+    arrival = peaks.rasters()["arrival_time"][0]
+    assert arrival[5, 5] == 0.0 and np.isnan(arrival[8]).all()  # it lay there
+    # The first column of particles, at x = 1.775 m, comes over the cell from x = 2.2 m on after 0.2125 s
+    assert arrival[5, 11] == pytest.approx(0.2125, abs=0.005) and np.diff(arrival[5, 9:12]) == pytest.approx(0.1)
+    moved = PeakMaps(solver, MapGrid.over([1.0, 0.5], [3.0, 2.0], 0.25, [0.1, 0.2]))
+    moved.see()
+    depth, x0, y0, cell = moved.rasters()["peak_depth"]
+    assert np.nansum(depth) * cell**2 == pytest.approx(np.nansum(deposit) * 0.2**2, rel=1e-6)  # the same snow
+    left = x0 - 0.5 * cell + cell * np.flatnonzero((depth > 0.0).any(axis=0)).min()
+    assert left == pytest.approx(1.6)  # the block now begins at x = 1.79 m; lines at 0.1 + j 0.25 m
 
 
 def layer(depth, dx, side=200.0):
@@ -67,3 +79,26 @@ def test_loose_grains_are_no_flow():
             share[name, dx] = (most * volumes[0] / cell**2 >= FLOW_SHARE * release).mean()
     assert share["narrow", 4.8] > 0.9 and share["narrow", 2.4] > 0.7
     assert share["chosen", 4.8] < 0.03 and share["chosen", 2.4] < 0.03
+
+
+def test_map_cells_fit_the_raster():
+    """Cells of 5 m whose corner lies at 2.5 m: whole multiples, on the raster's own lines, whatever part is read."""
+    lattice = (np.array([247002.5, 352001.0]), 5.0)
+    for least, cell in ((3.0, 5.0), (5.0, 5.0), (5.1, 10.0), (12.4, 15.0)):
+        grid = grid_for([247100.0, 352050.0, 900.0], [247410.0, 352333.0, 1900.0], least, lattice=lattice)
+        assert grid.cell == cell
+        assert np.allclose((grid.lower - lattice[0]) / 5.0 % 1.0 % 1.0, 0.0, atol=1e-9)
+        assert (grid.lower <= [247100.0, 352050.0]).all() and (grid.upper >= [247410.0, 352333.0]).all()
+        part = grid_for([247203.0, 352111.0], [247301.0, 352222.0], least, lattice=(lattice[0] + 35.0, 5.0))
+        assert np.allclose((part.lower - grid.lower) / cell % 1.0, 0.0, atol=1e-9)
+
+
+def test_a_wish_for_map_cells_is_kept_or_refused():
+    lattice = (np.zeros(2), 5.0)
+    for wish in (5.0, 30.0, 2.5, 1.0):
+        assert grid_for([0.0, 0.0], [100.0, 50.0], 8.0, wish, lattice).cell == wish
+    for wish, words in ((7.0, "5 or 10"), (2.0, "1.66667 or 2.5"), (4.0, "2.5 or 5")):
+        with pytest.raises(InputError, match=f"whole multiple of the raster's cells of 5 m.*{words}"):
+            grid_for([0.0, 0.0], [100.0, 50.0], 8.0, wish, lattice)
+    assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837).cell == 8.3
+    assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837, 7.0).shape == (15, 8)

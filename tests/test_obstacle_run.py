@@ -5,10 +5,10 @@ import pytest
 
 import snowmpm
 from snowmpm import Simulation
-from snowmpm.build import build
 from snowmpm.errors import InputError
 from snowmpm.render import render_history, render_run
 from snowmpm.scenes.schema import Scene
+from snowmpm.setup.build import build
 
 GRAVITY = 9.81
 BLOCK = {2: ([0.0, 0.1], [0.4, 0.3]), 3: ([0.0, 0.0, 0.1], [0.4, 0.2, 0.3])}

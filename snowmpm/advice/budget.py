@@ -1,10 +1,23 @@
-"""What a scene pays for: its expected run time, by parts, from costs that were measured."""
+"""What a scene pays for: what a person waits for, by parts, from costs that were measured."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from snowmpm import costs
+from snowmpm.advice.calibration import Speed
+from snowmpm.measured import costs
+from snowmpm.running.description import expected_run_file
+
+WITHIN = 0.3
+"""Share by which runs of the library part from their forecast at most."""
+SETTLING_STEPS, OF_SAW_TESTS = 100, 500
+"""Steps until an initial state has settled, about: two windows of `settling`; ten where a column with ends bends."""
+PARALLEL = ("particles", "blocks", "nodes", "contact")
+"""Stages of a step that several threads share."""
+EFFICIENCY = 0.9
+"""Of each thread but the first."""
+PYTHON = ("calls", "output", "start")
+"""Parts whose time goes with the speed of Python rather than of kernels."""
 
 
 @dataclass(frozen=True)
@@ -18,9 +31,12 @@ class Payment:
 
 
 class Budget:
-    """Expected run time of a scene (`SceneFacts`), by its parts."""
+    """Expected run time of a scene (`SceneFacts`), by its parts.
 
-    def __init__(self, facts):
+    threads: of the run. speed: `advice.calibration.Speed` of the machine; None for that of the table.
+    """
+
+    def __init__(self, facts, threads=1, speed=None):
         self.facts, scene = facts, facts.scene
         self.scheme = costs.Scheme.of(scene)
         kinds = list(dict.fromkeys(law.kind for law in facts.model.laws))
@@ -28,14 +44,32 @@ class Budget:
         self.particles = {kind: int(sum(n for n, law in zip(counts, facts.model.laws, strict=True) if law.kind == kind))
                           for kind in kinds}
         self.n = sum(self.particles.values())
-        self.blocks = len(facts.solver.particles.blocks)
+        solver = facts.solver
+        grid = getattr(solver, "grid", None)
+        self.crowd = costs.Crowd(self.particles, len(solver.particles.blocks), grid.n_node_blocks if grid else 0,
+                                 grid.contact.n if grid else 0, len(solver.surfaces),
+                                 sum(bool(obstacle.moving) for obstacle in getattr(solver, "obstacles", ())),
+                                 len(scene.obstacles), scene.initial.stress == "settle" or bool(scene.saw_test))
         self.frames = max(1, round(scene.end_time / scene.output.interval))
+        usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
+        self.settling_steps = usual if scene.initial.stress == "settle" else 0
         self.numbers = sum(width(name) for name in scene.output.fields)
+        # A step of little work is done by one thread
+        self.threads = 1 if getattr(solver, "_serial", False) else threads
+        reference = Speed(*costs.reference_speed())
+        self._vector, self._python = speed.over(reference) if speed else (1.0, 1.0)
+
+    def stages(self, scheme=None, particles=1.0, blocks=1.0, settling=False):
+        """Seconds of the stages of a step on this machine, also of another scheme, or of a share of the particles and
+        blocks."""
+        found = costs.stages(scheme or self.scheme, self.crowd.times(particles, blocks), settling)
+        shared = 1.0 + EFFICIENCY * (self.threads - 1)
+        slower = {name: self._python if name in PYTHON else self._vector for name in found}
+        return {name: slower[name] * seconds / (shared if name in PARALLEL else 1.0) for name, seconds in found.items()}
 
     def step(self, scheme=None, particles=1.0, blocks=1.0):
-        """Seconds of a step, also of another scheme, or of a share of the particles and blocks."""
-        counts = [particles * n for n in self.particles.values()]
-        return costs.step(scheme or self.scheme, counts, blocks * self.blocks, list(self.particles))
+        """Seconds of a step."""
+        return sum(self.stages(scheme, particles, blocks).values())
 
     @property
     def stepping(self):
@@ -43,30 +77,57 @@ class Budget:
         return self.facts.steps * self.step()
 
     @property
+    def settling(self):
+        """Seconds of the steps before the clock starts."""
+        return self.settling_steps * sum(self.stages(settling=True).values())
+
+    @property
     def output(self):
         """Seconds of all frames."""
-        return self.frames * costs.frame(self.n, self.numbers, self.facts.dim)
+        return self.frames_at(1.0)
+
+    def frames_at(self, particles):
+        """Seconds of all frames of so many times as many particles."""
+        return self._python * self.frames * costs.frame(particles * self.n, self.numbers, self.facts.dim)
+
+    @property
+    def start(self):
+        """Seconds until the first step, with kernels that were compiled before."""
+        return self._python * costs.start(self.facts.dim, self.n)
+
+    @property
+    def run_file(self):
+        """Expected size of the run file [bytes]."""
+        return expected_run_file(self.facts.scene, self.n)
 
     @property
     def total(self):
         """Seconds of the run."""
-        return self.stepping + self.output
+        return self.start + self.settling + self.stepping + self.output
 
     def payments(self):
         """`Payment`s of the scene, as a table."""
-        facts, scheme, steps = self.facts, self.scheme, self.facts.steps
+        facts, scheme, steps, crowd = self.facts, self.scheme, self.facts.steps, self.crowd
+        stages = {name: steps * seconds for name, seconds in self.stages().items()}
         sizes = facts.solver.particles.layout.sizes
         a_cell = facts.scene.solver.filling
         usual = costs.usual_law(scheme)
-        rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {a_cell} a cell, {scheme.method}",
-                 steps * 1e-9 * self.n * (costs.transfers(scheme) - usual))]
-        rows += [(f"law {kind}", f"{n} particles", steps * 1e-9 * n * (costs.law(scheme, kind) + usual))
-                 for kind, n in self.particles.items()]
+        # Laws take the share of the particles' time that they have in the table
+        in_table = {kind: n * (costs.law(scheme, kind) + usual) for kind, n in self.particles.items()}
+        rest = self.n * (costs.transfers(scheme) - usual)
+        scale = stages["particles"] / (rest + sum(in_table.values()))
+        rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {a_cell} a cell, {scheme.method}", scale * rest)]
+        rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
         if scheme.method == "mpm":
-            rows.append(("blocks of the grid", f"{self.blocks}, {self.n / max(1, self.blocks):.0f} particles in each",
-                         steps * 1e-9 * self.blocks * costs.block(scheme)))
-        rows.append(("calls of kernels", f"{steps:.0f} steps", steps * costs.call(scheme)))
+            rows.append(("blocks of the grid", f"{crowd.blocks}, {self.n / max(1, crowd.blocks):.0f} particles in each",
+                         stages["blocks"] + stages["nodes"]))
+            rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))
+            rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
+        rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
+        if self.settling_steps:
+            rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))
         rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a particle", self.output))
+        rows.append(("start", "imports, build, kernels from the disk; the first time they are compiled", self.start))
         found = [Payment(*row, row[2] / self.total) for row in rows]
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)
         size = facts.solver.particles.bytes_per_particle

@@ -1,15 +1,19 @@
 """What a scene is made of, in the words of the atlas: cells, contrasts, distances, speeds."""
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from snowmpm.blocks import keys_of
+from snowmpm.advice.budget import Budget
+from snowmpm.advice.calibration import measured_speed
+from snowmpm.particles.blocks import keys_of
 
 FARTHEST = 3
 """Cells up to which bodies count as neighbours."""
+MOST_PAIRED = 300
+"""Bodies of a scene whose pairs are looked at: they go with the square of it."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +72,14 @@ class SceneFacts:
 
     @cached_property
     def pairs(self):
-        """Bodies less than FARTHEST cells apart."""
+        """Bodies less than FARTHEST cells apart; of a scene of more than MOST_PAIRED bodies none is looked at."""
+        if len(self.scene.bodies) > MOST_PAIRED:
+            return []
         cells = [np.unique(np.floor(self.positions(i) / self.dx).astype(np.int64), axis=0)
                  for i in range(len(self.scene.bodies))]
         keys = [np.unique(keys_of(found)) for found in cells]
-        return [Pair(i, j, distance, self.separate[i] or self.separate[j])
-                for i, j in itertools.combinations(range(len(cells)), 2)
+        separate = self.separate
+        return [Pair(i, j, distance, separate[i] or separate[j]) for i, j in _close(cells)
                 if (distance := _apart(cells[i], keys[j])) is not None]
 
     @property
@@ -84,13 +90,19 @@ class SceneFacts:
         return max((float(np.linalg.norm(velocity)) for velocity in moving), default=0.0)
 
     @property
+    def gravity(self):
+        """Size of gravity, the largest where it changes [m/s2]."""
+        course = self.model.gravity
+        return float(np.linalg.norm(self.scene.gravity_vector if course is None else course.strongest))
+
+    @property
     def fall_speed(self):
         """What a fall through the whole height of the scene would give [m/s]."""
         height = float(self.model.upper[-1] - self.model.lower[-1])
         if self.model.surface is not None:
             x = self.model.population.positions
             height = float(x[:, -1].max() - self.model.surface.lower[-1])
-        g = float(np.linalg.norm(self.scene.gravity_vector))
+        g = self.gravity
         return np.sqrt(2.0 * g * min(height, 0.5 * g * self.scene.end_time**2))
 
     @property
@@ -102,13 +114,29 @@ class SceneFacts:
         """Elastic strain [-] that the weight of the snow, or the fastest motion, gives the stiffest material."""
         stiffest = max(self.model.laws, key=lambda law: law.bulk_modulus)
         modulus = stiffest.density * stiffest.wave_speed() ** 2
-        g = float(np.linalg.norm(self.scene.gravity_vector))
+        g = self.gravity
         return max(stiffest.density * g * self.model.depth / modulus, self.start_speed / self.wave_speed)
+
+    @cached_property
+    def budget(self):
+        """What a run costs on one thread of this machine."""
+        return Budget(self, speed=measured_speed())
+
+    def with_scene(self, scene):
+        """Facts of a scene that differs in settings or materials only, about: the particles stay the same."""
+        return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
 
     @property
     def steps(self):
-        """Steps that the whole scene takes at the size of the first."""
-        return self.scene.end_time / (self.scene.solver.dt or self.solver.stable_dt()[0])
+        """Steps that the whole scene takes at the size of the first ones."""
+        return self.scene.end_time / (self.scene.solver.dt or self.solver.expected_dt()[0])
+
+
+def _close(cells):
+    """Pairs i < j of sets of cells whose boxes lie at most FARTHEST cells apart."""
+    lower, upper = (np.array([end(found, axis=0) for found in cells]) for end in (np.min, np.max))
+    near = (lower[:, None] <= upper[None] + FARTHEST).all(axis=-1)
+    return np.argwhere(np.triu(near & near.T, 1)).tolist()
 
 
 def _apart(cells, keys):

@@ -2,13 +2,34 @@
 
 from dataclasses import asdict, dataclass
 
-from snowmpm.advice.budget import Budget
+from snowmpm.advice.affordability import unaffordable
+from snowmpm.advice.along_front import faster, more_accurate
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import savings
-from snowmpm.build import build
-from snowmpm.description import describe
-from snowmpm.step_check import check_step
+from snowmpm.running.description import describe
+from snowmpm.setup.build import build
+from snowmpm.stages import stage
+from snowmpm.stepping.step_check import check_step
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """option: of `snowmpm run`; seconds: of the run with it; lines: what it changes, and what that does."""
+
+    option: str
+    seconds: float
+    lines: tuple
+
+
+def alternatives(scene, budget):
+    """`Alternative`s of a scene; none for a method that they were not measured for."""
+    if scene.solver.method != "mpm":
+        return []
+    changes = {"--fast": faster(scene, budget), "--accurate": more_accurate(scene, budget)}
+    moving = budget.total - budget.start
+    return [Alternative(option, budget.start + change.ratio * moving, change.lines)
+            for option, change in changes.items()]
 
 
 @dataclass(frozen=True)
@@ -19,11 +40,15 @@ class Advice:
     payments: list
     cautions: list
     savings: list
+    along: list
+    """`Alternative`s: what --fast and --accurate would change, and how long the run would then take"""
+    unaffordable: str | None = None
+    """why `snowmpm run` would refuse it (`affordability`), else None"""
 
     def record(self):
         """As JSON can hold it."""
-        return {**self.facts, **{name: [asdict(item) for item in getattr(self, name)]
-                                        for name in ("payments", "cautions", "savings")}}
+        return {**self.facts, "unaffordable": self.unaffordable, **{name: [asdict(item) for item in getattr(self, name)]
+                                        for name in ("payments", "cautions", "savings", "along")}}
 
 
 def advise(scene):
@@ -32,6 +57,8 @@ def advise(scene):
     solver = model.solver()
     check_step(scene, solver)
     facts = SceneFacts(scene, model, solver)
-    budget = Budget(facts)
-    said = {**describe(model, solver), "run_time": budget.total}
-    return Advice(said, budget.payments(), cautions(facts), savings(budget))
+    with stage("weighing what it costs and where it may fail"):
+        budget = facts.budget
+        said = {**describe(model, solver), "run_time": budget.total}
+        return Advice(said, budget.payments(), cautions(facts), savings(budget), alternatives(scene, budget),
+                      unaffordable(budget, "runs"))

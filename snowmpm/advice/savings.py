@@ -1,13 +1,16 @@
 """What a scene could do without, each with the time that it would save."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from snowmpm import costs
+from snowmpm.advice.cautions import cautions
 from snowmpm.advice.plane_strain import is_plane_strain
-from snowmpm.borders import shipped
-from snowmpm.timestep import usual_cfl
+from snowmpm.measured import costs
+from snowmpm.measured.borders import shipped
+from snowmpm.scenes.loader import with_overrides
+from snowmpm.scenes.reasons import reasons
+from snowmpm.stepping.time_step import usual_cfl
 
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
@@ -17,17 +20,19 @@ SPARE_DOMAIN = 1.5
 
 @dataclass(frozen=True)
 class Saving:
-    """What a scene could do without: key and setting that leave it out; seconds and share of the run saved."""
+    """What a scene could do without: key and setting that leave it out; seconds and share of the run saved; overrides:
+    keys with their values that do so, none where the scene must be drawn anew."""
 
     key: str
     says: str
     seconds: float
     share: float
+    overrides: dict = field(default_factory=dict)
 
 
-def _worth(budget, key, says, seconds):
+def _worth(budget, key, says, seconds, value=None):
     if seconds > WORTH_SAYING * budget.total:
-        yield Saving(key, says, seconds, seconds / budget.total)
+        yield Saving(key, says, seconds, seconds / budget.total, {} if value is None else {key: value})
 
 
 def _plane(budget):
@@ -36,9 +41,8 @@ def _plane(budget):
         per_axis = facts.per_axis
         deep = max(1.0, np.ptp(facts.model.population.positions[:, 1]) / facts.dx * per_axis + 1.0)
         scheme = replace(budget.scheme, dimension=2)
-        counts = [n / deep for n in budget.particles.values()]
-        step = costs.step(scheme, counts, budget.blocks * per_axis / deep, list(budget.particles))
-        saved = budget.total - facts.steps * step - budget.output / deep
+        step = budget.step(scheme, 1.0 / deep, per_axis / deep)
+        saved = budget.stepping - facts.steps * step + budget.output - budget.frames_at(1.0 / deep)
         yield from _worth(budget, "dimension", "2: nothing of it changes along y, it is plane strain", saved)
 
 
@@ -51,7 +55,7 @@ def _double(budget):
     saved = budget.facts.steps * (budget.step() - budget.step(replace(budget.scheme, precision="f32")))
     limit = f"float32 holds to {border.value:.1g}" if border.value else "float32 holds them"
     yield from _worth(budget, "solver.precision", f'"f32": elastic strains are about {budget.facts.least_strain:.1g},'
-                            f" and {limit} (atlas: small_strains)", saved)
+                            f" and {limit} (atlas: small_strains)", saved, "f32")
 
 
 def _frames(budget):
@@ -60,14 +64,14 @@ def _frames(budget):
     if share > 0.2:
         interval = float(f"{own * 9.0 * budget.output / budget.stepping:.1g}")
         yield from _worth(budget, "output.interval", f"{interval:g} s: frames take {share:.0%} of the run,"
-                          f" {budget.frames} of them", budget.output * (1.0 - own / interval))
+                          f" {budget.frames} of them", budget.output * (1.0 - own / interval), interval)
 
 
 def _spline(budget):
     if budget.scheme.method == "mpm" and budget.scheme.kernel == "cubic":
         saved = budget.facts.steps * (budget.step() - budget.step(replace(budget.scheme, kernel="quadratic")))
         yield from _worth(budget, "solver.kernel", '"quadratic": cubic is needed only where bodies are stretched to'
-                                " twice their length, or bend far", saved)
+                                " twice their length, or bend far", saved, "quadratic")
 
 
 def _crowded(budget):
@@ -75,9 +79,10 @@ def _crowded(budget):
     crowd = budget.facts.scene.solver.particles_per_cell
     if budget.scheme.method == "mpm" and crowd > usual:
         share = usual / crowd
-        saved = budget.facts.steps * (budget.step() - budget.step(particles=share)) + (1.0 - share) * budget.output
+        steps = budget.facts.steps * (budget.step() - budget.step(particles=share))
+        saved = steps + budget.output - budget.frames_at(share)
         yield from _worth(budget, "solver.particles_per_cell", f"{usual}: more are needed only where bodies are"
-                                " stretched to twice their length", saved)
+                                " stretched to twice their length", saved, usual)
 
 
 def _short(budget):
@@ -89,8 +94,15 @@ def _short(budget):
         own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / solver.critical_cfl)
     if own and own < 0.8 * usual:
         key = "solver.dt" if scene.solver.dt else "solver.cfl"
+        value = (scene.solver.dt or own) * usual / own
         yield from _worth(budget, key, f"leave it out: {own:.2g} of a cell a step where {usual:.2g} is stable and"
-                                " usual", budget.stepping * (1.0 - own / usual))
+                                " usual", budget.stepping * (1.0 - own / usual), _below(value))
+
+
+def _below(value):
+    """A value rounded down to three digits."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 2)
+    return float(f"{np.floor(value / unit) * unit:.3g}")
 
 
 def _stiff(budget):
@@ -105,7 +117,12 @@ def _stiff(budget):
         soft = (speeds[fastest] / rest) ** 2
         yield from _worth(budget, f"materials.{fastest}.youngs_modulus", f"its waves alone set the step; {soft:.0f}"
                                 " times softer it would be as fast as the rest, if its deformation does not matter",
-                                budget.stepping * (1.0 - rest / speeds[fastest]))
+                                budget.stepping * (1.0 - rest / speeds[fastest]), _softer(budget, fastest, soft))
+
+
+def _softer(budget, name, factor):
+    modulus = getattr(budget.facts.scene.materials[name], "youngs_modulus", None)
+    return float(f"{modulus / factor:.3g}") if modulus else None
 
 
 def _domain(budget):
@@ -131,13 +148,28 @@ def _return_maps(budget):
             more = costs.law(budget.scheme, kind) - costs.law(budget.scheme, law.kind)
             yield from _worth(budget, f"materials.{name}.return_map", '"implicit": sub-stepping pays where a step'
                                     " strains by a thousandth or more (atlas: apex)",
-                                    budget.facts.steps * 1e-9 * budget.particles[law.kind] * more)
+                                    budget.facts.steps * 1e-9 * budget.particles[law.kind] * more, "implicit")
 
 
 FINDERS = (_plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain, _return_maps)
 
 
 def savings(budget):
-    """`Saving`s of a scene, by its `Budget`, the largest first."""
+    """`Saving`s of a scene, by its `Budget`, the largest first.
+
+    What the scene file gives a reason for, in a comment on the line of the key, is left alone, and what would lead
+    into a corner of the atlas: one scene's needless care is another's cure.
+    """
+    explained = reasons(budget.facts.scene.source)
     found = [saving for find in FINDERS for saving in find(budget)]
-    return sorted(found, key=lambda saving: -saving.seconds)
+    kept = [saving for saving in found if saving.key not in explained and not _leads_astray(budget.facts, saving)]
+    return sorted(kept, key=lambda saving: -saving.seconds)
+
+
+def _leads_astray(facts, saving):
+    """Whether the scene that follows a saving would be warned of what it is not now."""
+    if not saving.overrides:
+        return False
+    before = {caution.entry for caution in cautions(facts)}
+    after = {caution.entry for caution in cautions(facts.with_scene(with_overrides(facts.scene, saving.overrides)))}
+    return bool(after - before)

@@ -12,6 +12,15 @@ def main():
 
     # The banner that Taichi prints on import would stand in front of every message.
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+    # So would what it says of a standard output that is not the first one; kernels print nothing
+    os.environ.setdefault("TI_ENABLE_PYBUF", "0")
+    # A name that the output's encoding does not have is shown by its numbers.
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    from snowmpm.cli.harmless_output import HarmlessOutput
+
+    sys.stdout = HarmlessOutput(sys.stdout)
     try:
         from snowmpm.cli.app import app
     except KeyboardInterrupt:  # Ctrl-C before there is a command

@@ -1,40 +1,65 @@
 """`snowmpm check`: is a scene valid, what would be modelled, which of it is doubtful, and what it could do without."""
 
+import sys
 import textwrap
 
-from snowmpm.cli.options import Json, PrecisionOption, SceneName, Settings, scene_overrides
+from snowmpm.cli.options import Accurate, Fast, Json, PrecisionOption, SceneName, Settings, scene_overrides
 from snowmpm.cli.table import line_length, print_facts, print_json
 from snowmpm.cli.wording import duration
 
 
-def check(scene: SceneName, settings: Settings = None, precision: PrecisionOption = None, as_json: Json = False):
+def check(
+    scene: SceneName,
+    settings: Settings = None,
+    precision: PrecisionOption = None,
+    fast: Fast = False,
+    accurate: Accurate = False,
+    as_json: Json = False,
+):
     """Say what a scene will model, and at what expense.
 
     Warns of settings that lie beyond what a scheme bears, by the atlas of failures (`snowmpm study stability`), and
     names those that cure it; says what the scene pays for and what it could do without. Writes nothing. A wrong scene
     ends with exit code 2 and the key that is wrong.
     """
+    import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.cli.options import Backend
-    from snowmpm.cli.run import start_taichi
+    from snowmpm.cli.run import along_the_front, start_taichi
     from snowmpm.scenes import load_scene
 
-    loaded = load_scene(scene, scene_overrides(settings, precision))
+    overrides = scene_overrides(settings, precision)
+    loaded = load_scene(scene, overrides)
     start_taichi(Backend.cpu, None)
+    if fast or accurate:
+        loaded = load_scene(scene, overrides | along_the_front(loaded, fast, accurate, quiet=False))
+    from snowmpm.advice.affordability import many_bodies
     from snowmpm.advice.report import advise
 
+    if many := many_bodies(loaded):
+        print(f"warning: {many}", file=sys.stderr)
     advice = advise(loaded)
     if as_json:
         print_json({"scene": loaded.name, "source": loaded.source, **advice.record()})
         return
     print_facts(f"{loaded.name} ({loaded.source})", advice.facts)
     _print_payments(advice)
+    if advice.unaffordable:
+        _console().print(f"\n[bold red]out of reach[/]: {_plain(advice.unaffordable)}; run refuses it without"
+                         " --accept-cost")
     _print_cautions(advice.cautions)
     _print_savings(advice.savings)
+    if not fast and not accurate:
+        _print_alternatives(advice.along)
 
 
 def _print_payments(advice):
+    from snowmpm.advice.budget import WITHIN
+
     console = _console()
-    console.print(f"\n[bold]pays for[/], of about {duration(advice.facts['run_time'])} on one thread")
+    time = duration(advice.facts["run_time"])
+    console.print(f"\n[bold]pays for[/], of about {time} of processor time on one thread of this machine, within"
+                  f" {WITHIN:.0%} as a rule;\nmore where snow spreads far or outruns sound in it, less where it comes"
+                  " to rest early")
     width = max(len(payment.what) for payment in advice.payments)
     for payment in advice.payments:
         share = "" if payment.share is None else f"{payment.share:.0%}"
@@ -52,7 +77,7 @@ def _print_cautions(cautions):
     console.print(f"\n[bold yellow]warnings[/]: {len(cautions)}")
     for caution in cautions:
         console.print(f"  [bold]{_plain(caution.key)}[/]: {_plain(caution.says)}")
-        console.print(f"      {caution.cure} (atlas: {caution.entry})", markup=False)
+        console.print(f"      {caution.advice}", markup=False)
 
 
 def _print_savings(savings):
@@ -64,6 +89,14 @@ def _print_savings(savings):
     for saving in savings:
         gained = f"saves {duration(saving.seconds)} ({saving.share:.0%})" if saving.seconds > 0.0 else "saves no time"
         console.print(f"  [bold]{_plain(saving.key)}[/]: {_plain(saving.says)}; {gained}")
+
+
+def _print_alternatives(along):
+    console = _console()
+    for alternative in along:
+        console.print(f"\n[bold]{alternative.option}[/]: about {duration(alternative.seconds)}")
+        for line in alternative.lines:
+            console.print(f"  {line.removeprefix(alternative.option).lstrip(': ')}", markup=False)
 
 
 def _console():

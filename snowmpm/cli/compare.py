@@ -8,7 +8,8 @@ import typer
 
 from snowmpm.cli.table import print_facts
 from snowmpm.cli.wording import count, duration
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
+from snowmpm.stages import counted, stage
 
 Runs = Annotated[list[str], typer.Argument(metavar="RUN RUN ...", help="Folders of runs, or their run.vtkhdf files.")]
 Output = Annotated[
@@ -23,13 +24,17 @@ LineText = Annotated[
                                                   " the mass by default."),
 ]
 MOST_RUNS = 12
+COMPARED = ("runout", "travel_angle", "affected_area", "area_above_1_kPa", "area_above_10_kPa", "largest_flow_speed",
+            "largest_flow_pressure", "deposit_volume")
+"""Numbers of hazard mapping that stand in the table."""
 
 
 def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = None, line: LineText = None):
     """Lay runs over each other: profile, front, energies, stress along a line, cost; and against what is known.
 
     MPM and SPH, two resolutions, two laws: any runs of the same dimension. A scene with a table [reference] names what
-    is known of it, an experiment or a formula: measured numbers then stand beside those.
+    is known of it, an experiment or a formula: measured numbers then stand beside those. Of saw tests: critical length,
+    crack speed, collapse height and energies, each beside what theories say; with --time or --line as of other runs.
     """
     from snowmpm.comparison import open_cases
     from snowmpm.render import render_comparison
@@ -39,12 +44,31 @@ def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = Non
     if not 2 <= len(runs) <= MOST_RUNS:
         raise InputError(f"{len(runs)} run{'s' * (len(runs) != 1)} to compare: name 2 to {MOST_RUNS}")
     cases = open_cases(runs)
-    found = [Found(case, time, line) for case in cases]
+    if all(case.run.saw_test for case in cases) and time is None and line is None:
+        with stage("drawing"):
+            written = _compare_saw_tests(cases, output)
+        print(written)
+        return
+    found = [Found(case, time, line) for case in counted(cases, "measuring", "runs")]
     _print_table(found)
-    written = render_comparison(_drawing(found), output)
+    with stage("drawing"):
+        written = render_comparison(_drawing(found), output)
     for name, facts in _known(found).items():
         print_facts(name, facts)
     print(written)
+
+
+def _compare_saw_tests(cases, output):
+    """Table and figure of saw tests, and a word where measured numbers and theories lie far apart; -> the figure."""
+    from snowmpm.cli.compare_saw_tests import remarks_of, saw_test_rows
+    from snowmpm.render import ComparedSawTest, render_saw_tests
+    from snowmpm.saw_test.theories import further_theories
+
+    tests = [ComparedSawTest(case.label, case.run, further_theories(case.run)) for case in cases]
+    _print_rows([case.label for case in cases], [*_set_up_rows(cases), *saw_test_rows(tests)])
+    for line in remarks_of(tests):
+        print(line)
+    return render_saw_tests(tests, output)
 
 
 class Found:
@@ -76,8 +100,12 @@ class Found:
 def _rows(found):
     """(name, texts of each run, numbers of each run or None): what the table says."""
     from snowmpm.comparison.difference import profile_difference
+    from snowmpm.io.status import cautions, status_of
+    from snowmpm.quantities.quantity import written
+    from snowmpm.quantities.table import NUMBERS, quantity
 
-    histories = [one.case.run.history for one in found]
+    cases = [one.case for one in found]
+    histories = [case.run.history for case in cases]
 
     def last(name):
         return [float(history[name][-1]) if name in history else math.nan for history in histories]
@@ -86,9 +114,29 @@ def _rows(found):
         return [max((float(v) for v in history[name] if v == v), default=math.nan) if name in history else math.nan
                 for history in histories]
 
-    cases = [one.case for one in found]
-    particles = [int(history["particles"][0]) if "particles" in history else case.run.n_points(0)
-                 for history, case in zip(histories, cases, strict=True)]
+    yield from _set_up_rows(cases)
+    for name, words, values in (("front", "", last("front")), ("max_speed", ", at most", largest("max_speed")),
+                                ("kinetic_energy", ", at most", largest("kinetic_energy")),
+                                ("plastic_work", "", last("plastic_work"))):
+        if not all(map(math.isnan, values)):
+            yield quantity(name).label + words, [quantity(name).text(value) for value in values], values
+    for one in NUMBERS:
+        values = [case.run.hazard.get("numbers", {}).get(one.name, math.nan) for case in cases]
+        if one.name in COMPARED and any(map(math.isfinite, values)):
+            yield one.label, [one.text(value) for value in values], values
+    yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
+    ends = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
+    yield "end of the profile", [written(value, "m") for value in ends[0]], ends[0]
+    yield "highest of the profile", [written(value, "m") for value in ends[1]], ends[1]
+    apart = [profile_difference(found[0].profile, one.profile) for one in found]
+    yield "profile apart, of its depth", ["", *(f"{100.0 * value:.2g} %" for value in apart[1:])], None
+    yield "momentum residual", [f"{value:.1e}" for value in last("momentum_residual")], None
+
+
+def _set_up_rows(cases):
+    """What was run, and at what expense."""
+    particles = [int(case.run.history["particles"][0]) if "particles" in case.run.history else case.run.n_points(0)
+                 for case in cases]
     yield "method", [case.method for case in cases], None
     yield "dx [m]", [f"{case.dx:g}" for case in cases], None
     yield "particle spacing [m]", [f"{case.spacing:.3g}" for case in cases], None
@@ -99,34 +147,31 @@ def _rows(found):
     cost = [case.run.summary.get("ns_per_particle_step") for case in cases]
     yield "ns per particle and step", ["-" if ns is None else f"{ns:.0f}" for ns in cost], None
     yield "simulated [s]", [f"{case.run.times[-1]:g}" for case in cases], None
-    for name, values in (("front of 99.5 % of what moved [m]", last("front")),
-                         ("largest speed [m/s]", largest("max_speed")),
-                         ("largest kinetic energy [J]", largest("kinetic_energy")),
-                         ("plastic work [J]", last("plastic_work"))):
-        yield name, [f"{value:.4g}" for value in values], values
-    ends = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
-    yield "end of the profile [m]", [f"{value:.4g}" for value in ends[0]], ends[0]
-    yield "highest of the profile [m]", [f"{value:.4g}" for value in ends[1]], ends[1]
-    apart = [profile_difference(found[0].profile, one.profile) for one in found]
-    yield "profile apart, of its depth", ["", *(f"{100.0 * value:.2g} %" for value in apart[1:])], None
-    yield "momentum residual", [f"{value:.1e}" for value in last("momentum_residual")], None
 
 
 def _print_table(found):
+    known_rows = []
+    for name, unit, entries in _quantities(found):
+        known = next(entry for entry in entries if entry)
+        band = f"{known.low:.4g}" if known.low == known.high else f"{known.low:.4g} to {known.high:.4g}"
+        texts = ["-" if entry is None else f"{entry.measured:.4g} ({100.0 * entry.error:+.1f} %)" for entry in entries]
+        known_rows.append([f"{name} [{unit}], known {band}", *texts])
+    _print_rows([one.case.label for one in found], _rows(found), known_rows)
+
+
+def _print_rows(labels, rows, known_rows=()):
+    """A column a run; rows: (name, texts, numbers or None), known_rows: lists of texts, in bold."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("")
-    for one in found:
-        table.add_column(one.case.label, justify="right")
-    for name, texts, numbers in _rows(found):
+    for label in labels:
+        table.add_column(shown_line(label, 60), justify="right")
+    for name, texts, numbers in rows:
         table.add_row(name, *(_beside(text, numbers, i) for i, text in enumerate(texts)))
-    for name, unit, entries in _quantities(found):
-        known = next(entry for entry in entries if entry)
-        band = f"{known.low:.4g}" if known.low == known.high else f"{known.low:.4g} to {known.high:.4g}"
-        texts = ["-" if entry is None else f"{entry.measured:.4g} ({100.0 * entry.error:+.1f} %)" for entry in entries]
-        table.add_row(f"{name} [{unit}], known {band}", *texts, style="bold")
+    for texts in known_rows:
+        table.add_row(*texts, style="bold")
     # A pipe has no width of its own: nothing is folded there
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:

@@ -65,15 +65,32 @@ def tests(incomplete: str):
 
 
 def keys(ctx, incomplete: str):
-    """Keys of the scene that the command line names, with their values: solver.dx=0.25."""
+    """Keys of the scene that the command line names, set or not, with their values or meaning: solver.dx=0.25; after
+    the "=" the words that it may be.
+    """
     from snowmpm.errors import InputError
     from snowmpm.scenes import load_scene
+    from snowmpm.scenes.keytree import all_keys, values_at
+    from snowmpm.scenes.messages import schema_of
+    from snowmpm.scenes.saw_test import MADE
 
     try:
-        data = load_scene(ctx.params.get("scene") or "slab_release_2d").model_dump(exclude_none=True)
+        scene = load_scene(ctx.params.get("scene") or "slab_release_2d")
     except InputError:
         return []
-    return [(f"{key}=", str(value)) for key, value in _dotted(data) if key.startswith(incomplete)]
+    schema, data = schema_of(type(scene)), scene.model_dump(exclude_none=True, by_alias=True)
+    key, equals, begun = incomplete.partition("=")
+    if equals:
+        path = [int(part) if part.isdigit() else part for part in key.split(".")]
+        words = [str(value).lower() if isinstance(value, bool) else str(value)
+                 for value in values_at(schema, path, data)]
+        return [f"{key}={word}" for word in words if word.startswith(begun)]
+    # A saw test makes some tables itself and refuses to be told them; another scene is none
+    made = MADE if scene.saw_test else ("saw_test",)
+    found = [(".".join(map(str, path)), value, about) for path, value, about in all_keys(schema, data)
+             if path[0] not in made]
+    return [(f"{name}=", about.split("\n")[0] if value is None else str(value)) for name, value, about in found
+            if name.startswith(key)]
 
 
 def _library():
@@ -97,15 +114,3 @@ def _paths(incomplete, endings):
 
 def _folders(incomplete):
     return [found.rstrip("/") for found in sorted(glob.glob(f"{glob.escape(incomplete)}*")) if os.path.isdir(found)]
-
-
-def _dotted(value, key=""):
-    """(dotted key, value) of everything in tables and lists of tables."""
-    if isinstance(value, dict):
-        for name, item in value.items():
-            yield from _dotted(item, f"{key}.{name}" if key else name)
-    elif isinstance(value, list | tuple) and value and isinstance(value[0], dict):
-        for i, item in enumerate(value):
-            yield from _dotted(item, f"{key}.{i}")
-    else:
-        yield key, value

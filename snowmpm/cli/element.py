@@ -12,11 +12,13 @@ from snowmpm.cli.run import start_taichi
 from snowmpm.cli.table import print_facts
 from snowmpm.draft import write_table, write_text
 from snowmpm.errors import InputError, did_you_mean
+from snowmpm.stages import stage
 
 MATERIAL = (
     "A material card (`snowmpm list`), kind=KIND with --set for its numbers, FILE.toml, FILE.toml:NAME, or SCENE:NAME"
     " such as slab_release:slab."
 )
+MOST_STEPS = 1_000_000
 TestName = Annotated[
     str,
     typer.Argument(
@@ -45,7 +47,10 @@ def element(
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Isotropic pressure at the start, in Pa.")] = 0.0,
     steps: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Steps of the test; of a path, from each row to the next.")
+        int | None,
+        typer.Option(
+            min=1, max=MOST_STEPS, metavar="N", help="Steps of the test; of a path, from each row to the next."
+        ),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="R", help="Strain rate in 1/s, for rate-dependent laws; 1 by default.")
@@ -68,7 +73,8 @@ def element(
     from snowmpm.scenes.material_source import load_material
 
     name, law = load_material(material, setting_values(settings))
-    measured = _measure(test, law, strain, pressure, steps, rate, precision.value)
+    with stage(f"measuring {test} (compiles the law)"):
+        measured = _measure(test, law, strain, pressure, steps, rate, precision.value)
     folder = output or Path("runs") / f"{Path(measured.name).stem}_{name}"
     written = _write(folder, name, law, measured)
     print_facts(_title(measured, name, law), _facts(measured))
@@ -87,6 +93,8 @@ def _measure(test, law, strain, pressure, steps, rate, precision):
         raise InputError(f"{path}: strains and times of a path are in its file: no --strain, no --rate")
     try:
         loading = read_loading(path) if path else None
+        if loading is not None and len(loading.durations) * (steps or 1) > MOST_STEPS:
+            raise InputError(f"{path}: {len(loading.durations)} rows of {steps or 1} steps: {MOST_STEPS} steps at most")
         start_taichi(Backend.cpu, 1)  # one point: more threads would only wait for each other
         if loading is not None:
             return measure_path(law, loading, pressure=pressure, steps=steps or 1, precision=precision)

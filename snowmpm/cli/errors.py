@@ -12,10 +12,13 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.errors import InputError, SimulationError
-from snowmpm.interruption import requests_to_end
+from snowmpm.cli.watch import watched
+from snowmpm.errors import InputError, SimulationError, shown_lines
+from snowmpm.running.interruption import requests_to_end
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+OF_THE_NAME = (errno.ENAMETOOLONG, errno.ELOOP, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
+"""Errors of the system that lie in what somebody named: too long a name, a file where a folder is to be."""
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
@@ -30,12 +33,19 @@ def explained(error):
         return FAILED, f"error: {error}"
     if isinstance(error, MemoryError):
         return FAILED, "error: out of memory: a coarser dx or fewer particles_per_cell needs less"
+    if isinstance(error, OSError) and error.errno in OF_THE_NAME:
+        return BAD_INPUT, f"error: {error.filename or 'a file'}: {error.strerror}"
     if isinstance(error, OSError):
         # Every file is named; what is printed has no name
         where = error.filename or ("standard output" if error.errno == errno.ENOSPC else "system")
         return FAILED, f"error: {where}: {error.strerror or error}"
     text = " ".join(str(error).split())[:200]
     return FAILED, f"error: unexpected {type(error).__name__}: {text}\na fault of the program; --debug shows where"
+
+
+def warn(message, *_, **__):
+    """What `warnings.showwarning` is while a command runs: a line or two on stderr."""
+    print(f"warning: {shown_lines(str(message))}", file=sys.stderr)
 
 
 def guarded(command):
@@ -48,9 +58,9 @@ def guarded(command):
     def call(*args, debug, **options):
         try:
             with warnings.catch_warnings():
-                warnings.showwarning = lambda text, *_, **__: print(f"warning: {text}", file=sys.stderr)
+                warnings.showwarning = warn
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
-                with requests_to_end():
+                with requests_to_end(), watched(quiet=bool(options.get("quiet"))):
                     return command(*args, **options)
         except typer.Exit:
             raise
@@ -65,7 +75,7 @@ def guarded(command):
         # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
         exec("pass")
         with contextlib.suppress(OSError):  # nobody can be told, but the exit code tells
-            print(message, file=sys.stderr, flush=True)
+            print(shown_lines(message), file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
     signature = inspect.signature(command)

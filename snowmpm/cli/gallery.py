@@ -10,6 +10,7 @@ from snowmpm.cli.options import Backend, BackendOption, Settings, Threads, setti
 from snowmpm.cli.run import simulate, start_taichi
 from snowmpm.cli.wording import count, duration, short
 from snowmpm.errors import InputError
+from snowmpm.stages import counted
 
 
 def gallery(
@@ -36,7 +37,7 @@ def gallery(
     A scene that has no finished run is run first, one that was interrupted goes on. Moments, colours and camera are
     those of the scene's section [picture]. What --set changes is said below the picture.
     """
-    from snowmpm.gallery import default_folder, draw_exhibit, write_page
+    from snowmpm.cli.gallery_page import default_folder, draw_exhibit, write_page
     from snowmpm.scenes import library, load_scene
 
     folder = output or default_folder()
@@ -45,7 +46,7 @@ def gallery(
     for scene in chosen:
         if scene.name not in library():
             raise InputError(f"{scene.source}: not a scene of the library, and the gallery shows those only")
-    for scene in chosen:
+    for scene in counted(chosen, "gallery", "scenes"):
         run = _finished(scene, runs / scene.name, backend, threads, overwrite)
         print(draw_exhibit(scene, run, folder, settings))
     page, missing = write_page(folder, _in_words)
@@ -54,8 +55,8 @@ def gallery(
 
 def _finished(scene, folder, backend, threads, overwrite):
     """The finished run of a scene, run now as far as it is not."""
-    from snowmpm.checkpoint import FILE
-    from snowmpm.gallery import run_of
+    from snowmpm.cli.gallery_page import run_of
+    from snowmpm.io.checkpoint import FILE
 
     run = None if overwrite else run_of(scene, folder)
     if run is None or not run.complete:

@@ -34,12 +34,15 @@ def info(run: RunPath, as_json: Json = False):
 
 
 def print_avalanche(run):
-    """The numbers of hazard mapping, of a run that has them."""
-    from snowmpm.io.hazard_units import unit_of
+    """The numbers of hazard mapping, of a run that has them, and whether they are final."""
+    from snowmpm.io.status import status_of
+    from snowmpm.quantities.table import quantity
 
     if run.hazard:
-        numbers = run.hazard["numbers"]
-        print_facts("\navalanche", {f"{name} [{unit_of(name)}]": value for name, value in numbers.items()})
+        status = status_of(run)
+        print_facts(f"\navalanche, {status.text}",
+                    {quantity(name).label: quantity(name).text(value) for name, value in run.hazard["numbers"].items()})
+        print("  (what each of them means: snowmpm maps --definitions)")
 
 
 def _print_impacts(run):
@@ -63,6 +66,8 @@ def _headline(run):
 
 
 def _contents(run):
+    from snowmpm.io.status import cautions, status_of
+
     times = run.times
     facts = {"file": f"{run.path}, {memory(run.path.stat().st_size)}"}
     if len(run):
@@ -74,6 +79,8 @@ def _contents(run):
     facts["bodies"] = list(run.provenance.get("bodies", []))
     facts["materials"] = list(run.provenance.get("materials", []))
     facts["origin [m]"] = [float(x) for x in run.origin]
+    # What has no front, as a saw test, may end in motion
+    facts["status"] = status_of(run).text if "front" in run.history else " ".join(cautions(run)) or "final"
     facts["fields"] = [_with_unit(run, name) for name in run.field_names]
     facts["history"] = [_with_unit(run, name) for name in run.history]
     if run.terrain is not None:
@@ -102,21 +109,29 @@ def _cost(summary):
     if "particle_steps" in summary:
         ns = summary.get("ns_per_particle_step")
         facts["particle-steps"] = short(summary["particle_steps"]) + (f", {ns:.0f} ns each" if ns else "")
-    known = {"scene", "complete", "time", "particles", "frames", "last", "hazard", "wall_time_of", "dt_causes", *COST}
+    known = {"scene", "complete", "time", "particles", "frames", "last", "hazard", "areas_by_class", "status",
+             "wall_time_of", "dt_causes", *COST}
     made = ("backend", "threads", "precision")
     return {**facts, **{name: value for name, value in summary.items() if name not in known and name not in made}}
 
 
 def _audit(run):
-    """The last row of the history, with units; counts as whole numbers."""
-    last = run.summary.get("last", {})
-    return {_with_unit(run, name).removesuffix(" [1]"): value for name, value in last.items()}
+    """The last row of the history."""
+    from snowmpm.quantities.table import RENAMED, quantity, renamed
+
+    last = renamed(run.summary.get("last", {}), RENAMED)
+    found = {name: quantity(name, run.units.get(name, "")) for name in last}
+    return {found[name].label: found[name].text(value) for name, value in last.items()}
 
 
 def _everything(run):
-    return {"path": str(run.path), "dimension": run.dimension, "complete": run.complete, "times": run.times,
+    from snowmpm.io.status import status_of
+
+    return {"path": str(run.path), "dimension": run.dimension, "complete": run.complete,
+            "status": status_of(run).record(), "times": run.times,
             "particles": [run.n_points(i) for i in range(len(run))], "origin": run.origin, "fields": run.field_names,
-            "history": list(run.history), "units": run.units, "maps": list(run.maps), "obstacles": list(run.obstacles),
+            "history": list(run.history), "units": run.units, "maps": list(run.maps),
+            "hazard": run.hazard.get("numbers", {}), "obstacles": list(run.obstacles),
             "summary": run.summary, "provenance": run.provenance}
 
 

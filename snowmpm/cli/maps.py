@@ -1,41 +1,134 @@
 """`snowmpm maps`: maps and numbers of an avalanche."""
 
+import textwrap
+import warnings
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from snowmpm.cli.options import RunPath
+from snowmpm.cli.options import Quiet, RunPath
+from snowmpm.cli.table import line_length, print_facts
 from snowmpm.errors import InputError
+from snowmpm.stages import counted
+
+
+def _definitions(wanted: bool):
+    if wanted:
+        from snowmpm.quantities.table import HISTORY, NUMBERS, RASTERS
+
+        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("history", HISTORY)):
+            print(f"\n{title}")
+            for one in group:
+                print(f"  {one.name}: {one.label}{_unit(one)}")
+                print(textwrap.fill(one.definition, line_length(), initial_indent="      ", subsequent_indent="      "))
+        raise typer.Exit
+
+
+def _unit(one):
+    return "" if one.unit == "1" else f" [{one.unit}]"
+
 
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
-Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only, no GeoTIFF.")]
+Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
+ObservedFile = Annotated[
+    Path | None,
+    typer.Option("--observed", metavar="FILE", help="Outline of an avalanche that was seen (.shp or .geojson): drawn"
+                                                    " beside the computed one, with scores."),
+]
+Definitions = Annotated[
+    bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number means.")
+]
 
 
-def maps(run: RunPath, output: Folder = None, pictures: Pictures = False):
+def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
+         quiet: Quiet = False, definitions: Definitions = False):
     """Draw the maps of an avalanche, and say how far it came.
 
-    Peak depth, speed and pressure, deposit and release, each as a GeoTIFF in the projection of the elevation raster and
-    as a picture over the shaded terrain; a plot along the thalweg; run-out, affected area, deposit.
+    Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
+    elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
+    thalweg and run-out as GeoPackage and GeoJSON; numbers and areas by class as CSV and JSON; a QGIS project that opens
+    it all; a plot along the thalweg. Each of them says whether the run is final: complete, at rest, nothing lost.
     """
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
-    from snowmpm.io.geotiff import require_rasterio, write_geotiff
-    from snowmpm.render import render_map, render_thalweg
 
     opened = Run(run)
     if not opened.maps:
-        raise InputError(f"{opened.path}: no maps: they are made of runs in three dimensions, at their end")
+        raise InputError(f"{opened.path}: no maps: they are made of runs in three dimensions, at their end; a run that"
+                         " was killed gets them when --resume has brought it there")
     folder = output or opened.path.with_name("maps")
+    seen, scores = _observed(opened, observed, pictures)
+    written = _pictures(opened, folder, seen)
     if not pictures:
-        require_rasterio()
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, raster in opened.maps.items():
-        if not pictures:
-            words = f"{name} [{raster.units}]".replace("_", " ")
-            print(write_geotiff(folder / f"{name}.tif", raster, opened.origin, opened.provenance.get("crs"), words))
+        written = [*_files(opened, folder, seen, scores), *written]
+    for path in () if quiet else written:
+        print(path)
+    if not quiet:
+        print_avalanche(opened)
+        for one in scores or ():
+            print_facts(f"\n{one['outline']} against {seen.name}", _told(one))
+
+
+def _observed(run, path, pictures):
+    """The observed outline and the scores against it, or None and None."""
+    if path is None:
+        return None, None
+    if pictures:
+        raise InputError("--observed: not with --pictures: the outline is read by the gis extra")
+    from snowmpm.gis import read_observed, score
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", UserWarning)
+        seen = read_observed(path, run)
+    for warning in said:
+        print(f"warning: {warning.message}")
+    return seen, score(run, seen)
+
+
+def _files(run, folder, seen, scores):
+    """Write what a GIS opens; the paths."""
+    from snowmpm import gis
+    from snowmpm.io.geotiff import require_rasterio, write_geotiff
+    from snowmpm.io.parameters import parameters
+    from snowmpm.io.status import status_of
+    from snowmpm.quantities.table import quantity
+
+    require_rasterio()
+    crs, status = run.provenance.get("crs"), status_of(run)
+    tags = {"run": run.name, "status": status.text, "final": status.final, **parameters(run)}
+    for name, raster in counted(run.maps.items(), "writing GeoTIFFs", "maps"):
+        one = quantity(name, raster.units)
+        yield write_geotiff(folder / f"{name}.tif", raster, run.origin, crs, f"{one.label} [{raster.units}]",
+                            {**tags, "definition": one.definition})
+        yield gis.write_style(folder / f"{name}.qml", name, raster)
+    if "flow_depth" not in run.hazard.get("numbers", {}):
+        return
+    gis.require_pyogrio()
+    layers = gis.layers_of(run, seen)
+    yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
+    yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
+    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg")
+    yield gis.write_numbers(folder / "avalanche.csv", run)
+    yield gis.write_areas(folder / "areas.csv", run)
+    yield gis.write_record(folder / "avalanche.json", run, scores)
+
+
+def _pictures(run, folder, seen):
+    """Draw the pictures; the paths."""
+    from snowmpm.render import render_map, render_thalweg
+
+    for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
         if (raster.values > 0.0).any():
-            print(render_map(opened, name, folder / f"{name}.png"))
-    if opened.hazard.get("profile"):
-        print(render_thalweg(opened, folder / "thalweg.png"))
-    print_avalanche(opened)
+            yield render_map(run, name, folder / f"{name}.png", observed=seen.rings if seen else None)
+    if run.hazard.get("profile"):
+        yield render_thalweg(run, folder / "thalweg.png")
+
+
+def _told(score):
+    """Scores in words and units."""
+    from snowmpm.quantities.quantity import written
+
+    units = {"area": "m2", "index": "share", "rate": "share", "ratio": "share", "reach": "m", "difference": "m"}
+    return {name: written(value, "1" if name == "area_ratio" else units[name.rpartition("_")[2]])
+            for name, value in score.items() if name != "outline"}

@@ -56,8 +56,8 @@ def new(
     file = folder / f"{name}.toml"
     if file.exists() and not overwrite:
         raise InputError(f"{file} is there already: --overwrite it, or choose another name")
-    from snowmpm.first_scene import scene_on_ground
     from snowmpm.scenes import load_scene, starts
+    from snowmpm.setup.first_scene import scene_on_ground
 
     told = []
     if like:

@@ -1,6 +1,5 @@
 """Arguments and options that several commands share."""
 
-import sys
 from enum import Enum
 from typing import Annotated
 
@@ -47,6 +46,10 @@ BackendOption = Annotated[Backend, typer.Option(help="What computes; auto takes 
 PrecisionOption = Annotated[Precision | None, typer.Option(help="Overrides solver.precision.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but warnings and errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of words.")]
+Fast = Annotated[
+    bool, typer.Option("--fast", help="Trade accuracy for a third of the time or less; says what it changes.")
+]
+Accurate = Annotated[bool, typer.Option("--accurate", help="Trade time for half of the error; says what it changes.")]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="CPU threads; all cores by default.")]
 
 
@@ -68,17 +71,15 @@ def setting_values(settings):
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
             raise InputError(f"--set {setting}: must be KEY=VALUE, such as solver.dx=0.05")
-        overrides[key.strip()] = _value(text.strip())
+        overrides[key.strip()] = _value(key.strip(), text.strip())
     return overrides
 
 
-def _value(text):
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
+def _value(key, text):
+    from snowmpm.reading.toml_text import TOMLDecodeError, tables
+
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+        parsed = tables(f"value = {text}", f"--set {key}")
+    except TOMLDecodeError:
         return text
     return parsed["value"] if len(parsed) == 1 else text

@@ -1,4 +1,5 @@
-"""How a run shows where it is: a live display on a terminal, nothing elsewhere, or plain lines where asked for.
+"""How a run shows where it is: a live display on a terminal, plain lines elsewhere. Before its first step it is at
+stages (`snowmpm.stages`), as any other command.
 
 All take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
 wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
@@ -8,9 +9,11 @@ import sys
 from collections import deque
 from contextlib import contextmanager
 
+from snowmpm.cli import watch
+from snowmpm.cli.watch import sentences, unwatched
 from snowmpm.cli.wording import count, duration, short, step
+from snowmpm.stages import stages
 
-LINE_INTERVAL = 10.0  # s of wall time between plain lines
 WINDOW = 20.0  # s of wall time over which the present speed is measured
 SAMPLE_INTERVAL = 0.5
 BAR = 36  # characters
@@ -71,18 +74,20 @@ def energies(progress, start):
 
 
 class Lines:
-    """Plain lines: the first call, every `LINE_INTERVAL` of wall time, and the end."""
+    """Plain lines: the first call, every `watch.LINE_INTERVAL` of wall time, and the end; late: nothing of what is
+    shorter than an interval."""
 
-    def __init__(self, name, stream):
+    def __init__(self, name, stream, late=False):
         self._name, self._stream = name, stream
         self._pace = Pace()
-        self._due = 0.0
+        self._due, self._begun = watch.LINE_INTERVAL if late else 0.0, not late
 
     def __call__(self, progress):
         self._pace.add(progress)
-        if progress.wall < self._due and progress.time < progress.end_time:
+        ended = progress.time >= progress.end_time and self._begun
+        if progress.wall < self._due and not ended:
             return
-        self._due = progress.wall + LINE_INTERVAL
+        self._due, self._begun = progress.wall + watch.LINE_INTERVAL, True
         share = progress.time / progress.end_time
         where = f"{self._name}: {progress.time:.3f} of {progress.end_time:g} s ({share:.0%})"
         print(", ".join([where, *self._facts(progress)]), file=self._stream, flush=True)
@@ -91,7 +96,8 @@ class Lines:
         yield f"dt {progress.dt:.2e} s ({progress.dt_cause})"
         yield f"{count(progress.n_particles)} particles"
         yield f"max {progress.max_speed:.3g} m/s"
-        yield f"front {_metres(progress.front)}"
+        if progress.front is not None:  # saw tests and periodic domains have none
+            yield f"front {_metres(progress.front)}"
         yield f"{short(self._pace.speed)} particle-steps/s"
         yield f"{duration(self._pace.time_left(progress))} left"
 
@@ -115,7 +121,8 @@ class Screen:
 
         progress = self._progress
         if progress is None:
-            yield Text(f"{self._name}: preparing (the first run of a scene also compiles its kernels)")
+            doing = sentences(stages()) or "preparing (the first run of a scene also compiles its kernels)"
+            yield Text(f"{self._name}: {doing}")
             return
         yield self._bar(progress)
         yield self._table(progress, 3 if options.max_width >= WIDE else 2)
@@ -145,7 +152,8 @@ class Screen:
             table.add_column(min_width=16, no_wrap=True)
         facts = [("time", f"{progress.time:.3f} / {progress.end_time:g} s"), ("particles", count(progress.n_particles)),
                  ("frames", count(progress.frames)), ("max speed", f"{progress.max_speed:.3g} m/s"),
-                 ("front", _metres(progress.front)), ("running", duration(progress.wall)),
+                 *([("front", _metres(progress.front))] if progress.front is not None else []),
+                 ("running", duration(progress.wall)),
                  ("step", step(progress.dt)),
                  ("limited by", CAUSES.get(progress.dt_cause, progress.dt_cause)),
                  ("pace", f"{short(self._pace.speed)} particle-steps/s")]
@@ -174,18 +182,18 @@ class Screen:
 def display(name, lines=False, quiet=False):
     """The callback for a run named `name`, in the form that fits where stderr goes; None where nothing is to be said.
 
-    lines: plain lines, for the log of a batch job; quiet: nothing, also on a terminal
+    lines: plain lines from the first step to the end, for the log of a batch job; quiet: nothing, also on a terminal
     """
     if quiet:
         yield None
     elif lines:
         yield Lines(name, sys.stderr)
     elif not sys.stderr.isatty():
-        yield None
+        yield Lines(name, sys.stderr, late=True)
     else:
         from rich.console import Console
         from rich.live import Live
 
-        screen = Screen(name)
-        with Live(screen, console=Console(stderr=True), refresh_per_second=4, get_renderable=lambda: screen):
+        screen, console = Screen(name), Console(stderr=True)
+        with unwatched(), Live(screen, console=console, refresh_per_second=4, get_renderable=lambda: screen):
             yield screen

@@ -1,8 +1,6 @@
 """`snowmpm render`: pictures and films of a run."""
 
 import re
-import sys
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +9,7 @@ import typer
 from snowmpm.cli import completion
 from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.errors import InputError
+from snowmpm.stages import stage
 
 Output = Annotated[
     Path | None,
@@ -40,6 +39,8 @@ Time = Annotated[
     float | None, typer.Option(metavar="T", help="Draw the frame nearest to this time, in seconds, as a .png picture.")
 ]
 
+SMALLEST, MOST_PIXELS = 16, 50_000_000
+
 
 def render(
     run: RunPath,
@@ -59,6 +60,9 @@ def render(
             "--cutaway", help="Leave out, on the near side, what lies over the weak layer: its damage is seen."
         ),
     ] = False,
+    mirror: Annotated[
+        bool, typer.Option("--mirror", help="Draw half and quarter bodies whole: with their images at symmetric sides.")
+    ] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
     quiet: Quiet = False,
@@ -71,6 +75,8 @@ def render(
     shape = _pixels(size)
     from snowmpm.io import Run
 
+    if mirror:
+        from snowmpm.render.mirrored import MirroredRun as Run
     opened = Run(run)
     if output and output.suffix.lower() == ".html":
         _draw_page(opened, output, color, camera, quiet, {"RUN2": beside, "--time": time, "--cutaway": cutaway})
@@ -90,16 +96,20 @@ def _draw_page(run, output, color, camera, quiet, others):
     given = [name for name, value in others.items() if value not in (None, False)]
     if given:
         raise InputError(f"{', '.join(given)}: not with an interactive page, which shows one run at any time")
-    written = render_page(run, output, color=color, camera=camera)
+    with stage("writing the page"):
+        written = render_page(run, output, color=color, camera=camera)
     if not quiet:
         print(written)
 
 
 def draw(run, target, quiet=False, beside=None, **choices):
-    """Draw a run, or two side by side, to `target`, say how far it is, print where the picture went; -> its path."""
+    """Draw a run, or two side by side, to `target`, print where the picture went; -> its path."""
     from snowmpm.render import render_pair, render_run
 
-    with _counter(quiet) as progress:
+    with stage("drawing", unit="pictures") as now:
+        def progress(done, total):
+            now.done, now.total = done, total
+
         if beside is None:
             written = render_run(run, target, progress=progress, **choices)
         else:
@@ -109,24 +119,12 @@ def draw(run, target, quiet=False, beside=None, **choices):
     return written
 
 
-@contextmanager
-def _counter(quiet=False):
-    """Callback (done, total) that counts pictures on a terminal, and says nothing elsewhere."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    with Progress(
-        "drawing", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True)
-    ) as bar:
-        task = bar.add_task("drawing", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
 def _pixels(size):
     match = re.fullmatch(r"(\d{1,5})[xX](\d{1,5})", size)
     if not match:
         raise InputError(f"--size {size}: must be WIDTHxHEIGHT in pixels, such as 1280x720")
-    return int(match[1]), int(match[2])
+    width, height = int(match[1]), int(match[2])
+    if not (min(width, height) >= SMALLEST and width * height <= MOST_PIXELS):
+        raise InputError(f"--size {size}: must be {SMALLEST} pixels each way at least, and {MOST_PIXELS:.0g} in all at"
+                         " most")
+    return width, height

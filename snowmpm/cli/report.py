@@ -8,7 +8,8 @@ import typer
 from snowmpm.cli.options import Quiet, RunPath
 
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", metavar="FILE", help="An .html file; RUN/report.html by default.")
+    Path | None,
+    typer.Option("-o", "--output", metavar="FILE", help="An .html or .pdf file; RUN/report.html by default."),
 ]
 
 
@@ -22,7 +23,8 @@ def report(
 ):
     """Write one page about a run: settings, pictures, curves, maps, audit, warnings, how to make it again.
 
-    The page holds all it shows and loads nothing: it opens in any browser, and can be sent and kept.
+    The page holds all it shows and loads nothing: it opens in any browser, and can be sent and kept. With -o FILE.pdf
+    the same content is written to print.
     """
     from snowmpm.io import Run
     from snowmpm.render import render_report

@@ -10,9 +10,12 @@ from typing import Annotated
 
 import typer
 
+from snowmpm.cli.errors import warn
 from snowmpm.cli.options import (
+    Accurate,
     Backend,
     BackendOption,
+    Fast,
     Json,
     PrecisionOption,
     Quiet,
@@ -39,14 +42,13 @@ def run(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a run that is already in DIR.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR.")] = False,
     render: Annotated[bool, typer.Option("--render", help="Draw a film of the run to DIR/film.mp4.")] = False,
-    fast: Annotated[
-        bool, typer.Option("--fast", help="Trade accuracy for a third of the time or less; says what it changes.")
-    ] = False,
-    accurate: Annotated[
-        bool, typer.Option("--accurate", help="Trade time for half of the error; says what it changes.")
-    ] = False,
+    fast: Fast = False,
+    accurate: Accurate = False,
     lines: Annotated[
-        bool, typer.Option("--lines", help="A line every ten seconds instead of the live display: for logs.")
+        bool, typer.Option("--lines", help="Plain lines, from the first step to the end, also on a terminal: for logs.")
+    ] = False,
+    accept_cost: Annotated[
+        bool, typer.Option("--accept-cost", help="Run also what takes more than a month or all of the disk.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -57,24 +59,27 @@ def run(
     DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
 
     On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
-    elsewhere only the end is told.
+    elsewhere a line every ten seconds does, on stderr.
     """
+    import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.io.remarks import remarks
     from snowmpm.scenes import load_scene
 
-    if fast and accurate:
-        raise InputError("--fast and --accurate lead opposite ways: choose one")
     overrides = scene_overrides(settings, precision)
     loaded = load_scene(scene, overrides)
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
     start_taichi(backend, threads)
     if fast or accurate:
-        loaded = load_scene(scene, overrides | _along_the_front(loaded, fast, quiet))
-    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite)
+        loaded = load_scene(scene, overrides | along_the_front(loaded, fast, accurate, quiet))
+    result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
+                      accept_cost=accept_cost)
     told = not quiet and not as_json
     if told:
-        print(f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated{_wall(result)}: {result.path}")
+        simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
+        print(f"{simulated}{_ended(result)}{_wall(result)}: {result.path}")
+    if told and result.saw_test:
+        _tell_saw_test(result)
     for remark in remarks(result):
         print(f"warning: {remark}", file=sys.stderr)
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
@@ -82,8 +87,10 @@ def run(
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
 
 
-def _along_the_front(scene, fast, quiet):
+def along_the_front(scene, fast, accurate, quiet):
     """Keys that --fast or --accurate changes, after it has been said which."""
+    if fast and accurate:
+        raise InputError("--fast and --accurate lead opposite ways: choose one")
     from snowmpm.advice.along_front import faster, more_accurate
 
     change = faster(scene) if fast else more_accurate(scene)
@@ -94,9 +101,11 @@ def _along_the_front(scene, fast, quiet):
 
 def start_taichi(backend, threads):
     """Start the backend without what Taichi prints about it on stdout, which belongs to results."""
-    from snowmpm import runtime
+    from snowmpm.compiler import runtime
 
-    with contextlib.redirect_stdout(io.StringIO()):
+    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
+        # Another backend is refused below; the threads of a Taichi that runs already are as good as others
+        warnings.filterwarnings("ignore", "Taichi runs already")
         try:
             running = runtime.start(backend.value, threads)
         except RuntimeError as error:
@@ -115,21 +124,49 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True):
-    """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`."""
+def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False):
+    """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`.
+
+    Raises InputError for a run that nobody can pay for (`snowmpm.advice.affordability`), unless accept_cost.
+    """
     import snowmpm
+    from snowmpm.advice.affordability import many_bodies, refuse_unaffordable
     from snowmpm.cli.progress import display
+    from snowmpm.compiler import runtime
+
+    if many := many_bodies(scene):
+        print(f"warning: {many}", file=sys.stderr)
+
+    def approve(simulation):
+        if not accept_cost:
+            refuse_unaffordable(simulation, folder, runtime.threads())
 
     try:
         with display(scene.name, lines, quiet) as progress, warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
-            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite)
+            warnings.showwarning = warn
+            return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve)
     except KeyboardInterrupt as interruption:
         if interruption.args:
             raise
         written = (folder / "run.vtkhdf").exists()
         kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
         raise KeyboardInterrupt(f"interrupted{kept}") from None
+
+
+def _tell_saw_test(result):
+    """What came of a saw test, and how the saw cut."""
+    from snowmpm.io.saw_words import outcome, set_up
+
+    test = result.saw_test
+    print(f"saw test: {outcome(result.summary.get('saw_test', {}), test)}")
+    print(f"saw: {set_up(test.about)['saw']}")
+
+
+def _ended(result):
+    """Said of runs that ended before their end_time."""
+    from snowmpm.running.rest import rested
+
+    return f", {result.summary['ended']}" if rested(result) else ""
 
 
 def _wall(result):

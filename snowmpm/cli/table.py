@@ -7,17 +7,20 @@ import sys
 import textwrap
 
 from snowmpm.cli.wording import count, duration, memory
+from snowmpm.errors import shown_line
 
 FORMATS = {"memory": memory, "run_file": memory, "checkpoint": memory,
            "run_time": duration, "wall_time": duration, "processor_time": duration, "size": memory}
 UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
+MOST_ITEMS = 200  # of a list
 LONGEST = 100  # characters of a line; text in a wider terminal is not read more easily
 
 
 def print_facts(title, values):
     """A title and one line a fact; facts within a fact are indented. On a terminal titles are bold, names faint."""
     styled = sys.stdout.isatty()
-    print(_styled(title, "1", styled))
+    lead = "\n" if title.startswith("\n") else ""
+    print(lead + _styled(shown_line(title.lstrip("\n")), "1", styled))
     for line in _lines(values, "  ", line_length(), styled):
         print(line)
 
@@ -52,7 +55,8 @@ def _lines(values, indent, width, styled, inner=False):
     names = max((len(str(name)) for name in values), default=0)
     for name, value in values.items():
         # Names of facts are words; names inside a fact are a scene's own.
-        label = f"{indent}{name if inner else name.replace('_', ' '):<{names}}"
+        shown = shown_line(name if inner else name.replace("_", " "), LONGEST)
+        label = f"{indent}{shown:<{min(names, LONGEST)}}"
         if isinstance(value, dict):
             yield _styled(label.rstrip(), "2", styled)
             yield from _lines(value, indent + "  ", width, styled, inner=True)
@@ -72,6 +76,12 @@ def _wrapped(text, room):
     return [row.replace("\0", " ") for row in rows] or [""]
 
 
+def _plain_digits(value):
+    """Four digits that count; a large number in full rather than with a power of ten."""
+    text = f"{value:.4g}"
+    return count(round(value)) if "e+" in text and abs(value) < 1e15 else text
+
+
 def _text(name, value):
     if name in FORMATS and isinstance(value, int | float):
         return FORMATS[name](value)
@@ -81,8 +91,9 @@ def _text(name, value):
         return count(value)
     if isinstance(value, float):
         # Entries of lists are coordinates, large where they come from a map.
-        return f"{value:.4g}" if name else f"{round(value, 3):.10g}"
+        return _plain_digits(value) if name else f"{round(value, 3):.10g}"
     if isinstance(value, list | tuple):
-        items = ", ".join(_text(None, item) for item in value) or "none"
+        shown = [_text(None, item) for item in value[:MOST_ITEMS]]
+        items = ", ".join(shown + [f"... {count(len(value))} in all"] * (len(value) > MOST_ITEMS)) or "none"
         return f"[{items}]" if name is None else items
-    return str(value)
+    return shown_line(value)

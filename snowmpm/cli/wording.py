@@ -2,6 +2,11 @@
 
 import math
 
+from snowmpm.amounts import long_time
+from snowmpm.glance import counted as count
+
+__all__ = ["count", "duration", "memory", "short", "step"]
+
 
 def duration(seconds):
     """42.0 s, 3 min 12 s, 1 h 02 min; "-" when not known."""
@@ -12,7 +17,9 @@ def duration(seconds):
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:
         return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
+    if minutes < 100 * 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return long_time(seconds)
 
 
 def step(seconds):
@@ -39,8 +46,3 @@ def memory(size):
         if size >= factor:
             return f"{size / factor:.1f} {unit}"
     return f"{size:.0f} B"
-
-
-def count(number):
-    """1234567 -> 1 234 567."""
-    return f"{number:,}".replace(",", " ")

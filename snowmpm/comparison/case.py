@@ -1,7 +1,6 @@
 """A run to be compared: what it solved, how, and at what price."""
 
 import os
-import sys
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,11 +9,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from snowmpm.schemes import TRANSFERS
 
 
 @dataclass(frozen=True)
@@ -26,7 +21,7 @@ class Case:
 
     @cached_property
     def scene(self):
-        return tomllib.loads(self.run.provenance["scene"])
+        return self.run.scene
 
     @property
     def axes(self):
@@ -47,6 +42,7 @@ class Case:
     def gravity(self):
         """Acceleration (dim,) [m/s2]."""
         given = self.scene["gravity"]
+        given = given["value"] if isinstance(given, dict) else given
         if isinstance(given, list):
             return np.array(given, float)
         return np.array([0.0] * (self.run.dimension - 1) + [-given])
@@ -77,7 +73,7 @@ class Case:
             # A key that the run's version did not know is one that it did not use
             named = [f"{name} {own[key]:g}" for key, name in keys.items() if own.get(key, 0.0) > 0.0]
             return ", ".join(named) or "none"
-        blend = f" {solver['flip_ratio']:g}" if solver["transfer"] in ("flip", "aflip") else ""
+        blend = f" {solver['flip_ratio']:g}" if TRANSFERS[solver["transfer"]].flip else ""
         return solver["transfer"] + blend
 
     @property

@@ -14,7 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.reading import budget as read_budget
+
+MEMORY_PER_BYTE = 40
+"""Bytes of memory that a byte of JSON text may take once it is read, about: `[[],[],...`."""
 
 _RECORD, _DIGEST = "record", "digest"
 
@@ -50,7 +55,7 @@ def _replacement(path, keep=None):
     """A file that takes the place of `path` when all is written; the old one moves to `keep` if given."""
     part = path.with_name(path.name + ".part")
     try:
-        with open(part, "wb") as file:
+        with create_new(part) as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
@@ -66,6 +71,13 @@ def _replacement(path, keep=None):
     sync_folder(path.parent)
 
 
+def create_new(path):
+    """A new file to write to, in place of whatever is called so: never what a link of that name leads to."""
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(path)
+    return os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), "wb")
+
+
 def read_archive(path):
     """The tree that `write_archive` wrote. Raises InputError when the file is missing, damaged or of another kind."""
     path = Path(path)
@@ -76,7 +88,12 @@ def read_archive(path):
         digest = arrays.pop(_DIGEST)
         if not np.array_equal(digest, _digest(arrays)):
             raise ValueError("its checksum is wrong")
-        return _whole(json.loads(arrays[_RECORD].tobytes()), arrays)
+        tree = _whole(json.loads(arrays[_RECORD].tobytes()), arrays)
+        if not isinstance(tree, dict):
+            raise ValueError("it holds no table")
+        return tree
+    except InputError:
+        raise
     except Exception as error:  # torn and foreign bytes fail in zipfile, NumPy and JSON in a dozen ways
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: damaged, or not written by this program ({reason})") from error
@@ -89,6 +106,9 @@ def _read_members(path):
         members = archive.infolist()
         if sum(member.file_size for member in members) > path.stat().st_size:
             raise ValueError("its sizes are wrong")
+        memory.require(2.0 * path.stat().st_size, str(path), "nothing less than all of it is read")
+        text = sum(member.file_size for member in members if member.filename == f"{_RECORD}.npy")
+        read_budget.allow(path, float(MEMORY_PER_BYTE * text), "its record")
         for member in members:
             with archive.open(member) as file:
                 arrays[member.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)

@@ -21,16 +21,18 @@ def require_rasterio():
     return rasterio
 
 
-def write_geotiff(path, raster, origin, crs=None, description=""):
+def write_geotiff(path, raster, origin, crs=None, description="", tags=None):
     """Write a `Map` as float32, north up, -9999 where there is nothing; the file is there complete or not at all.
 
     origin: map coordinates of the run's origin [m]; crs: projection as well-known text, or None: then the file holds
-    coordinates without saying of what system. Raises InputError without rasterio or for a text that is no projection.
+    coordinates without saying of what system; tags: texts by name, kept in the file. Raises InputError without rasterio
+    or for a text that is no projection.
     """
     rasterio = require_rasterio()
     rows, columns = raster.values.shape
-    west = origin[0] + raster.x0 - 0.5 * raster.cell
-    north = origin[1] + raster.y0 + (rows - 0.5) * raster.cell
+    # Without the round-off of the origin: cells that two files share then have the same corners
+    west = round(float(origin[0] + raster.x0 - 0.5 * raster.cell), 6)
+    north = round(float(origin[1] + raster.y0 + (rows - 0.5) * raster.cell), 6)
     profile = {"driver": "GTiff", "width": columns, "height": rows, "count": 1, "dtype": "float32", "nodata": NO_DATA,
                "transform": rasterio.transform.from_origin(west, north, raster.cell, raster.cell),
                "compress": "deflate"}
@@ -44,6 +46,7 @@ def write_geotiff(path, raster, origin, crs=None, description=""):
         with rasterio.open(part, "w", **profile) as file:
             file.write(values, 1)
             file.set_band_description(1, description)
+            file.update_tags(**{name: str(value) for name, value in (tags or {}).items()})
             file.units = (raster.units,)
         # GDAL writes when it closes, and does not say when it could not
         with rasterio.open(part) as file:

@@ -13,7 +13,9 @@ The journal file lives as long as its writer, which holds a lock on it. The run 
 may open it at any time.
 """
 
+import errno
 import os
+import stat
 import struct
 import zlib
 from contextlib import suppress
@@ -21,6 +23,7 @@ from pathlib import Path
 
 from snowmpm.errors import InputError
 from snowmpm.io.archive import sync_folder
+from snowmpm.reading import budget as read_budget
 
 try:
     import fcntl
@@ -45,7 +48,11 @@ def read_journal(path):
     journal, or with one that is torn or foreign, the file itself is whole: (None, []).
     """
     try:
-        blob = journal_path(path).read_bytes()
+        journal = journal_path(path)
+        if not journal.is_file():
+            return None, []
+        read_budget.allow(journal, float(journal.stat().st_size), "what it is to change")
+        blob = journal.read_bytes()
     except OSError:
         return None, []
     if len(blob) < HEADER.size:
@@ -56,7 +63,10 @@ def read_journal(path):
     payload = blob[HEADER.size : HEADER.size + length]
     if len(payload) < length or zlib.crc32(payload) != checksum:
         return counter, []
-    return counter, _unpack(payload)
+    try:
+        return counter, _unpack(payload)
+    except struct.error:
+        return counter, []
 
 
 def _unpack(payload):
@@ -67,6 +77,22 @@ def _unpack(payload):
         patches.append((address, payload[at : at + length]))
         at += length
     return patches
+
+
+def open_own(path, flags):
+    """An unbuffered file of a run to be changed in place. Raises InputError for a link, which may lead anywhere, and
+    for what is no file."""
+    try:
+        descriptor = os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o644)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise InputError(f"{path}: is a link, and a run is written to files of its own: put the file itself there,"
+                             " or link its folder") from None
+        raise
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise InputError(f"{path}: is not a file")
+    return os.fdopen(descriptor, "r+b", buffering=0)
 
 
 def write_all(file, address, data):
@@ -90,7 +116,7 @@ class Journal:
         self.path = journal_path(path)
         self.durable = durable
         self._unapplied = []
-        self._file = os.fdopen(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644), "r+b", buffering=0)
+        self._file = open_own(self.path, os.O_RDWR | os.O_CREAT)
         try:
             if fcntl:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -108,7 +134,7 @@ class Journal:
         counter, patches = read_journal(path)
         self._counter = counter or 0
         if patches and Path(path).exists():
-            with open(path, "r+b", buffering=0) as file:
+            with open_own(path, os.O_RDWR) as file:
                 self._apply(file, patches)
         self._mark_idle()
 

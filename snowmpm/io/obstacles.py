@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.glance import ArraysGlance
 from snowmpm.io.rows import as_rows
 from snowmpm.io.vtkhdf import COMPRESSION, append, growing
 
@@ -12,8 +13,8 @@ LOADS = {"time": "s", "force": "N", "moment": "N m", "impulse": "N s", "work": "
 POSES = ("rotation", "translation")
 
 
-@dataclass(frozen=True)
-class Obstacle:
+@dataclass(frozen=True, repr=False)
+class Obstacle(ArraysGlance):
     """An obstacle of a run.
 
     vertices (n, 3) [m] relative to the run's origin, where the scene draws it; facets (m, 3) triangles or (m, 2)
@@ -68,6 +69,12 @@ def append_poses(h5, poses):
         rotation, translation = poses.get(name, (np.eye(3), np.zeros(3)))
         append(group["rotation"], _in_space(np.asarray(rotation, float))[None])
         append(group["translation"], as_rows(translation))
+
+
+def last_placed(h5, name):
+    """Vertices (n, 3) [m] of an obstacle relative to the run's origin, in the last frame."""
+    group = h5[GROUP][name]
+    return group["vertices"][:] @ group["rotation"][-1].T + group["translation"][-1]
 
 
 def _in_space(rotation):

@@ -1,51 +1,61 @@
 """Reading a run file: finished, still being written, or left behind by a program that was killed."""
 
-import json
 import time as clock
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from snowmpm import memory
-from snowmpm.errors import InputError, did_you_mean
+from snowmpm.errors import InputError, did_you_mean, shown_line
+from snowmpm.glance import ArraysGlance, Glance, counted
 from snowmpm.io import layout
+from snowmpm.io.contents import allow_rows, check_contents
 from snowmpm.io.obstacles import read_obstacles
+from snowmpm.io.records import LONGEST, SUMMARY, Record, read_record
+from snowmpm.io.rows import units_of
 from snowmpm.io.saw_test import read_saw_test
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
+from snowmpm.quantities.table import OLD_NUMBERS, RENAMED, renamed
+from snowmpm.reading import budget as read_budget
+from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
 ATTEMPTS = 50
 
-FRAME_DATA = ("/VTKHDF/Points", "/VTKHDF/PointData", "/VTKHDF/Vertices")
-"""What is read frame by frame, or never."""
 
+@dataclass(frozen=True, repr=False)
+class Frame(ArraysGlance):
+    """The particles at one time: points (n, 3) float32 [m] relative to the run's origin (3,) [m], fields by name.
 
-@dataclass(frozen=True)
-class Frame:
-    """The particles at one time: points (n, 3) float32 [m] relative to the run's origin, fields by name."""
+    positions: (n, 3) float64 [m] in map coordinates, those of the scene.
+    """
 
     time: float
     points: np.ndarray
     fields: dict
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def positions(self):
+        return self.points + self.origin
 
     def __len__(self):
         return len(self.points)
 
 
-@dataclass(frozen=True)
-class Terrain:
+@dataclass(frozen=True, repr=False)
+class Terrain(ArraysGlance):
     """The ground: vertices (n, 3) [m] relative to the run's origin; facets (m, 3) triangles or (m, 2) segments."""
 
     vertices: np.ndarray
     facets: np.ndarray
 
 
-@dataclass(frozen=True)
-class Map:
+@dataclass(frozen=True, repr=False)
+class Map(ArraysGlance):
     """A raster in plan: values (rows, columns), row i at y0 + i cell, column j at x0 + j cell [m, to the origin]."""
 
     values: np.ndarray
@@ -55,15 +65,17 @@ class Map:
     units: str
 
 
-class Run:
+class Run(Glance):
     """One run, from its folder or its file.
 
     What it shows is the state when it was opened or last `refresh`ed; frames are read from the disk when asked for.
 
     path, name (of its scene, or else of its folder), dimension (2 or 3), origin (3,) [m]
     complete (the run came to its end)
-    times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame
-    field_names;  units of fields and history by name;  history: arrays by name, "time" among them
+    times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame;  for frame in run
+    field_names;  field_kinds: (type, columns or None) by name
+    units of fields and history by name;  history: arrays by name, "time" among them
+    scene: tables of the resolved scene
     terrain -> Terrain or None;  obstacles: `snowmpm.io.obstacles.Obstacle` by name;  maps: Map by name;  provenance
     hazard: run-out, affected area, profile along the thalweg, or {};  saw_test -> `snowmpm.io.saw_test.SawTest` or None
     summary (summary.json, or {})
@@ -79,7 +91,7 @@ class Run:
 
     def refresh(self):
         """Look again: frames and history rows may have come since."""
-        for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "hazard", "summary"):
+        for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "scene", "hazard", "summary"):
             self.__dict__.pop(name, None)
         self._checked = False
         """Whether the file was searched for what may not be in it: once, or a fast writer would always be ahead."""
@@ -93,28 +105,37 @@ class Run:
             version = int(attributes["format_version"])
             raise InputError(f"{self.path}: format version {version}; this program reads up to {layout.FORMAT_VERSION}")
         if not self._checked:
-            _check_contents(h5, self.path)
+            check_contents(h5, self.path)
             self._checked = True
         self.dimension = int(attributes["dimension"])
         self.origin = np.array(attributes["origin"])
+        self._shift = self.origin if int(attributes["format_version"]) > 1 else np.zeros(3)
         self.complete = bool(attributes["complete"])
         steps, count = root["Steps"], int(root["Steps"].attrs["NSteps"])
         self.times = steps["Values"][:count]
         self._starts = steps["PointOffsets"][:count]
         self._counts = root["NumberOfPoints"][:count]
         self.field_names = list(root["PointData"])
-        self.history = {name: data[:] for name, data in h5["history"].items()}
+        self.field_kinds = {name: (data.dtype, data.shape[1] if data.ndim > 1 else None)
+                            for name, data in root["PointData"].items()}
+        history = renamed({name: data[:] for name, data in h5["history"].items()}, RENAMED)
+        self.history = Record(history, f"{self.path}: history")
         named = [*root["PointData"].items(), *h5["history"].items()]
-        self.units = {name: data.attrs.get("units", "") for name, data in named}
+        self.units = renamed({name: units_of(data) for name, data in named}, RENAMED)
 
     def _read(self, action):
         """`action(open file)`, repeated if a commit passed meanwhile, so that it has seen one state only."""
         for _ in range(ATTEMPTS):
             try:
                 with self._snapshot() as (h5, snapshot):
-                    result = action(h5)
-                    if snapshot.is_current():
-                        return result
+                    try:
+                        result = action(h5)
+                    except InputError:
+                        if snapshot.is_current():  # else what was seen is of two states, and may fit neither
+                            raise
+                    else:
+                        if snapshot.is_current():
+                            return result
             except InputError:
                 raise
             except Exception as error:  # damaged bytes fail in HDF5, NumPy and JSON in a dozen ways
@@ -154,17 +175,65 @@ class Run:
         def action(h5):
             root = h5["VTKHDF"]
             rows = [root["Points"], *(root["PointData"][name] for name in names)]
-            size = sum(n * data.dtype.itemsize * (data.shape[1] if data.ndim > 1 else 1) for data in rows)
-            memory.require(size, f"{self.path}: frame {i}", "fewer fields need less")
-            points = root["Points"][start : start + n]
+            allow_rows(self.path, f"frame {i}", n, rows)
+            points = (root["Points"][start : start + n] - self._shift).astype(np.float32)
             return points, {name: root["PointData"][name][start : start + n] for name in names}
 
         points, values = self._read(action)
-        return Frame(float(self.times[i]), points, values)
+        return Frame(float(self.times[i]), points, values, self.origin)
+
+    def __iter__(self):
+        return (self.frame(i) for i in range(len(self)))
+
+    def to_xarray(self, what="history"):
+        """A part of the run as an `xarray.Dataset` with units, long names and map coordinates:
+
+        history     the time series, over time
+        particles   fields and "position" over time, particle and, of vectors and tensors, axis or component; frames are
+                    read when they are asked for. Particles that are gone are NaN. Rows keep their order within a frame
+                    only: output.fields = [..., "id"] tells which particle is which
+        maps        rasters in plan over y and x, of a run in 3-D at its end
+        saw_test    over time and x along the column
+
+        Raises InputError for another name, a run without it, or when xarray is missing.
+        """
+        from snowmpm.io.datasets import dataset
+
+        return dataset(self, what)
+
+    def to_pandas(self, what="history"):
+        """A table of the run as a `pandas.DataFrame`:
+
+        history     the time series, indexed by time
+        summary     what summary.json says;  saw_test  numbers of a saw test beside theories
+        hazard      numbers of hazard mapping with their units;  thalweg  profile, indexed by the distance along it
+        loads       on obstacles, indexed by obstacle and time
+
+        Units by column are in `.attrs["units"]`, why numbers are not final in `.attrs["not_final"]`. Raises
+        InputError for another name, a run without it, or when pandas is missing.
+        """
+        from snowmpm.io.tables import table
+
+        return table(self, what)
+
+    def _glance(self):
+        counts = sorted({self.n_points(i) for i in range(len(self))})
+        particles = " to ".join(counted(n) for n in dict.fromkeys((counts[0], counts[-1]))) if counts else "none yet"
+        facts = {"file": self.path, "frames": f"{len(self)}" + (f", {self.times[0]:g} to {self.times[-1]:g} s"
+                                                                if len(self) else ""),
+                 "particles": particles,
+                 "fields": ", ".join(_with_unit(name, self.units) for name in self.field_names),
+                 "history": f"{len(self.history['time'])} rows of {', '.join(self.history)}"}
+        parts = {"obstacles": self.obstacles, "maps": self.maps}
+        facts |= {name: ", ".join(part) for name, part in parts.items() if part}
+        facts |= {"also": ", ".join(name for name, part in (("terrain", self.terrain), ("saw_test", self.saw_test),
+                                                            ("hazard", self.hazard)) if part)}
+        state = "complete" if self.complete else f"not complete, up to {self.times[-1] if len(self) else 0.0:g} s"
+        return f"Run {self.name} ({self.dimension}-D, {state})", {name: text for name, text in facts.items() if text}
 
     @property
     def name(self):
-        return str(self.provenance.get("scene_name") or self.path.parent.name)
+        return shown_line(self.provenance.get("scene_name") or self.path.parent.name, LONGEST)
 
     @cached_property
     def terrain(self):
@@ -176,7 +245,7 @@ class Run:
 
     @cached_property
     def saw_test(self):
-        return self._read(read_saw_test)
+        return self._read(lambda h5: read_saw_test(h5, self.path))
 
     @cached_property
     def maps(self):
@@ -184,19 +253,38 @@ class Run:
 
     @cached_property
     def provenance(self):
-        return self._read(read_provenance)
+        return self._read(lambda h5: read_provenance(h5, self.path))
+
+    @cached_property
+    def scene(self):
+        """Tables of the resolved scene. Raises InputError where the provenance holds no readable one."""
+        try:
+            return Record(tables(self.provenance["scene"], self.path), f"{self.path}: its scene")
+        except TOMLDecodeError:
+            raise InputError(f"{self.path}: the scene in it is not readable") from None
 
     @cached_property
     def hazard(self):
-        return self._read(read_hazard)
+        record = self._read(lambda h5: read_hazard(h5, self.path))
+        if record.get("numbers"):
+            record["numbers"] = Record(renamed(record["numbers"], OLD_NUMBERS), record["numbers"].file)
+        return record
 
     @cached_property
     def summary(self):
         path = self.path.with_name(layout.SUMMARY_FILE)
+        if not path.is_file():
+            return {}
         try:
-            return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        except (OSError, ValueError, RecursionError) as error:
-            raise InputError(f"{path}: not readable ({error})") from None
+            read_budget.allow(path, float(path.stat().st_size), "its text")
+            return read_record(path.read_bytes(), path, SUMMARY)
+        except OSError as error:
+            raise InputError(f"{path}: not readable ({error.strerror})") from None
+
+
+def _with_unit(name, units):
+    unit = units.get(name, "")
+    return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def _runs_near(path):
@@ -206,24 +294,6 @@ def _runs_near(path):
     return did_you_mean(str(Path(path)), runs)
 
 
-def _check_contents(h5, path):
-    """Refuse what no run file of this program has: links to elsewhere, and tables that would fill the memory."""
-    groups = [h5]
-    while groups:
-        group = groups.pop()
-        for name in group:
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                raise InputError(f"{path}: {group.name}/{name} is a link to elsewhere, which no run file has")
-            item = group[name]
-            if isinstance(item, h5py.Group):
-                groups.append(item)
-                continue
-            if item.external or item.is_virtual:
-                raise InputError(f"{path}: {item.name} lies in another file, which no run file has")
-            if not item.name.startswith(FRAME_DATA):
-                memory.require(item.nbytes, f"{path}: {item.name}", "it is not what this program writes")
-
-
 def _read_terrain(h5):
     group = h5["terrain"]
     return Terrain(group["vertices"][:], group["facets"][:]) if "vertices" in group else None
@@ -231,4 +301,4 @@ def _read_terrain(h5):
 
 def _read_map(data):
     x0, y0, cell = (float(data.attrs[name]) for name in ("x0", "y0", "cell"))
-    return Map(data[:], x0, y0, cell, data.attrs["units"])
+    return Map(data[:], x0, y0, cell, units_of(data))

@@ -2,22 +2,21 @@
 
 import numpy as np
 
-MASS_LOST, MOMENTUM, ENERGY, EMPTIED = 1e-3, 1e-4, 0.05, 0.02
-"""From where on the audit warns: shares of mass that left, of momentum, of the energy put in, and of the cells."""
+from snowmpm.io.status import cautions
+
+MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
+"""From where on the audit warns: shares of momentum, of the energy put in, and of the cells."""
 
 
 def remarks(run):
     """What in the history of a `Run` is out of the ordinary, a line each."""
     history = {name: values for name, values in run.history.items() if len(values)}
-    if not run.complete:
-        yield f"The run is not complete: it ends at {run.times[-1]:g} s."
-    mass, lost = history.get("mass"), history.get("removed_mass")
-    if mass is not None and lost is not None and lost[-1] > MASS_LOST * mass[0]:
-        yield f"{lost[-1] / mass[0]:.2%} of the mass is gone: it left the domain, or a cut or a removal took it."
+    yield from cautions(run)
     if _last(history, "momentum_residual") > MOMENTUM:
         yield f"The momentum balance is open by {_last(history, 'momentum_residual'):.2g} of what was exchanged."
     if _last(history, "unconverged") > 0.0:
-        yield f"{_last(history, 'unconverged'):.0f} stress updates did not converge."
+        yield (f"{_last(history, 'unconverged'):.0f} stress updates did not converge, or had a strain that cannot be"
+               " represented; those steps were left out.")
     # Energy that was stored counts too: in a run at rest what is turned over is noise, and any share of it large
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from snowmpm.errors import shown_line
+
 
 def as_rows(values):
     """(n, 3) from (n, 3) or, with y = 0, from plane-strain (n, 2) rows (x, z); one row from a single vector."""
@@ -23,3 +25,9 @@ def as_field(name, values, n):
     if values.dtype == bool:
         return values.astype(np.uint8)
     return values.astype(np.float32, copy=False) if values.dtype.kind == "f" else values
+
+
+def units_of(data):
+    """Unit of a table, as the file says it; "" where it says nothing."""
+    unit = data.attrs.get("units", "")
+    return shown_line(unit, 40) if isinstance(unit, str) else ""

@@ -5,13 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.glance import ArraysGlance
+from snowmpm.io.records import Record, read_record
+from snowmpm.io.rows import units_of
 from snowmpm.io.vtkhdf import COMPRESSION, append, growing
 
 GROUP = "saw_test"
 
 
-@dataclass(frozen=True)
-class SawTest:
+@dataclass(frozen=True, repr=False)
+class SawTest(ArraysGlance):
     """values, units: by name; `saw_test[name]` is values[name]. about: what was set up, numbers and words by name.
 
     Rows in time: (k,) time [s], saw, tip [m] ..., and (k, bins) settlement, settling_speed, slip ...; one value a bin:
@@ -60,10 +63,12 @@ def keep_saw_test(h5, limit):
             data.resize(rows, axis=0)
 
 
-def read_saw_test(h5):
+def read_saw_test(h5, path):
     """`SawTest`, or None in a run that is none."""
     if GROUP not in h5:
         return None
     group = h5[GROUP]
-    return SawTest({name: data[:] for name, data in group.items()},
-                   {name: data.attrs["units"] for name, data in group.items()}, json.loads(group.attrs["about"]))
+    where = f"{path}: saw_test"
+    return SawTest(Record({name: data[:] for name, data in group.items()}, where),
+                   Record({name: units_of(data) for name, data in group.items()}, where),
+                   read_record(group.attrs["about"], where, {}))

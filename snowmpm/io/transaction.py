@@ -16,7 +16,7 @@ import os
 
 import numpy as np
 
-from snowmpm.io.journal import read_journal, write_all
+from snowmpm.io.journal import open_own, read_journal, write_all
 
 PAGE = 4096
 
@@ -29,7 +29,7 @@ class TransactionFile(io.RawIOBase):
 
     def __init__(self, path, journal):
         super().__init__()
-        self._file = open(path, "r+b", buffering=0)  # noqa: SIM115 - closed by close()
+        self._file = open_own(path, os.O_RDWR)
         self._journal = journal
         # The rest of a frame that a kill cut short counts as committed until HDF5 sets the length, in the first
         # transaction: it is then written over like any free space.

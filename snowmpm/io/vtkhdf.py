@@ -37,7 +37,7 @@ def create_steps(root):
 
 
 def append_step(root, time, points, fields, units):
-    """Append one step: points (n, 3) float32, fields by name; ValueError when the names are not those of before."""
+    """Append one step: points (n, 3), fields by name; ValueError when the names are not those of before."""
     steps, n = root["Steps"], len(points)
     count = int(steps.attrs["NSteps"])
     if "Points" not in root:
@@ -99,7 +99,7 @@ def append(data, rows):
 
 def _create_point_data(root, points, fields, units):
     chunk = layout.chunk_rows(len(points))
-    growing(root, "Points", dtype=np.float32, columns=3, chunk=chunk, **COMPRESSION)
+    growing(root, "Points", dtype=points.dtype, columns=3, chunk=chunk, **COMPRESSION)
     for name, values in fields.items():
         columns = values.shape[1] if values.ndim == 2 else None
         data = growing(root["PointData"], name, dtype=values.dtype, columns=columns, chunk=chunk, **COMPRESSION)

@@ -11,10 +11,20 @@ import numpy as np
 
 from snowmpm.io import layout
 from snowmpm.io.archive import write_bytes
+from snowmpm.io.contents import check_contents
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
+from snowmpm.io.records import HAZARD, PROVENANCE, read_record
 from snowmpm.io.rows import as_field, as_rows
 from snowmpm.io.saw_test import append_saw_test, create_saw_test, keep_saw_test
+from snowmpm.io.surroundings import GROUP as SURROUNDINGS
+from snowmpm.io.surroundings import (
+    append_surroundings,
+    companion,
+    create_surroundings,
+    keep_surroundings,
+    write_companion,
+)
 from snowmpm.io.transaction import TransactionFile
 from snowmpm.io.vtkhdf import COMPRESSION, append_step, create_steps, growing, keep_steps
 
@@ -48,16 +58,18 @@ class RunWriter:
         try:
             # Built in memory and moved into place: a run file without its frame structure is never seen, and HDF5
             # need not close a file on a disk that is full.
-            draft = io.BytesIO()
+            draft, origin = io.BytesIO(), as_rows(np.zeros(dimension) if origin is None else origin)[0]
             with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS) as h5:
-                _create(h5, dimension, as_rows(np.zeros(dimension) if origin is None else origin)[0], self._units)
+                _create(h5, dimension, origin, self._units)
                 _write_terrain(h5, terrain)
                 create_obstacles(h5, obstacles or {}, dimension)
+                blocks = list(create_surroundings(h5, terrain, obstacles, origin))
                 if saw_test:
                     create_saw_test(h5, **saw_test)
                 _write_provenance(h5, provenance)
             write_bytes(self.path, draft.getbuffer())
-            self._open(dimension)
+            write_companion(self.path, blocks)
+            self._open(dimension, layout.FORMAT_VERSION, origin)
         except BaseException:
             self._journal.close()
             raise
@@ -71,9 +83,13 @@ class RunWriter:
         self._file = None
         try:
             with h5py.File(self.path, "r", locking=False) as h5:
-                dimension = int(h5.attrs["dimension"])
-                self._units = json.loads(h5.attrs["field_units"])
-            self._open(dimension)
+                check_contents(h5, self.path)
+                dimension, version = int(h5.attrs["dimension"]), int(h5.attrs["format_version"])
+                self._units, origin = json.loads(h5.attrs["field_units"]), np.array(h5.attrs["origin"])
+                blocks = list(h5.get(SURROUNDINGS, ()))
+            if version > 1 and not companion(self.path).exists():
+                write_companion(self.path, blocks)
+            self._open(dimension, version, origin)
             with self._transaction() as h5:
                 h5.attrs["complete"] = False
                 if until is not None:
@@ -83,8 +99,9 @@ class RunWriter:
             raise
         return self
 
-    def _open(self, dimension):
+    def _open(self, dimension, version, origin):
         self.dimension = dimension
+        self._version, self._origin = version, origin
         self._file = TransactionFile(self.path, self._journal)
         self._rows = []
         self._row_units = {}
@@ -106,7 +123,8 @@ class RunWriter:
     def frame(self, time, points, fields, poses=None, loads=None, saw_test=None):
         """Append the state at `time` [s].
 
-        points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z); stored as float32. n may change between frames.
+        points  (n, 3) [m] relative to `origin`, or (n, 2) as (x, z), taken as float32; stored in map coordinates, as
+                float64. n may change between frames.
         fields  by name, the same names in every frame: (n,), (n, 2|3) vectors or (n, 6) symmetric tensors; floats are
                 stored as float32, integers as they are.
         poses   {name: (rotation (dim, dim), translation (dim,) [m])} of the obstacles that have moved, relative to
@@ -117,10 +135,13 @@ class RunWriter:
         """
         points = as_rows(points).astype(np.float32, copy=False)
         fields = {name: as_field(name, values, len(points)) for name, values in fields.items()}
+        if self._version > 1:
+            points = points + self._origin
         with self._transaction() as h5:
             append_step(h5["VTKHDF"], float(time), points, fields, self._units)
             append_poses(h5, poses or {})
             append_loads(h5, loads or {})
+            append_surroundings(h5, self._origin)
             if saw_test:
                 append_saw_test(h5, *saw_test)
             self._write_rows(h5)
@@ -204,14 +225,14 @@ def run_file(path):
     return path if path.suffix in (".vtkhdf", ".hdf", ".h5") and not path.is_dir() else path / layout.RUN_FILE
 
 
-def read_provenance(h5):
-    """The provenance record of an open run file."""
-    return json.loads(h5["provenance/record"][()])
+def read_provenance(h5, path="run file"):
+    """The provenance record of an open run file. Raises InputError, which names `path`, for what is none."""
+    return read_record(h5["provenance/record"][()], f"{path}: provenance", PROVENANCE)
 
 
-def read_hazard(h5):
-    """The hazard record of an open run file, {} when it has none."""
-    return json.loads(h5["hazard/record"][()]) if "hazard/record" in h5 else {}
+def read_hazard(h5, path="run file"):
+    """The hazard record of an open run file, {} when it has none. Raises as `read_provenance`."""
+    return read_record(h5["hazard/record"][()], f"{path}: hazard", HAZARD) if "hazard/record" in h5 else {}
 
 
 def _create(h5, dimension, origin, units):
@@ -237,6 +258,7 @@ def _drop_after(h5, until):
     times = h5["VTKHDF/Steps/Values"][:]
     last = times[-1] + 1e-9 * max(1.0, abs(times[-1])) if len(times) else -np.inf
     keep_obstacles(h5, last, len(times))
+    keep_surroundings(h5, len(times))
     keep_saw_test(h5, last)
     rows = int(np.searchsorted(h5["history/time"][:], limit, side="right"))
     for data in h5["history"].values():

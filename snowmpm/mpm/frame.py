@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from snowmpm.frame import Frame
-from snowmpm.mpm.solid_field import SolidField
-from snowmpm.mpm.surface import Plane, Surface
-from snowmpm.mpm.walls import Walls
+from snowmpm.mpm.contact.solid_field import SolidField
+from snowmpm.mpm.contact.surface import Plane, Surface
+from snowmpm.mpm.contact.walls import Walls
+from snowmpm.particles.coordinates import Frame
 
 
 class GridFrame(Frame):

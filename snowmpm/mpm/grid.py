@@ -13,14 +13,14 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.arrays import int_array
-from snowmpm.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
+from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
+from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
-from snowmpm.launch import taichi_kernel
-from snowmpm.mpm.contact_blocks import ContactBlocks
-from snowmpm.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
-from snowmpm.particles import LARGEST_INDEX
-from snowmpm.runtime import DTYPES
+from snowmpm.mpm.contact.contact_blocks import ContactBlocks
+from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
+from snowmpm.particles.store import LARGEST_INDEX
 
 NODE_BLOCK_COST = 2
 """Cost of a node block beside that of adding up its tiles, in tiles."""

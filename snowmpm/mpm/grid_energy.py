@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from snowmpm.blocks import EDGE
 from snowmpm.mpm.grid import TILE
+from snowmpm.particles.blocks import EDGE
 
 
 def grid_kinetic_energy(grid):

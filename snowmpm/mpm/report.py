@@ -1,14 +1,17 @@
-"""What a step on the grid reports of a particle, beside what every method does (`snowmpm.report`): where it is."""
+"""What a step on the grid reports of a particle beside what every method does: where it is.
+
+Every method's part: `snowmpm.stepping.step_report`.
+"""
 
 import functools
 from types import SimpleNamespace
 
 import taichi as ti
 
-from snowmpm.blocks import EDGE
 from snowmpm.mpm.grid import TILE
-from snowmpm.report import BAD, larger, particle_report
-from snowmpm.stencil import STENCILS
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE
+from snowmpm.stepping.step_report import BAD, larger, particle_report
 
 FARTHEST_STEP = 1.5
 """Cells beyond the stencil's home limit that a sort can still bring back; farther means an unstable step."""

@@ -3,19 +3,20 @@
 import numpy as np
 import taichi as ti
 
-from snowmpm import report as report_of
-from snowmpm import runtime
-from snowmpm.mpm.body_contact import BodyContact
+from snowmpm.compiler import runtime
+from snowmpm.compiler.parallel import alone
+from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.frame import GridFrame
-from snowmpm.mpm.gather import gather_kernel
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
-from snowmpm.mpm.scatter import scatter_kernel
-from snowmpm.parallel import alone
-from snowmpm.solver import Solver
-from snowmpm.sorted_particles import SortedParticles
-from snowmpm.stencil import STENCILS
-from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
+from snowmpm.mpm.transfer.gather import gather_kernel
+from snowmpm.mpm.transfer.scatter import scatter_kernel
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.schemes import TRANSFERS
+from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.method import Solver
+from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 
 PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 """Of a step on one thread [s], about, by dimension."""
@@ -43,8 +44,9 @@ class MpmSolver(Solver):
         self.dim = dim = len(origin)
         self.dx, self.precision = dx, precision
         self.atomic = runtime.fine_grained() if atomic is None else atomic
-        self.flip = "flip" in transfer
-        self._affine_share, self.flip_ratio = float(transfer in ("apic", "aflip")), flip_ratio if self.flip else 0.0
+        moving = TRANSFERS[transfer]
+        self.flip, self._affine_share = moving.flip, float(moving.affine)
+        self.flip_ratio = flip_ratio if moving.flip else 0.0
         self.basis, self._gradient = kernel, gradient
         stiffness = max(grain_stiffness(law, dim) for law in laws)
         self.scheme_name = f"{transfer} ({kernel} kernel, {gradient} gradient, {dim}-D, these materials)"
@@ -75,10 +77,11 @@ class MpmSolver(Solver):
         with runtime.precision(self.precision):
             if self.particles.strayed:
                 self.sort()
-            self.particles_to_grid(dt)
-            self.update_grid(dt)
+            pushed = self._act(dt)
+            self.particles_to_grid(pushed)
+            self.update_grid(dt, pushed)
             self.grid_to_particles(dt)
-        self._advance_clock(dt)
+        self._advance_clock(dt, pushed)
 
     @property
     def contact_work(self):
@@ -99,7 +102,7 @@ class MpmSolver(Solver):
         self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
                       grid.impulses, dt, self.dx, grid.n_tiles, work)
 
-    def update_grid(self, dt):
+    def update_grid(self, dt, pushed):
         grid = self.grid
         # While an initial state settles, nothing is set in motion yet
         place = self.time + dt if self.keep == 1.0 else -1.0
@@ -107,7 +110,7 @@ class MpmSolver(Solver):
         if any(strayed):
             grid.fit_contact()
         self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
-                     grid.node_coordinates, grid.contact.index, self._loads, self._gravity, dt, self.keep,
+                     grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed, self.keep,
                      self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
         if grid.contact.n:
             grid.act(self.dx)

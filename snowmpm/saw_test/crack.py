@@ -24,18 +24,20 @@ BROKEN = 0.99
 MOST_BINS, MOST_ROWS = 400, 1500
 SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
 LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
-BINS = {"x": "m", "arrival": "s", "fracture_energy": "J/m2", "rest_settlement": "m", "rest_slip": "m"}
+BINS = {"x": "m", "arrival": "s", "fracture_energy": "J/m2", "rest_settlement": "m", "rest_slip": "m",
+        "broken_at_rest": "1"}
 
 
 class CrackRecord:
     """Rows of `SERIES` (k,) and `LINES` (k, bins), and `BINS` (bins,), of a simulation with a saw test.
 
-    x: middle of each bin along the weak layer; rest_settlement, rest_slip: displacement of the slab's middle line at
-    time zero against the unstressed column. NaN: no value (yet).
+    x: middle of each bin along the weak layer; broken_at_rest: 1 where it had broken before the saw began;
+    rest_settlement, rest_slip: displacement of the slab's middle line at time zero against the unstressed column. NaN:
+    no value (yet).
     """
 
     def __init__(self, simulation, saw):
-        """simulation: `snowmpm.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
+        """simulation: `snowmpm.running.simulation.Simulation` at rest before the cut; saw: its `Saw`."""
         scene, solver, population = simulation.scene, simulation.solver, simulation.model.population
         dx = scene.solver.dx
         spec = scene.saw_test.drawn(dx)
@@ -64,9 +66,11 @@ class CrackRecord:
         self._dissipated += self._elastic(stress, state)
         self._rest = 0.0
         moved = self._moved()
+        broken = self._broken(state)[0]
         self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
                      "fracture_energy": np.full(len(self.x), np.nan),
-                     "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0])}
+                     "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0]),
+                     "broken_at_rest": broken.astype(float)}
         self._rest = moved
         self.rows = {name: [] for name in (*SERIES, *LINES)}
         self._taken = 0
@@ -107,14 +111,18 @@ class CrackRecord:
         self._power, self._read_at = power, time
         volume = self._probe.column("volume", self._weak)[:, 0]
         work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
-        there = self._probe.there[self._weak]
-        failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
-        sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
-        cracked = (failed >= 0.99 * self._row) & ~sawn
+        cracked, sawn = self._broken(state)
         new = cracked & np.isnan(self.bins["arrival"]) & (time > 0.0)
         self.bins["arrival"][new] = time
         self.bins["fracture_energy"][new] = work[new]
         return work, cracked | sawn
+
+    def _broken(self, state):
+        """Which bins have broken, and which were sawn."""
+        there = self._probe.there[self._weak]
+        failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
+        sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
+        return (failed >= 0.99 * self._row) & ~sawn, sawn
 
     def _moved(self):
         """Displacement of the slab's middle particles (n, dim) [m]; against the rest state once there is one."""
@@ -162,16 +170,22 @@ class CrackRecord:
         """What a run file says of it beside the rows: arguments of `io.saw_test.create_saw_test`."""
         spec = self._scene.saw_test
         about = {"slope_angle": spec.slope_angle, "length": spec.length, "slab_thickness": spec.slab_thickness,
-                 "weak_layer_thickness": spec.weak_layer.thickness, "saw_speed": spec.saw_speed, "notch": spec.notch,
-                 **elastic_predictions(self._scene)}
+                 "weak_layer_thickness": spec.weak_layer.thickness, **self._cut(), **elastic_predictions(self._scene)}
         return {"about": about, "series": SERIES, "lines": LINES,
                 "bins": {name: (values, BINS[name]) for name, values in self.bins.items()}}
 
+    def _cut(self):
+        """How the saw cuts: speed [m/s], start [s], end of the cut and notch [m]."""
+        spec = self._scene.saw_test
+        return {"saw_speed": spec.saw_speed, "saw_start": spec.saw_start, "saw_length": spec.cut_length,
+                "notch": spec.notch}
+
     def result(self):
-        """Numbers of the test so far (`saw_test.result`), and under "theory" what theories say (`saw_test.theory`)."""
+        """Numbers of the test so far (`saw_test.result`), under "saw" how it cut, and under "theory" what theories say
+        (`saw_test.theory`)."""
         spec = self._scene.saw_test
         found = result_of(self.values(), slab_thickness=spec.slab_thickness, saw_speed=spec.saw_speed)
-        return {**found, "theory": predictions(self._scene, found["collapse_height"])}
+        return {**found, "saw": self._cut(), "theory": predictions(self._scene, found["collapse_height"])}
 
     def state(self):
         """All that a continuation needs, by name."""

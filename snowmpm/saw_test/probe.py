@@ -5,10 +5,10 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm import runtime
-from snowmpm.blocks import EDGE
-from snowmpm.launch import taichi_kernel
-from snowmpm.particles import accessors
+from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.store import accessors
 
 NOWHERE = -1
 

@@ -5,6 +5,9 @@ import numpy as np
 RUNAWAY = 3.0
 """Times the speed of the saw at which a crack counts as running by itself."""
 
+BROKEN_BEFORE = 0.01
+"""Share of the column that may have broken before the saw began, at its free ends say."""
+
 FALLS = 4.0
 """Intervals of the record by which a bin must have broken before those nearer to the saw, to be of another crack."""
 
@@ -23,6 +26,8 @@ def result_of(values, *, slab_thickness, saw_speed):
     collapse_height     median settlement of the slab in the end, where the crack ran by itself and is 2 D behind it
     fracture_energy     [J/m2] median of the work in the weak layer per area until it had lost its strength, there
     plastic_work        [J] of all snow in the end, per metre of width in 2-D
+    broken_at_rest      share of the column whose weak layer had broken before the saw began. Beyond `BROKEN_BEFORE`
+                        there is no test: the other numbers are None
     """
     x, arrival, time = values["x"], values["arrival"], values["time"]
     D, width = slab_thickness, x[1] - x[0] if len(x) > 1 else x[0]
@@ -31,7 +36,8 @@ def result_of(values, *, slab_thickness, saw_speed):
     found = {"critical_length": None, "crack_length": tip, "runs_to_the_end": bool(tip > x[-1] - D),
              "crack_speed": None, "top_speed": None, "collapse_height": None, "fracture_energy": None,
              "plastic_work": float(values["plastic_work"][-1])}
-    if first is None:
+    found["broken_at_rest"] = float(np.mean(values["broken_at_rest"])) if "broken_at_rest" in values else 0.0
+    if first is None or found["broken_at_rest"] > BROKEN_BEFORE:
         return found
     found["critical_length"] = float(np.interp(arrival[first], time, values["saw"]))
     own = (np.arange(len(x)) >= first) & (x < tip) & np.isfinite(arrival)

@@ -7,7 +7,7 @@ STROKE = 0.5
 
 
 class Saw:
-    """An event of the run (`snowmpm.events`): everything of a body with x below the saw's place is removed.
+    """An event of the run (`snowmpm.running.events`): everything of a body with x below the saw's place is removed.
 
     length, speed, start: cut in all [m], [m/s], [s]; it begins at x = notch.
     """
@@ -23,6 +23,10 @@ class Saw:
     def at(self, time):
         """Where the saw is at a time [s]: x [m]."""
         return float(np.clip(self._notch + (time - self._start) * self._speed, self._notch, self._length))
+
+    def to_come(self, time):
+        """Whether it still cuts after `time` [s]."""
+        return not self.done
 
     def state(self):
         return {"done": self.done, "cut_to": self.cut_to}

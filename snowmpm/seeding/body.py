@@ -6,23 +6,27 @@ import numpy as np
 
 from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.seeding.clipping import clipped
 from snowmpm.seeding.lattice import SAMPLINGS, unit_points
 from snowmpm.seeding.layers import layer_seeds
 from snowmpm.seeding.shapes import shape_of
 
 
 class Seeds(NamedTuple):
-    """Where particles start: positions (n, dim) [m], volumes (n,) [m3] (in 2-D per metre of width), both float64."""
+    """Where particles start: positions (n, dim) [m], volumes (n,) [m3] (in 2-D per metre of width), both float64;
+    share: of the body's volume that sides of the domain left."""
 
     positions: np.ndarray
     volumes: np.ndarray
+    share: float = 1.0
 
     def chosen(self, keep):
         """Those with keep (n,) true."""
-        return Seeds(self.positions[keep], self.volumes[keep])
+        return Seeds(self.positions[keep], self.volumes[keep], self.share)
 
 
-def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape"):
+def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape",
+              cut=None):
     """Fill a body with particles.
 
     shape_spec: object with `kind` and that kind's attributes
@@ -34,6 +38,7 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     sampling: "regular", "jittered" (a lattice, each point moved by at most a quarter spacing) or "poisson".
     rng: numpy Generator; the same state gives the same particles.
     base_dir: folder of relative files; key: how messages name the shape.
+    cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite where nothing cuts.
 
     The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
     InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
@@ -45,9 +50,22 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
         positions, volumes = layer_seeds(
             shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key
         )
-    else:
-        positions, volumes = _filled(shape_of(shape_spec, dim, base_dir, key), spacing, sampling, rng, key)
-    return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
+        seeds = Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
+        return seeds if cut is None else _within(seeds, *cut)
+    shape, share = shape_of(shape_spec, dim, base_dir, key), 1.0
+    if cut is not None:
+        whole, shape = shape.volume, clipped(shape, shape_spec, *cut, key)
+        share = shape.volume / whole
+    positions, volumes = _filled(shape, spacing, sampling, rng, key)
+    return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes), share)
+
+
+def _within(seeds, lower, upper):
+    """Those between two corners: of a layer, whose particles have volumes of their own."""
+    inside = ((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
+    if inside.all():
+        return seeds
+    return Seeds(seeds.positions[inside], seeds.volumes[inside], seeds.volumes[inside].sum() / seeds.volumes.sum())
 
 
 def _filled(shape, spacing, sampling, rng, key):

@@ -1,62 +1,173 @@
-"""Areas bounded by straight lines, with holes."""
+"""Areas bounded by straight lines, in parts and with holes: whatever was drawn, a valid area or a refusal."""
+
+import re
+import warnings
 
 import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.terrain.topology import LARGEST
 
 ASIDE = np.array([1e-9, 0.37e-9])
 """By how much, of the size, points are moved before it is asked what they are inside of: those on an edge, as rows of a
 lattice may be, are then all inside or all outside, whatever the round-off; along edges of any usual slope."""
 
+FLAT = 1e-12
+"""Share of its bounding box below which an area counts as none."""
 
-class Rings:
-    """An area bounded by one or more rings: inside is where a ray crosses the rings an odd number of times.
 
-    rings: list of (n, 2) arrays of corners [m], closed by themselves; a ring inside another is a hole.
+class Polygons:
+    """An area of one or more polygons with holes that are valid and do not overlap.
+
+    The area that is weighed and the area that is filled are the same geometry.
     """
 
-    def __init__(self, rings):
-        self.rings = [self._opened(np.asarray(ring, float)[:, :2]) for ring in rings]
-        self.rings = [ring for ring in self.rings if len(ring) > 2]
+    def __init__(self, geometry):
+        import shapely  # slow to import, and many scenes have no polygon
 
-    @staticmethod
-    def _opened(ring):
-        return ring[:-1] if len(ring) > 1 and (ring[0] == ring[-1]).all() else ring
+        shapely.prepare(geometry)
+        self._geometry = geometry
+
+    @classmethod
+    def of(cls, parts, label):
+        """Area of `parts`, each a list of rings (n, 2) of corners [m]: an outline and the holes in it.
+
+        Rings are closed by themselves and may run either way round. An outline that crosses itself is taken as a GIS
+        fills it: what its lines go round an odd number of times. Spikes and repeated corners have no area, and what two
+        parts share counts once. Each such repair is told by a warning that names `label`. InputError: no polygon, a
+        corner that is not two finite numbers, no area.
+        """
+        import shapely
+
+        repairs, solid = [], []
+        for rings in parts:
+            outline, *holes = [_repaired(ring, label, repairs) for ring in rings] or [shapely.Polygon()]
+            hollow = shapely.union_all(holes)
+            if hollow.difference(outline).area > FLAT * hollow.area:
+                repairs.append("a hole reaches outside its outline")
+            solid.append(outline.difference(hollow))
+        whole = shapely.union_all(solid)
+        if sum(part.area for part in solid) > whole.area * (1.0 + 1e-9):
+            repairs.append("parts of it overlap, and what they share counts once")
+        made = cls.from_geometry(whole)
+        lower, upper = made.bounds() if made.area() > 0.0 else (0.0, 1.0)
+        if not made.area() > FLAT * np.prod(upper - lower):
+            raise InputError(f"{label}: the polygon has no area")
+        if repairs:
+            pieces = len(made._geometry.geoms)
+            area = f"{made.area():.6g} m2 in {pieces} parts" if pieces > 1 else f"{made.area():.6g} m2"
+            flaws = "; ".join(dict.fromkeys(repairs))
+            warnings.warn(f"{label}: the polygon is repaired ({flaws}): {area}", stacklevel=2)
+        return made
+
+    @classmethod
+    def from_geometry(cls, geometry):
+        """What of a valid shapely geometry is area: lines and points are left out."""
+        import shapely
+
+        return cls(shapely.MultiPolygon([p for p in _leaves(geometry) if p.geom_type == "Polygon" and p.area > 0]))
+
+    @property
+    def geometry(self):
+        """The area as shapely has it, a MultiPolygon."""
+        return self._geometry
 
     def bounds(self):
         """Lower and upper corner (2,) [m]."""
-        corners = np.concatenate(self.rings)
-        return corners.min(axis=0), corners.max(axis=0)
+        bounds = np.array(self._geometry.bounds)
+        return bounds[:2], bounds[2:]
 
     def area(self):
-        """Area [m2]; rings inside an odd number of others are subtracted."""
-        total = 0.0
-        for i, ring in enumerate(self.rings):
-            x, y = (ring - ring[0]).T
-            own = 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
-            others = sum(bool(Rings([r]).contains(ring[:1])[0]) for j, r in enumerate(self.rings) if j != i)
-            total += own if others % 2 == 0 else -own
-        return total
+        """Area [m2]."""
+        return float(self._geometry.area)
+
+    def area_within(self, lower, upper):
+        """Area [m2] of what lies in a rectangle between two corners (2,) [m], which may be infinite."""
+        import shapely
+
+        low, high = self.bounds()
+        low, high = np.maximum(low, lower), np.minimum(high, upper)
+        return float(self._geometry.intersection(shapely.box(*low, *high)).area) if (low < high).all() else 0.0
 
     def contains(self, points):
         """Which of the points (k, 2) lie inside; shape (k,). Those on left and lower edges do, on others not."""
-        if not self.rings:
+        import shapely
+
+        if self._geometry.is_empty:
             return np.zeros(len(points), bool)
         lower, upper = self.bounds()
-        points = points + ASIDE * np.max(upper - lower)
-        order = np.argsort(points[:, 1], kind="stable")
-        x, y = points[order].T
-        odd = np.zeros(len(x), bool)
-        for ring in self.rings:
-            for (x0, y0), (x1, y1) in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-                if y0 == y1:
-                    continue
-                # Only points at the height of the edge can be crossed: with sorted points the work stays linear.
-                first, last = np.searchsorted(y, [min(y0, y1), max(y0, y1)], side="left")
-                span = slice(first, last)
-                odd[span] ^= x[span] < x0 + (y[span] - y0) * ((x1 - x0) / (y1 - y0))
-        inside = np.empty(len(x), bool)
-        inside[order] = odd
-        return inside
+        x, y = (points + ASIDE * np.max(upper - lower)).T
+        return shapely.contains_xy(self._geometry, x, y)
 
     def moved(self, axes):
         """The same area in coordinates along the rows of `axes` (2, 2)."""
-        return Rings([ring @ np.asarray(axes).T for ring in self.rings])
+        import shapely
+
+        return Polygons(shapely.transform(self._geometry, lambda corners: corners @ np.asarray(axes).T))
+
+    def touches_box(self, other):
+        """Whether the bounding boxes of the two have a point in common."""
+        (a, b), (c, d) = self.bounds(), other.bounds()
+        return bool((a <= d).all() and (c <= b).all())
+
+    def without(self, other):
+        """What of this area is not in the other."""
+        return Polygons.from_geometry(self._geometry.difference(other._geometry))
+
+
+def simple_outline(points, label):
+    """Corners (n, 2) of an outline that bounds one area without a hole, none twice in a row.
+
+    InputError: it crosses or touches itself, has no area, or a corner is not two finite numbers.
+    """
+    import shapely
+
+    corners = _corners(points, label)
+    ring = shapely.Polygon(corners) if len(corners) > 2 else shapely.Polygon()
+    if not ring.is_valid:
+        raise InputError(f"{label}: the polygon crosses itself{_where(ring)}, so no inside")
+    if not ring.area > FLAT * np.prod(np.ptp(corners, axis=0)):
+        raise InputError(f"{label}: the polygon has no area")
+    return corners
+
+
+def _corners(ring, label):
+    """Corners (n, 2), none twice in a row."""
+    try:
+        corners = np.asarray(ring, float)[:, :2]
+        sound = corners.shape[1] == 2 and bool((np.abs(corners) <= LARGEST).all())
+    except (ValueError, IndexError, TypeError):
+        sound = False
+    if not sound:
+        raise InputError(f"{label}: a polygon is a list of points [x, y], two finite numbers each")
+    return corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
+
+
+def _repaired(ring, label, repairs):
+    """Valid geometry of one ring; what was wrong with it is added to `repairs`."""
+    import shapely
+
+    corners = _corners(ring, label)
+    if len(corners) < 3:
+        repairs.append("a ring of fewer than three corners has no area")
+        return shapely.Polygon()
+    drawn = shapely.Polygon(corners)
+    if drawn.is_valid:
+        return drawn
+    repairs.append(f"its outline crosses or touches itself{_where(drawn)}")
+    return Polygons.from_geometry(shapely.make_valid(drawn))._geometry
+
+
+def _where(geometry):
+    """" near (x, y)" of the first flaw of an invalid geometry."""
+    import shapely
+
+    found = re.search(r"\[(\S+) (\S+?)\]", shapely.is_valid_reason(geometry))
+    return f" near ({float(found[1]):.10g}, {float(found[2]):.10g})" if found else ""
+
+
+def _leaves(geometry):
+    """Simple geometries of which a geometry is made, however nested."""
+    if hasattr(geometry, "geoms"):
+        return [leaf for part in geometry.geoms for leaf in _leaves(part)]
+    return [geometry]

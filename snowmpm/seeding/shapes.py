@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.seeding.polygons import Rings
+from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.voxels import phase_inside, read_voxels
 from snowmpm.terrain.distance import DistanceField
 from snowmpm.terrain.load import existing
@@ -18,7 +18,8 @@ class Shape:
     """A body to be filled.
 
     origin (dim,) [m], axes (dim, dim) unit rows and size (dim,) [m]: a box that holds it; volume [m3] ([m2] in 2-D);
-    contains: points (k, dim) -> (k,) bool, or None when the box is the body.
+    contains: points (k, dim) -> (k,) bool, or None when the box is the body. facets (n, 3, 3): of a mesh; part: of
+    polygons and voxels, (lower, upper) -> volume within a block, for what sides of the domain cut off (`clipping`).
     """
 
     origin: np.ndarray
@@ -26,6 +27,8 @@ class Shape:
     size: np.ndarray
     volume: float
     contains: object = None
+    facets: np.ndarray | None = None
+    part: object = None
 
 
 def shape_of(spec, dim, base_dir, key):
@@ -93,21 +96,21 @@ def _cylinder(spec, dim, base_dir, key):
 
 
 def _polygon(spec, dim, base_dir, key):
-    points = np.asarray(spec.points, float)
-    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3 or not np.isfinite(points).all():
-        raise InputError(f"{key}.points: a polygon needs at least three points [x, z]")
-    rings = Rings([points])
-    lower, upper = rings.bounds()
-    if not rings.area() > 1e-12 * np.prod(upper - lower):
-        raise InputError(f"{key}.points: the polygon has no area")
-    return Shape(lower, np.eye(2), upper - lower, rings.area(), rings.contains)
+    area = Polygons.of([[spec.points]], f"{key}.points")
+    lower, upper = area.bounds()
+    return Shape(lower, np.eye(2), upper - lower, area.area(), area.contains, part=area.area_within)
 
 
 def _prism(spec, dim, base_dir, key):
     face, (first, last) = _polygon(spec, 2, base_dir, key), spec.y
     size = np.insert(face.size, 1, last - first)
+
+    def part(lower, upper):
+        along = min(last, upper[1]) - max(first, lower[1])
+        return face.part(lower[[0, 2]], upper[[0, 2]]) * max(0.0, along)
+
     return Shape(np.insert(face.origin, 1, first), np.eye(3), size, face.volume * (last - first),
-                 lambda points: face.contains(points[:, [0, 2]]))
+                 lambda points: face.contains(points[:, [0, 2]]), part=part)
 
 
 def _mesh(spec, dim, base_dir, key):
@@ -123,7 +126,7 @@ def _mesh(spec, dim, base_dir, key):
     def contains(points):
         return field.query(points)[0] < 0
 
-    return Shape(surface.lower, np.eye(3), size, surface.volume(), contains)
+    return Shape(surface.lower, np.eye(3), size, surface.volume(), contains, facets=surface.vertices[surface.facets])
 
 
 def _voxels(spec, dim, base_dir, key):
@@ -135,4 +138,19 @@ def _voxels(spec, dim, base_dir, key):
         raise InputError.at(f"{key}.phase", spec.phase, f"is no value of the image, which has {known}")
     size = spec.voxel_size * np.array(voxels.shape)
     contains = phase_inside(voxels, spec.phase, spec.voxel_size, origin)
-    return Shape(origin, np.eye(dim), size, count * spec.voxel_size**dim, contains)
+
+    def part(lower, upper):
+        of_axis = [_covered(n, low, high) for n, low, high in zip(
+            voxels.shape, (lower - origin) / spec.voxel_size, (upper - origin) / spec.voxel_size, strict=True)]
+        filled = (voxels == spec.phase).astype(float)
+        for share in reversed(of_axis):
+            filled = filled @ share
+        return float(filled) * spec.voxel_size**dim
+
+    return Shape(origin, np.eye(dim), size, count * spec.voxel_size**dim, contains, part=part)
+
+
+def _covered(n, low, high):
+    """Share of each of n voxels in a row, (n,), between two places [voxels]."""
+    at = np.arange(n)
+    return np.clip(np.minimum(high, at + 1.0) - np.maximum(low, at), 0.0, 1.0)

@@ -30,8 +30,8 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)
     unit = unit_points((*lattice.counts, n_rows), sampling, rng)
     plan = lattice.plan(unit[:, :2])
-    if region.rings is not None:
-        inside = region.rings.contains(plan)
+    if region.polygons is not None:
+        inside = region.polygons.contains(plan)
         unit, plan = unit[inside], plan[inside]
     if len(unit) == 0:
         raise InputError(f"{region.label}: too small for a particle at a spacing of {spacing:g} m")
@@ -73,19 +73,19 @@ class Lattice:
         slope = _mean_slope(region, surface, width)
         axes = np.eye(2)
         lower, upper = region.lower, region.upper
-        if region.rings is not None:
+        if region.polygons is not None:
             values, vectors = np.linalg.eigh(slope)
             if values[1] > 1e-6 + 1.01 * values[0]:  # otherwise there is no direction of slope to follow
                 u = vectors[:, 1] * np.sign(vectors[np.argmax(np.abs(vectors[:, 1])), 1])  # one of the two, always
                 axes = np.array([u, [-u[1], u[0]]])
-            lower, upper = region.rings.moved(axes).bounds()
+            lower, upper = region.polygons.moved(axes).bounds()
         metric = np.eye(2) + axes @ slope @ axes.T
         steps = spacing / np.sqrt(np.diag(metric))
         # Where the lattice is skewed on the ground its cells are smaller than spacing squared.
         steps *= np.sqrt(spacing**2 / (steps.prod() * np.sqrt(np.linalg.det(metric))))
         size = upper - lower
         counts = np.maximum(np.round(size / steps), 1).astype(int)
-        if region.rings is None:
+        if region.polygons is None:
             return cls(lower, axes, size / counts, tuple(counts))
         counts = np.maximum(np.ceil(size / steps), 1).astype(int)
         return cls((lower - 0.5 * (counts * steps - size)) @ axes, axes, steps, tuple(counts))
@@ -101,8 +101,8 @@ def _mean_slope(region, surface, width):
     counts = np.maximum(np.ceil((region.upper - region.lower) / step), 1)
     unit = unit_points(counts, "regular", None)
     plan = region.lower + unit * (region.upper - region.lower) / counts
-    if region.rings is not None:
-        plan = plan[region.rings.contains(plan)]
+    if region.polygons is not None:
+        plan = plan[region.polygons.contains(plan)]
     gradient = surface.gradient(plan, width)
     gradient = gradient[np.isfinite(gradient).all(axis=1)]
     return gradient.T @ gradient / len(gradient) if len(gradient) else np.zeros((2, 2))

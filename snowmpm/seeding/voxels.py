@@ -1,17 +1,24 @@
 """Voxel images: what a body of two phases is made of, from a file."""
 
 import io
+import math
 import zipfile
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageSequence
 
-from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.reading import budget as read_budget
 from snowmpm.terrain.load import existing
 
 ENDINGS = (".npy", ".npz", ".tif", ".tiff", ".raw")
+COPIES = 3.0
+"""Memory over the bytes of an image, while it is read and its values are compared."""
+
+MOST_PAGES = 5000
+BYTES_PER_PIXEL = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16B": 2, "LA": 2, "RGB": 3}
+"""By Pillow's name of what a pixel is; 4 for others."""
 
 
 def read_voxels(spec, dim, base_dir, key):
@@ -27,45 +34,79 @@ def read_voxels(spec, dim, base_dir, key):
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         raise InputError.at(f"{key}.file", str(spec.file), f"must end in {', '.join(ENDINGS)}")
+    where = f"{key}.file = {str(spec.file)!r}"
     try:
-        voxels = _raw(path, spec.counts, key) if ending == ".raw" else _read(path, ending, dim)
+        voxels = READERS[ending](path, where, dim) if ending != ".raw" else _raw(path, where, spec.counts, key)
     except InputError:
         raise
     except Exception as error:  # damaged files fail in NumPy, zipfile and Pillow in a dozen ways
         reason = " ".join(str(error).split())[:120]
-        raise InputError.at(f"{key}.file", str(spec.file), f"cannot be read as a voxel image ({reason})") from None
+        raise InputError(f"{where}: cannot be read as a voxel image ({reason})") from None
     if voxels.ndim != dim or 0 in voxels.shape:
-        raise InputError.at(f"{key}.file", str(spec.file),
-                            f"must have {dim} axes in a {dim}-D scene, and has {' x '.join(map(str, voxels.shape))}"
-                            " voxels")
+        raise InputError(f"{where}: must have {dim} axes in a {dim}-D scene, and has"
+                         f" {' x '.join(map(str, voxels.shape))} voxels")
+    if voxels.dtype.kind not in "biuf":
+        raise InputError(f"{where}: must hold numbers, and holds {voxels.dtype}")
     return voxels
 
 
-def _read(path, ending, dim):
-    if ending == ".npy":
-        # Mapped: a header that promises more than the file holds takes no memory
-        return np.array(np.load(path, mmap_mode="r", allow_pickle=False))
-    if ending == ".npz":
-        with zipfile.ZipFile(path) as archive:
-            first = archive.infolist()[0]
-            memory.require(2.0 * first.file_size, f"shape.file = {path.name!r}", "fewer voxels need less")
-            with archive.open(first) as file:
-                return np.lib.format.read_array(io.BytesIO(file.read()), allow_pickle=False)
-    with Image.open(path) as image:
-        pages = np.stack([np.asarray(page) for page in ImageSequence.Iterator(image)])
+def _npy(path, where, dim):
+    with open(path, "rb") as file:
+        return _array(file, path.stat().st_size, where)
+
+
+def _npz(path, where, dim):
+    with zipfile.ZipFile(path) as archive:
+        first = archive.infolist()[0]
+        read_budget.allow(where, COPIES * float(first.file_size), f"{first.file_size} bytes of {first.filename[:60]}")
+        with archive.open(first) as file:
+            return _array(io.BytesIO(file.read()), first.file_size, where)
+
+
+def _array(file, size, where):
+    """Array of NumPy's format from a file of `size` bytes, which its header must not promise more than."""
+    version = np.lib.format.read_magic(file)
+    reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = reader(file)
+    promised = float(dtype.itemsize) * float(np.prod(np.array(shape, float)))
+    if promised > size or dtype.hasobject:
+        raise InputError(f"{where}: is too short for the {' x '.join(map(str, shape))} {dtype} values that its header"
+                         " promises" if not dtype.hasobject else f"{where}: must hold numbers, and holds objects")
+    read_budget.allow(where, COPIES * promised, f"{' x '.join(map(str, shape))} voxels")
+    file.seek(0)
+    return np.lib.format.read_array(file, allow_pickle=False)
+
+
+def _tif(path, where, dim):
+    # Only Pillow's reader of TIFF: by their contents, files of this name could be any of forty formats
+    with Image.open(path, formats=("TIFF",)) as image:
+        pages, size = [], 0.0
+        for page in ImageSequence.Iterator(image):
+            size += float(page.width) * page.height * BYTES_PER_PIXEL.get(page.mode, 4)
+            if len(pages) == MOST_PAGES:
+                raise InputError(f"{where}: has more than {MOST_PAGES} pages")
+            if pages and page.size != pages[0].shape[1::-1]:
+                raise InputError(f"{where}: page {len(pages) + 1} is {page.width} x {page.height} pixels, and the first"
+                                 f" {pages[0].shape[1]} x {pages[0].shape[0]}")
+            read_budget.allow(where, COPIES * size, f"{page.width} x {page.height} pixels on {len(pages) + 1} pages")
+            pages.append(np.asarray(page))
+    pages = np.stack(pages)
     if dim == 2 and len(pages) == 1:
         return pages[0][::-1].T
     return pages.T
 
 
-def _raw(path, counts, key):
+def _raw(path, where, counts, key):
     if counts is None:
         raise InputError(f"{key}.counts is missing: voxels of the .raw file along each axis")
-    values = np.fromfile(path, np.uint8)
-    if len(values) != np.prod(counts):
-        allowed = f"makes {np.prod(counts)} voxels, and the file holds {len(values)}"
-        raise InputError.at(f"{key}.counts", list(counts), allowed)
-    return values.reshape(counts, order="F")
+    promised, size = math.prod(counts), path.stat().st_size
+    if size != promised:
+        raise InputError.at(f"{key}.counts", list(counts), f"makes {promised} voxels, and the file holds {size}")
+    read_budget.allow(where, COPIES * float(size), f"{size} voxels")
+    return np.fromfile(path, np.uint8).reshape(counts, order="F")
+
+
+READERS = {".npy": _npy, ".npz": _npz, ".tif": _tif, ".tiff": _tif}
 
 
 def phase_inside(voxels, phase, voxel_size, origin):

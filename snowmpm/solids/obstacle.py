@@ -4,16 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snowmpm.contact import CODES
 from snowmpm.errors import InputError
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BALL
 from snowmpm.solids.shape import SolidShape
+from snowmpm.stepping.contact_velocity import CODES
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A rigid solid that snow meets. contact: a name of `snowmpm.contact.CODES`; friction: Coulomb mu [-]."""
+    """A rigid solid that snow meets.
+
+    contact: a name of `snowmpm.stepping.contact_velocity.CODES`; friction: Coulomb mu [-].
+    """
 
     name: str
     shape: SolidShape
@@ -36,7 +39,7 @@ class Obstacle:
 
     @property
     def code(self):
-        """Number of the contact among `snowmpm.contact.CODES`."""
+        """Number of the contact among `snowmpm.stepping.contact_velocity.CODES`."""
         return CODES[self.contact]
 
     @property

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 import taichi as ti
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.errors import InputError
+from snowmpm.seeding.polygons import simple_outline
 from snowmpm.seeding.shapes import shape_of
 from snowmpm.solids.primitives import BALL, BOX, CYLINDER, SAMPLED, primitive_distance
 from snowmpm.solids.samples import DistanceSamples
@@ -112,10 +113,7 @@ def _primitive(kind):
 
 
 def _polygon(spec, dim, base_dir, key):
-    points = np.asarray(spec.points, float)
-    points = points[(points != np.roll(points, 1, axis=0)).any(axis=1)]  # no point twice in a row
-    if _crosses_itself(points):
-        raise InputError(f"{key}.points: the polygon crosses itself, so no inside")
+    points = simple_outline(spec.points, f"{key}.points")
     number = np.arange(len(points))
     return _of_surface(points, np.column_stack([number, np.roll(number, -1)]), f"{key}.points: the polygon")
 
@@ -141,24 +139,6 @@ def _of_surface(vertices, facets, what):
 
 BUILDERS = {"box": _primitive(BOX), "sphere": _primitive(BALL), "cylinder": _primitive(CYLINDER), "polygon": _polygon,
             "mesh": _mesh}
-
-
-def _crosses_itself(points):
-    """Whether two sides of the ring (n, 2) that are not neighbours cross or touch, or two neighbours fold back."""
-    a, b = points, np.roll(points, -1, axis=0)
-    n = len(a)
-    i, j = np.triu_indices(n, 2)
-    apart = ~((i == 0) & (j == n - 1))
-    i, j = i[apart], j[apart]
-
-    def side(p, q, r):
-        return np.sign((q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0]))
-
-    crossing = (side(a[i], b[i], a[j]) * side(a[i], b[i], b[j]) <= 0) & (
-        side(a[j], b[j], a[i]) * side(a[j], b[j], b[i]) <= 0)
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    overlap = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1)
-    return bool((crossing & overlap).any())
 
 
 @ti.kernel

@@ -16,7 +16,7 @@ from collections import namedtuple
 import numpy as np
 import taichi as ti
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.solids.primitives import SAMPLED, primitive_distance
 from snowmpm.solids.samples import sampled_distance
 

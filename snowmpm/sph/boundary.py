@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from snowmpm.arrays import real_array
-from snowmpm.contact import CODES
+from snowmpm.compiler.arrays import real_array
 from snowmpm.sph.dummies import Dummies, seed_dummies
 from snowmpm.sph.dummy_rows import DummyRows
 from snowmpm.sph.surface_forces import tally_width
+from snowmpm.stepping.contact_velocity import CODES
 
 MIRRORS = ("slip", "symmetric")
 MARGIN = 1.0

@@ -6,7 +6,7 @@ for what is made of it.
 
 import numpy as np
 
-from snowmpm.blocks import EDGE
+from snowmpm.particles.blocks import EDGE
 
 BEGIN, END, SURFACE, MIRRORED = range(4)
 """Integer columns of the table of candidates."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from snowmpm.arrays import int_array, real_array
-from snowmpm.blocks import EDGE, BlockMap
-from snowmpm.launch import taichi_kernel
-from snowmpm.runtime import DTYPES
+from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.particles.blocks import EDGE, BlockMap
 from snowmpm.sph.candidates import Group
 from snowmpm.sph.dummies import Dummies
 

@@ -1,7 +1,7 @@
 """What dummy particles show: stress and velocity of the particles near them, carried on into the solid.
 
 Sums over particles j near dummy k, with weights V_j W_jk / sum V W (Shepard; Adami et al. 2012,
-doi:10.1016/j.jcp.2012.05.005; Favero Neto & Borja 2018, doi:10.1007/s11440-017-0628-9, Eq. 28):
+doi:10.1016/j.jcp.2012.05.005; Favero Neto & Borja 2018, doi:10.1007/s11440-018-0700-3, Eq. 28):
 
     sigma_k = <sigma> - <rho> g . (x_k - <x>) I - <rho> n.(x_k - <x>) (g_t n^T + n g_t^T)
     sigma_k = that, its normal component n.sigma.n the most compressive one nearby         walls = "most_compressive"
@@ -25,14 +25,14 @@ import functools
 
 import taichi as ti
 
-from snowmpm.contact import SEPARATE, STICK
-from snowmpm.launch import taichi_kernel
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, is_worker
-from snowmpm.runtime import plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
+from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
 STEEPEST = 1.5
 """Bound of D_k / <D>: a lone particle at the surface would give deep dummies any speed."""

@@ -2,7 +2,7 @@
 
 import math
 
-from snowmpm.runtime import DTYPES
+from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.momentum import momentum_kernel
 from snowmpm.sph.tallies import Tallies
 

@@ -25,10 +25,10 @@ import functools
 
 import taichi as ti
 
-from snowmpm.launch import taichi_kernel
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.runtime import plain_compilation
 from snowmpm.sph.candidates import SURFACE
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
@@ -55,8 +55,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     surface_forces, n_tally = surface_functions(dim, real, width, barrier), tally_width(dim)
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
-               ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("normal", dim), ("wall_v", dim), ("share", 1),
-               ("height", 1), ("cover", 1), ("edge", dim))
+               ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("earlier", dim), ("normal", dim),
+               ("wall_v", dim), ("share", 1), ("height", 1), ("cover", 1), ("edge", dim))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, source: ti.template()):
@@ -65,6 +65,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for a in ti.static(range(dim)):
                 pack["x"][a][lane], pack["v"][a][lane] = row[a], row[dim + a]
                 pack["f"][a][lane], pack["inner"][a][lane], pack["edge"][a][lane] = 0.0, 0.0, 0.0
+                pack["earlier"][a][lane] = 0.0
             for k in ti.static(range(n_force)):
                 pack["S"][k][lane] = row[at["S"] + k]
             for k in ti.static(range(n_stress)):

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from snowmpm.arrays import real_array
+from snowmpm.compiler.arrays import real_array
 from snowmpm.sph.candidates import Group
 from snowmpm.sph.neighbours import NeighbourLists, Packs
 

@@ -18,10 +18,10 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.arrays import int_array
-from snowmpm.launch import taichi_kernel
-from snowmpm.parallel import alone, chunk, chunks, is_worker, shares
-from snowmpm.runtime import DTYPES
+from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker, shares
+from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
 
 FIRST, COUNT, BLOCK = range(3)

@@ -23,10 +23,10 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.launch import taichi_kernel
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker
+from snowmpm.compiler.runtime import DTYPES, plain_compilation
 from snowmpm.materials.packs import read_lane
-from snowmpm.parallel import alone, chunk, chunks, is_worker
-from snowmpm.runtime import DTYPES, plain_compilation
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS

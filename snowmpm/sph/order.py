@@ -4,10 +4,10 @@ import functools
 
 import taichi as ti
 
-from snowmpm.blocks import EDGE
-from snowmpm.launch import taichi_kernel
-from snowmpm.parallel import alone, chunk, chunks, is_worker
-from snowmpm.particles import accessors
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.store import accessors
 
 
 @functools.cache

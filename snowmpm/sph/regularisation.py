@@ -11,9 +11,9 @@ import functools
 
 import taichi as ti
 
-from snowmpm.launch import taichi_kernel
-from snowmpm.particles import accessors
-from snowmpm.runtime import DTYPES
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.particles.store import accessors
 
 
 @functools.cache

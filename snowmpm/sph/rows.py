@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import taichi as ti
 
-from snowmpm.runtime import DTYPES
+from snowmpm.compiler.runtime import DTYPES
 
 PLANE = (0, 1, 3)
 """Entries of a plane strain tensor (xx, yy, zz, xy) that act in the plane."""

@@ -4,10 +4,10 @@ import functools
 
 import taichi as ti
 
-from snowmpm.launch import taichi_kernel
-from snowmpm.material_table import DENSITY
-from snowmpm.particles import accessors
-from snowmpm.response import response_functions
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.particles.material_table import DENSITY
+from snowmpm.particles.response import response_functions
+from snowmpm.particles.store import accessors
 from snowmpm.sph.moment import inverse_function
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions

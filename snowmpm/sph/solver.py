@@ -4,8 +4,8 @@
     f = I + dt L(v^{n+1/2}, x^n),  tau^{n+1} = law  update.py
     x^{n+1} = x^n + dt v^{n+1/2}
 
-(Favero Neto & Borja 2018, doi:10.1007/s11440-017-0628-9; choices beyond theirs from Bui & Nguyen 2021,
-doi:10.1016/j.compgeo.2021.104315, and Peng et al. 2015, doi:10.1007/s11440-015-0398-1.) Stress and velocity are never
+(Favero Neto & Borja 2018, doi:10.1007/s11440-018-0700-3; choices beyond theirs from Bui & Nguyen 2021,
+doi:10.1016/j.compgeo.2021.104315, and Peng et al. 2015, doi:10.1007/s11440-015-0399-3.) Stress and velocity are never
 advanced from the same level, which is forward Euler and blows up.
 """
 
@@ -14,14 +14,12 @@ import math
 import numpy as np
 import taichi as ti
 
-from snowmpm import report as report_of
-from snowmpm import runtime
-from snowmpm.arrays import real_array
-from snowmpm.frame import Frame
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import real_array
+from snowmpm.compiler.parallel import alone
 from snowmpm.materials.packs import LANES
-from snowmpm.parallel import alone
-from snowmpm.solver import Solver
-from snowmpm.sorted_particles import SortedParticles
+from snowmpm.particles.coordinates import Frame
+from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.courant import critical_cfl, usual_cfl
 from snowmpm.sph.extrapolation import Extrapolation, extrapolation_kernel
@@ -33,6 +31,8 @@ from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.showing import Showing, showing_kernels
 from snowmpm.sph.update import update_kernel
+from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.method import Solver
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
 """Of a step on one thread [s], about, by dimension."""
@@ -110,18 +110,19 @@ class SphSolver(Solver):
         with runtime.precision(self.precision):
             if self._near.stale:
                 self.sort()
-            elif not self._showing.current:
+            pushed = self._act(dt)
+            if not self._showing.current:
                 self._showing.show()
             if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
             self._extrapolation.show()
             self._showing.correct(self._near.packs, self._near.lists)
-            self.kick(dt)
+            self.kick(pushed)
             self._extrapolation.move()
             self.regularise(dt)
             self.update(dt)
         self._near.age(dt / self.dx * max(2.0 * self._near.deviation, self.extremes.speed + self._pushing_speed))
-        self._advance_clock(dt)
+        self._advance_clock(dt, pushed)
 
     @property
     def _place(self):

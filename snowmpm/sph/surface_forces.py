@@ -3,7 +3,8 @@
 A mirror gives them as they are. A surface that slips keeps only their normal part, and Coulomb's friction, at most mu
 times that and at most what ends the sliding; one that separates does not pull. A barrier stops what would sink below
 BARRIER within the step. Columns of a pack (`momentum`): wall, the force of the surface, and with weights that sum up to
-share: height above it, normal, wall_v, its velocity; inner, all other forces over mass, times dx [m2/s2].
+share: height above it, normal, wall_v, its velocity; inner, all other forces over mass, times dx; earlier, those of
+the surfaces before it among them [m2/s2].
 """
 
 import functools
@@ -11,8 +12,8 @@ from types import SimpleNamespace
 
 import taichi as ti
 
-from snowmpm.contact import SEPARATE, STICK
 from snowmpm.materials.packs import read_lane
+from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
 BARRIER = 0.1
 """Height above a wall [cells] below which nothing gets by itself."""
@@ -77,9 +78,13 @@ def surface_functions(dim, real, width, barrier):
                     moment = x.cross(J)
                     for a in ti.static(range(3)):
                         tallies[tally, surface, dim + a] += moment[a]
-                # The work of a force is with the velocity in the middle of the kick
-                middle = v + 0.5 * ti.cast(dt * (inverse_dx * read_lane(pack["inner"], lane) + pull), ti.f64)
+                # The work of a force is with the velocity in the middle of the kick. What two surfaces do to each
+                # other's work is all booked by the later one, which alone knows of both
+                kicked = read_lane(pack["inner"], lane) + read_lane(pack["earlier"], lane)
+                middle = v + 0.5 * ti.cast(dt * (inverse_dx * kicked + pull), ti.f64)
                 tallies[tally, surface, dim + n_moment] += J.dot(middle)
+            for a in ti.static(range(dim)):
+                pack["earlier"][a][lane] += given[a]
 
     @ti.func
     def push(pack: ti.template(), count, block, coordinates: ti.template(), loads: ti.template(), n_loads, dx, dt,

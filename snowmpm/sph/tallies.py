@@ -6,8 +6,8 @@ Only packs that may meet a surface, or any where loads act, have a sum.
 import numpy as np
 import taichi as ti
 
-from snowmpm.arrays import int_array
-from snowmpm.blocks import EDGE
+from snowmpm.compiler.arrays import int_array
+from snowmpm.particles.blocks import EDGE
 from snowmpm.sph.surface_forces import tally_width
 
 

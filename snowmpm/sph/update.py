@@ -17,27 +17,27 @@ turns, would strain free surfaces; the balanced one is that of the corrected gra
 forces it is the corrected gradient that is in balance.
 
 K = I of a full neighbourhood, and has no inverse where there are too few (`moment`). Packs as in the grid's gather
-(`snowmpm.law_packs`).
+(`snowmpm.particles.law_packs`).
 """
 
 import functools
 
 import taichi as ti
 
-from snowmpm.launch import taichi_kernel
-from snowmpm.law_packs import law_functions, most_held
-from snowmpm.material_table import DENSITY
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.particles import accessors
-from snowmpm.report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
-from snowmpm.response import response_functions
-from snowmpm.runtime import plain_compilation
+from snowmpm.particles.law_packs import law_functions, most_held
+from snowmpm.particles.material_table import DENSITY
+from snowmpm.particles.response import response_functions
+from snowmpm.particles.store import accessors
 from snowmpm.sph.moment import inverse_function
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.row_writing import row_functions
 from snowmpm.sph.smoothing import KERNELS
+from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
 
 
 @functools.cache

@@ -12,6 +12,7 @@ import numpy as np
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
+from snowmpm.stages import counted
 from snowmpm.study import conclusions
 from snowmpm.study.measurement import measure, read, write
 from snowmpm.study.pareto import front, merged
@@ -31,11 +32,10 @@ def study(folder, *, quick=False, only=(), say=print):
     kept = read(path) if only and path.exists() else []
     taken = {(problem.name, variation.name) for problem in problems for variation in variations}
     rows = [row for row in kept if (row.problem, row.variation) not in taken]
-    for problem in problems:
-        for variation in variations:
-            if problem.takes(variation):
-                rows += refined(problem, variation, quick, say)
-                write(rows, path)
+    pairs = [(problem, variation) for problem in problems for variation in variations if problem.takes(variation)]
+    for problem, variation in counted(pairs, "accuracy against speed", "cases"):
+        rows += refined(problem, variation, quick, say)
+        write(rows, path)
     return [path, *report(rows, folder)]
 
 

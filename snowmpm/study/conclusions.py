@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 
-from snowmpm import runtime
-from snowmpm.device import device_name
+from snowmpm.compiler import runtime
+from snowmpm.running.device import device_name
 from snowmpm.study.pareto import Refinement, front, merged, noise, time_to
 from snowmpm.study.problem import KINDS
 from snowmpm.study.problems.catalogue import CATALOGUE

@@ -7,6 +7,7 @@ that sets measured beside declared.
 from pathlib import Path
 
 from snowmpm.draft import write_text
+from snowmpm.stages import counted
 from snowmpm.study.accuracy_speed import chart, chosen, refined
 from snowmpm.study.measurement import read, write
 from snowmpm.study.pareto import Refinement, merged, orders
@@ -22,11 +23,11 @@ def study(folder, *, quick=False, only=(), say=print):
     problems, variations = chosen(only, quick)
     names = SCHEMES if not any(name in BY_NAME for name in only) else [variation.name for variation in variations]
     path, rows = Path(folder) / TABLE, []
-    for problem in problems:
-        for name in names if problem.order else ():
-            if problem.takes(BY_NAME[name]):
-                rows += refined(problem, BY_NAME[name], quick, say)
-                write(rows, path)
+    pairs = [(problem, BY_NAME[name]) for problem in problems for name in names
+             if problem.order and problem.takes(BY_NAME[name])]
+    for problem, variation in counted(pairs, "convergence", "cases"):
+        rows += refined(problem, variation, quick, say)
+        write(rows, path)
     page = write_text(Path(folder) / "convergence.md", "\n".join(report(problems, merged(read(path)))) + "\n")
     return [path, chart(merged(rows), Path(folder) / "convergence.png", "cells", "cells"), page]
 

@@ -1,9 +1,10 @@
 """One problem solved once: its error and what it cost."""
 
-import csv
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 
 from snowmpm.draft import write_table
+from snowmpm.reading.table_file import read_table
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.study.stopwatch import Stopwatch
 
@@ -72,9 +73,7 @@ def write(rows, path):
 
 def read(path):
     """`Measurement`s of a CSV file."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return [Measurement(**{f.name: f.type(row[f.name]) for f in fields(Measurement)})
-                for row in csv.DictReader(file)]
+    return read_table(Path(path), lambda row: Measurement(**{f.name: f.type(row[f.name]) for f in fields(Measurement)}))
 
 
 def least_of(repeats):

@@ -12,6 +12,7 @@ import numpy as np
 
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.stages import counted
 from snowmpm.study.measurement import measure, read, write
 from snowmpm.study.pareto import merged, noise
 from snowmpm.study.problems.catalogue import CATALOGUE
@@ -57,7 +58,7 @@ def study(folder, *, quick=False, only=(), say=print):
     path = Path(folder) / DATA.name
     names = only or PROBLEMS
     rows = [row for row in read(path) if row.problem not in names] if only and path.exists() else []
-    for name in names:
+    for name in counted(names, "presets", "problems"):
         for row in moved(CATALOGUE[name], quick, say):
             rows.append(row)
         write(rows, path)

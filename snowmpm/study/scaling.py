@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.draft import write_table
 from snowmpm.errors import InputError
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
+from snowmpm.stages import counted
 from snowmpm.study.measurement import TimedScheme
 from snowmpm.study.problems.piston import FIRM
 from snowmpm.study.problems.schemes import lattice
@@ -34,7 +35,7 @@ def study(folder, *, quick=False, only=(), say=print):
             raise InputError.at("--only", name, f"must be one of {', '.join(CASES)}")
     folder, rows, curves = Path(folder), [], []
     for name in only or CASES:
-        own = [measure(*CASES[name], size) for size in (QUICK if quick else SIZES)]
+        own = [measure(*CASES[name], size) for size in counted(QUICK if quick else SIZES, f"scaling: {name}", "sizes")]
         for row in own:
             say(f"{name}: {row['particles']} particles, {row['ns_per_particle_step']:.0f} ns a particle-step")
         rows += own

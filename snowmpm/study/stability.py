@@ -3,20 +3,21 @@
 Every entry (`atlas.catalogue`) is a small scene that shows one failure, a number that says how bad it is, and settings
 that bear more or less of it. Table of all that was measured, table of the borders (bisected to 2 %), a map for each
 group of entries, and a page that is written from them. The program goes by the borders that are shipped with it
-(`snowmpm.borders.SHIPPED`): `snowmpm check` warns of scenes beyond them.
+(`snowmpm.measured.borders.SHIPPED`): `snowmpm check` warns of scenes beyond them.
 """
 
-import csv
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from snowmpm import borders as borders_of
 from snowmpm.draft import write_table, write_text
 from snowmpm.errors import InputError
+from snowmpm.measured import borders as borders_of
+from snowmpm.reading.table_file import read_table
 from snowmpm.render.atlas_map import MapPanel, render_atlas
+from snowmpm.stages import counted
 from snowmpm.study.atlas import page
 from snowmpm.study.atlas.catalogue import ENTRIES, GROUPS
 
@@ -29,7 +30,7 @@ def study(folder, *, quick=False, only=(), say=print):
     only: names of entries or groups, whose rows replace those in the folder's tables."""
     folder, entries = Path(folder), chosen(only)
     symptoms, borders = _kept(folder) if only else ({}, {})
-    for entry in entries:
+    for entry in counted(entries, "stability", "entries"):
         started = time.process_time()
         for setting in entry.settings:
             if quick and setting not in (entry.shown, entry.cured):
@@ -89,9 +90,10 @@ def _kept(folder):
     if not (folder / TABLE).exists():
         return {}, {}
     symptoms, kept = {}, borders_of.read(folder / BORDERS)
-    with open(folder / TABLE, newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            symptoms.setdefault((row["entry"], row["setting"]), {})[float(row["value"])] = float(row["symptom"])
+    rows = read_table(folder / TABLE, lambda row: (row["entry"], row["setting"], float(row["value"]),
+                                                   float(row["symptom"])))
+    for entry, setting, value, symptom in rows:
+        symptoms.setdefault((entry, setting), {})[value] = symptom
     known = [(name, setting) for name, entry in ENTRIES.items() for setting in entry.settings
              if (name, setting) in kept and (name, setting) in symptoms]
     return ({key: symptoms[key] for key in known},

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field, replace
 
 from snowmpm.sph.courant import USUAL as SPH_CFL
+from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 from snowmpm.study.problems.schemes import Scheme
-from snowmpm.timestep import critical_cfl, grain_stiffness, usual_cfl
 
 PROGRAM = Scheme("apic", precision="f32")
 """What a scene gets that says nothing about its solver."""

@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.terrain import topology
 from snowmpm.terrain.nearest import facet_in_column, nearest_facet
 from snowmpm.terrain.plan_bins import bin_facets

@@ -4,50 +4,112 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.errors import InputError
+
 SAMPLES = 96  # of the plan box, along its longer side
 STEEP = (30.0, 50.0)  # degrees: slabs release there; steeper slopes shed their snow
-SIDE = 0.22  # of the longer side of the plan box: side of the release
+SIDE = 0.22  # of the longer side of the plan box: side of the release, at most
+SMALLER = (1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.1)  # shares of SIDE, where the ground has no room for more
+RIM = (0.05, 0.02, 0.01)  # of the longer side: distance from the rim of the ground and from holes, the first that fits
+PROBES = 300  # along each side of a box, to find holes that lie between SAMPLES
 
 
 @dataclass(frozen=True)
 class FirstRelease:
-    """A box in plan. x, y: its (lower, upper) [m]; slope: mean angle of the ground in it [degrees]; area: in plan, of
-    what has ground below [m2]."""
+    """A box in plan with ground below all of it. x, y: its (lower, upper) [m]; slope: mean angle of the ground in it
+    [degrees]."""
 
     x: tuple
     y: tuple
     slope: float
-    area: float
+
+    @property
+    def area(self):
+        """In plan [m2]."""
+        return (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
 
 
 def first_release(surface):
     """The box in plan on a `TerrainSurface` that is the steepest within STEEP and the highest; -> FirstRelease.
 
-    Holes count as flat. The box is clear of the rim of the surface by a twentieth of the extent where it can be.
+    It lies on ground all over, whatever the outline of the surface in plan, clear of its rim and of holes. Its corners
+    are round numbers. InputError: no ground wide enough.
     """
     lower, upper = surface.lower[:2], surface.upper[:2]
-    step = float((upper - lower).max()) / SAMPLES
-    shape = np.maximum(np.round((upper - lower) / step).astype(int), 4)
+    longer = float((upper - lower).max())
+    shape = np.maximum(np.round((upper - lower) * SAMPLES / longer).astype(int), 4)
     cell = (upper - lower) / shape
     x, y = (lower[k] + cell[k] * (np.arange(shape[k]) + 0.5) for k in (0, 1))
     plan = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     height = surface.height(plan).reshape(shape)
     ground = np.isfinite(height)
-    along = np.gradient(height, x, y)
-    slope = np.nan_to_num(np.degrees(np.arctan(np.hypot(*along))))
+    slope = np.nan_to_num(np.degrees(np.arctan(np.hypot(*np.gradient(height, x, y)))))
     rise = np.nan_to_num((height - np.nanmin(height)) / max(np.nanmax(height) - np.nanmin(height), 1e-9))
     suited = ground & (slope >= STEEP[0]) & (slope <= STEEP[1])
     # On gentle slopes nothing is suited: the steepest then is, beside which height says little.
     worth = suited * (0.3 + rise) + 1e-3 * np.minimum(slope, STEEP[1]) / STEEP[1] * (0.3 + rise) * ground
-    size = np.minimum(np.maximum(np.round(SIDE * SAMPLES * step / cell).astype(int), 2), np.maximum(shape // 2, 2))
-    rim = np.minimum(np.round(0.05 * SAMPLES * step / cell).astype(int), (shape - size) // 2)
-    best = _window_sums(worth, size)[rim[0] : shape[0] - size[0] - rim[0] + 1, rim[1] : shape[1] - size[1] - rim[1] + 1]
-    corner = rim + np.unravel_index(int(best.argmax()), best.shape)
-    inside = tuple(slice(a, a + n) for a, n in zip(corner, size, strict=True))
-    low, high = lower + corner * cell, lower + (corner + size) * cell
-    covered = float(ground[inside].sum() * cell.prod())
-    mean = float(slope[inside][ground[inside]].mean()) if ground[inside].any() else 0.0
-    return FirstRelease(*(tuple(map(float, pair)) for pair in zip(low, high, strict=True)), mean, covered)
+    while ground.any():
+        corner, size = _best(worth, ground, longer * SIDE / cell, longer / cell)
+        low, high = _rounded(lower + corner * cell, lower + (corner + size) * cell)
+        missing = _holes(surface, low, high)
+        if not len(missing):
+            inside = tuple(slice(a, a + n) for a, n in zip(corner, size, strict=True))
+            return FirstRelease(*((float(a), float(b)) for a, b in zip(low, high, strict=True)),
+                                float(slope[inside].mean()))
+        at = np.clip(((missing - lower) / cell).astype(int), 0, shape - 1)
+        ground[tuple(at.T)] = False
+    raise InputError("terrain: has no ground wide enough for a release")
+
+
+def _best(worth, ground, largest, whole):
+    """First cell and size of the window on ground that is worth most, all of it times its mean.
+
+    largest, whole: cells along the largest window and along the whole extent. What lies far from the rim is worth up to
+    twice as much: there, least snow flows off the ground. InputError: no window has ground all over.
+    """
+    from scipy.ndimage import distance_transform_cdt  # slow to import
+
+    clear = distance_transform_cdt(np.pad(ground, 1), metric="chessboard")[1:-1, 1:-1]  # 1 beside what is no ground
+    worth = worth * (1.0 + clear / clear.max())
+    for rim in RIM:
+        free = (clear > np.ceil(rim * whole.max())).astype(float)
+        found = []
+        for share in SMALLER:
+            size = np.maximum(np.round(share * largest).astype(int), 2)
+            if (size > worth.shape).any():
+                continue
+            fits = _window_sums(free, size) > size.prod() - 0.5
+            if fits.any():
+                sums = np.where(fits, _window_sums(worth, size), 0.0)
+                at = np.array(np.unravel_index(int(sums.argmax()), sums.shape))
+                found.append((float(sums.max()) ** 2 / size.prod(), at, size))
+        if found:
+            return max(found, key=lambda window: window[0])[1:]
+    raise InputError("terrain: has no ground wide enough for a release")
+
+
+def _rounded(low, high):
+    """Corners moved inwards to multiples of a power of ten that is at most a fiftieth of the shorter side."""
+    step = 10.0 ** np.floor(np.log10((high - low).min() / 50.0))
+    return np.round(np.ceil(low / step) * step, 9), np.round(np.floor(high / step) * step, 9)
+
+
+def _holes(surface, low, high):
+    """Places (k, 2) in a box in plan that have no ground below."""
+    axes = [np.linspace(a, b, PROBES) for a, b in zip(low, high, strict=True)]
+    plan = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    return plan[np.isnan(surface.height(plan))]
+
+
+def may_leave(surface, centre, friction):
+    """Whether snow that starts at `centre` (2,) [m] may leave the ground at its rim: whether any of that lies below the
+    energy line, which falls by `friction` from there (the ground's height less friction times the distance in plan)."""
+    edges = np.sort(np.stack([surface.facets[:, [0, 1]], surface.facets[:, [1, 2]], surface.facets[:, [2, 0]]]), axis=2)
+    edges, count = np.unique(edges.reshape(-1, 2), axis=0, return_counts=True)
+    rim = surface.vertices[np.unique(edges[count == 1])]
+    start = surface.height(np.array([centre], float))[0]
+    below = start - friction * np.linalg.norm(rim[:, :2] - centre, axis=1) - rim[:, 2]
+    return bool((below > 0.0).any())
 
 
 def _window_sums(values, size):

@@ -1,16 +1,19 @@
 """From the terrain table of a scene to the surface."""
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.terrain.defects import defects
+from snowmpm.terrain.map_units import plan_metres
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.plane import plane_facets
 from snowmpm.terrain.profile import drawn_out, profile_facets
 from snowmpm.terrain.raster import raster_facets, read_raster
+from snowmpm.terrain.reference_system import system_beside
 from snowmpm.terrain.surface import TerrainSurface
 
 
@@ -22,8 +25,8 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
       profile  points [[x, z], ...] [m], fillet [m, radius put into every inner corner; default none]; in 3-D drawn out
                along y as far as `extent`
       mesh     file (.stl, .obj, .ply), metres
-      dem      file (.asc, .tif), metres, projected coordinates; region with x = [x0, x1], y = [y0, y1] [m], each or
-               both optional: the part to use
+      dem      file (.asc, .tif) in a projection, feet converted to metres; elevation_unit "m", "ft" or "us-ft" [default
+               what the file says]; region with x = [x0, x1], y = [y0, y1] [m], each or both optional: the part to use
     base_dir: folder that a relative `file` starts from.
     dimension: 2 or 3; needed for a plane without `point`; a terrain of another dimension is refused.
     extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane reaches as far; of a
@@ -72,19 +75,23 @@ def _mesh(spec, base_dir, dimension, box):
     except InputError:
         raise InputError.at("terrain.file", str(path), "has no triangles with an area") from None
     _tell(path, defects(vertices, triangles, surface))
+    system = system_beside(path)
+    if system is not None and plan_metres(system, surface.vertices[0, :2], f'terrain.file = "{path}"') != 1.0:
+        raise InputError.at("terrain.file", str(path), f"is in {system.unit}: must be in metres")
+    surface = replace(surface, system=system)
     return surface if box is None else surface.clipped(*box)
 
 
 def _dem(spec, base_dir, dimension, box):
     path = existing(spec.file, base_dir, "terrain.file")
     box = _common(box, getattr(spec, "region", None))
-    raster = read_raster(path, box)
+    raster = read_raster(path, box, elevation_unit=getattr(spec, "elevation_unit", None))
     missing = int(np.isnan(raster.z).sum())
     _tell(path, [f"{missing} of {raster.z.size} cells without data, where nothing is carried"] if missing else [])
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
-    return TerrainSurface.of(vertices, triangles)
+    return replace(TerrainSurface.of(vertices, triangles), system=raster.system, lattice=raster.lattice())
 
 
 def _tell(path, found):

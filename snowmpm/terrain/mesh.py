@@ -1,12 +1,14 @@
 """Triangles from a mesh file: STL, OBJ, PLY."""
 
 import logging
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from snowmpm import memory
 from snowmpm.errors import InputError
+from snowmpm.terrain.mesh_units import metre_of_mesh
 from snowmpm.terrain.topology import LARGEST
 
 SUFFIXES = (".stl", ".obj", ".ply")
@@ -19,7 +21,8 @@ STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("att
 def mesh_facets(path, key="terrain.file"):
     """Vertices (n, 3) [m] and triangles (m, 3) of a mesh file.
 
-    Coordinates are taken as metres. Only the geometry is read: materials and textures named by the file are not opened.
+    Coordinates are taken as metres, unless a remark in the file names another unit: then they are converted, and a
+    warning says so. Only the geometry is read: materials and textures named by the file are not opened.
     InputError: unknown kind of file, unreadable, or without triangles.
     """
     suffix = Path(path).suffix.lower()
@@ -35,6 +38,10 @@ def mesh_facets(path, key="terrain.file"):
         raise InputError.at(key, str(path), "has a vertex that is not a finite number, or out of reach")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError.at(key, str(path), "has a triangle with a corner that it does not have")
+    metre = metre_of_mesh(path, suffix)
+    if metre != 1.0:
+        warnings.warn(f'{key} = "{path}": says that a unit of it is {metre:.10g} m: converted to metres', stacklevel=2)
+        vertices = vertices * metre
     return vertices, faces
 
 

@@ -1,124 +1,118 @@
-"""Elevation rasters: ESRI ASCII grids by a parser of our own, GeoTIFF through rasterio; triangles between cells."""
+"""Elevation rasters in metres, from ESRI ASCII grids and GeoTIFF; triangles between their cells."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from snowmpm import memory
 from snowmpm.errors import InputError
-
-BYTES_PER_CELL = 60  # of the part of a raster that is read, while it is
-HEADER = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+from snowmpm.terrain import geotiff, map_units
+from snowmpm.terrain.ascii_grid import read_grid
+from snowmpm.terrain.reference_system import system_beside
 
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Heights z (ny, nx) [m] at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there is no data."""
+    """Heights z (ny, nx) [m] at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there is no data.
+
+    system: `ReferenceSystem` of x and y, in metres; None where the file names none.
+    """
 
     x: np.ndarray
     y: np.ndarray
     z: np.ndarray
+    system: object = None
+
+    def lattice(self):
+        """A corner of the cells (2,), and their side [m]; None where they are not square."""
+        steps = [np.ptp(axis) / (len(axis) - 1) for axis in (self.x, self.y) if len(axis) > 1]
+        if not steps or np.ptp(steps) > 1e-6 * steps[0]:
+            return None
+        # Of a text file the steps between centres carry its round-off, the side itself few digits
+        cell = float(f"{steps[0]:.9g}")
+        return np.array([self.x[0], self.y[0]]) - 0.5 * cell, cell
 
 
-def read_raster(path, box=None, key="terrain.file"):
+def read_raster(path, box=None, key="terrain.file", elevation_unit=None):
     """Raster of an .asc or .tif file, cut to the cells that span the plan box ((x0, y0), (x1, y1)) [m].
 
-    InputError: unknown kind of file, unreadable, no data at all, or none inside the box.
+    A .tif names its reference system itself, the .prj file beside an .asc does. Feet are converted to metres, plan and
+    heights each by its own unit; elevation_unit: that of heights, "m", "ft" or "us-ft", instead of what the file says.
+    A raster that is turned or sheared is sampled anew. What was converted is told by a warning. Without a system
+    coordinates are taken as metres.
+    InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
+    at all, or none inside the box.
     """
     suffix = Path(path).suffix.lower()
+    where = f"{key} = {str(path)!r}"
     if suffix == ".asc":
-        raster = read_ascii_grid(path, box, key)
+        raster, told = _ascii(path, box, key, where, elevation_unit)
     elif suffix in (".tif", ".tiff"):
-        raster = read_geotiff(path, box, key)
+        raster, told = _geotiff(path, box, key, where, elevation_unit)
     else:
         raise InputError.at(key, str(path), "must be an .asc or .tif elevation raster")
     if not np.isfinite(raster.z).any():
-        where = "in the part that the scene uses" if box is not None else "(only no-data cells)"
-        raise InputError.at(key, str(path), f"has no elevation {where}")
+        cut = "in the part that the scene uses" if box is not None else "(only no-data cells)"
+        raise InputError.at(key, str(path), f"has no elevation {cut}")
+    if raster.system is None:
+        map_units.refuse_unnamed_degrees(raster, where)
+    if told:
+        warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
     return raster
 
 
-def read_ascii_grid(path, box=None, key="terrain.file"):
-    """ESRI ASCII grid: header of keyword-value lines, then rows from north to south; centre or corner registration."""
-    try:
-        lines = Path(path).read_text(encoding="ascii", errors="strict").splitlines()
-    except OSError as error:
-        raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    except UnicodeDecodeError as error:
-        raise InputError.at(key, str(path), "is not an ESRI ASCII grid (not plain text)") from error
-    head, n = {}, 0
-    for line in lines:
-        words = line.split()
-        if words and words[0].lower() not in HEADER:
-            break
-        if words:
-            try:
-                head[words[0].lower()] = float(words[1])
-            except (IndexError, ValueError):
-                raise InputError.at(key, str(path), f"line {n + 1}: {line.strip()!r} needs one number") from None
-        n += 1
-    try:
-        nx, ny = int(head["ncols"]), int(head["nrows"])
-        dx, dy = (head[k] if k in head else head["cellsize"] for k in ("dx", "dy"))
-        x0, y0 = (
-            head[f"{a}llcenter"] if f"{a}llcenter" in head else head[f"{a}llcorner"] + 0.5 * step
-            for a, step in (("x", dx), ("y", dy))
-        )
-    except KeyError as error:
-        missing = f"is not an ESRI ASCII grid: header line {error.args[0]!r} is missing"
-        raise InputError.at(key, str(path), missing) from None
-    if nx < 1 or ny < 1 or not (0 < dx < np.inf and 0 < dy < np.inf):
-        raise InputError.at(key, str(path), "header must have positive ncols, nrows and cellsize")
-    if nx * ny > Path(path).stat().st_size:
-        raise InputError.at(key, str(path), f"is too short for the {nx} x {ny} values that its header promises")
-    x, y = x0 + dx * np.arange(nx), y0 + dy * np.arange(ny)
-    columns, rows = _window(x, box, 0), _window(y, box, 1)
-    body = lines[n:]
-    if len(body) == ny:  # one line a row, as the format says: only the rows of the window are parsed
-        body = body[ny - rows.stop : ny - rows.start]
-        kept = rows.stop - rows.start
+def system_of(path, key="terrain.file"):
+    """`ReferenceSystem`, in metres, of the raster in a .tif or .asc file; None where it names none. InputError."""
+    if Path(path).suffix.lower() == ".asc":
+        system = system_beside(path)
     else:
-        kept = ny
-    try:
-        z = np.array(" ".join(body).split(), dtype=float)
-    except ValueError as error:
-        raise InputError.at(key, str(path), f"holds something that is not a number ({error})") from None
-    if z.size != kept * nx:
-        raise InputError.at(key, str(path), f"holds {z.size} values where its header promises {kept * nx}")
-    z = z.reshape(kept, nx)[::-1]
-    z = z[:, columns] if kept < ny else z[rows, columns]
-    return Raster(x[columns], y[rows], _without_no_data(z, head.get("nodata_value", -9999.0)))
+        with geotiff.opened(path, key) as source:
+            system = geotiff.system_of(source, f"{key} = {str(path)!r}")
+    return system and system.in_metres
 
 
-def read_geotiff(path, box=None, key="terrain.file"):
-    """First band of a GeoTIFF in a projected (metre) system, north up; only the window of the box is read."""
-    try:
-        import rasterio
-        from rasterio.windows import Window
-    except ImportError:
-        raise InputError.at(key, str(path), "GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'") from None
-    if not Path(path).is_file():
-        raise InputError.at(key, str(path), "cannot be read (no such file)")
-    try:
-        with rasterio.open(path) as source:
-            t, nx, ny = source.transform, source.width, source.height
-            if t.b or t.d or t.a <= 0 or t.e >= 0:
-                raise InputError.at(key, str(path), "must be a raster with north up, not rotated")
-            if source.crs is not None and source.crs.is_geographic:
-                raise InputError.at(key, str(path), "is in degrees: project it to metres first")
-            memory.require(8.0 * (nx + ny), f'{key} = "{path}"', "it is not a raster of elevations")
-            x = t.c + t.a * (np.arange(nx) + 0.5)
-            y = t.f + t.e * (np.arange(ny)[::-1] + 0.5)
-            columns, rows = _window(x, box, 0), _window(y, box, 1)
-            size = float(rows.stop - rows.start) * (columns.stop - columns.start)
-            memory.require(BYTES_PER_CELL * size, f'{key} = "{path}"', "terrain.region or domain cut it")
-            window = Window.from_slices((ny - rows.stop, ny - rows.start), (columns.start, columns.stop))
-            z = source.read(1, window=window, masked=True).astype(float).filled(np.nan)[::-1]
-            no_data = source.nodata
-    except rasterio.errors.RasterioError as error:
-        raise InputError.at(key, str(path), "is not a readable GeoTIFF") from error
-    return Raster(x[columns], y[rows], _without_no_data(z, -9999.0 if no_data is None else no_data))
+def _ascii(path, box, key, where, elevation_unit):
+    system = system_beside(path)
+    frame = _Frame(system, box, where)
+    x, y, z = read_grid(path, key, frame.window)
+    return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where))
+
+
+def _geotiff(path, box, key, where, elevation_unit):
+    with geotiff.opened(path, key) as source:
+        system = geotiff.system_of(source, where)
+        frame = _Frame(system, box, where)
+        x, y, z = geotiff.read_band(source, where, frame.window)
+        height = map_units.height_metres(elevation_unit, source.units[0], system, where)
+        raster, told = frame.in_metres(x, y, z, height)
+        if source.transform.b or source.transform.d:
+            told.append("its rows do not run east: elevations are interpolated on a raster that does")
+        if source.count > 1:
+            told.append(f"the first of its {source.count} bands is taken as elevations")
+        if len(source.subdatasets) > 1:
+            told.append(f"the first of its {len(source.subdatasets)} pages is taken")
+        if system is None:
+            told.append("it names no coordinate system: x and y are taken as metres")
+    return raster, told
+
+
+class _Frame:
+    """Where a raster lies: its system, the plan box [m] that is wanted of it, and metres in a unit of x and y."""
+
+    def __init__(self, system, box, where):
+        self.system, self.box, self.where, self.metre = system, box, where, None
+
+    def window(self, x, y):
+        """Slices of the centres x, y of a file that span the box, after it is sure that they are lengths."""
+        self.metre = map_units.plan_metres(self.system, (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])), self.where)
+        return tuple(_window(centres * self.metre, self.box, axis) for axis, centres in enumerate((x, y)))
+
+    def in_metres(self, x, y, z, height):
+        """`Raster` of what was read, and what a user must be told of it."""
+        system = self.system and self.system.in_metres
+        said = map_units.converted(self.metre, height)
+        return Raster(x * self.metre, y * self.metre, z * height, system), [said] if said else []
 
 
 def _window(centres, box, axis):
@@ -129,10 +123,6 @@ def _window(centres, box, axis):
     last = np.searchsorted(centres, box[1][axis], side="left") + 1
     first, last = np.clip([first, last], 0, len(centres))
     return slice(int(first), int(last))
-
-
-def _without_no_data(z, no_data):
-    return np.where((z == no_data) | ~np.isfinite(z), np.nan, z)
 
 
 def _centre_heights(z):

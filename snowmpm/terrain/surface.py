@@ -1,6 +1,6 @@
 """The ground: a surface of segments (2-D) or triangles (3-D), read in plan like a map."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,12 +18,15 @@ class TerrainSurface:
 
     vertices: (n, dim) float64 [m], scene coordinates, last axis up; facets: (m, dim) int32, segments or triangles whose
     normals point out of the ground; closed: the surface encloses a volume (a block, an obstacle) instead of being a
-    sheet.
+    sheet; system: `ReferenceSystem` of x and y, None where none is known; lattice: of a surface made from an elevation
+    raster, a corner of its cells (2,) and their side [m].
     """
 
     vertices: np.ndarray
     facets: np.ndarray
     closed: bool = False
+    system: object = None
+    lattice: tuple | None = None
 
     @classmethod
     def of(cls, vertices, facets):
@@ -80,7 +83,7 @@ class TerrainSurface:
 
     def recentred(self, origin):
         """The same surface in coordinates relative to `origin` (dim,) [m]."""
-        return TerrainSurface(self.vertices - np.asarray(origin, float), self.facets, self.closed)
+        return TerrainSurface(self.vertices - np.asarray(origin, float), self.facets, self.closed)  # no map any more
 
     def clipped(self, lower, upper):
         """The part whose facets touch the plan box from `lower` to `upper` [m]; a height in the corners is ignored.
@@ -97,7 +100,7 @@ class TerrainSurface:
             return self
         used, facets = np.unique(self.facets[touches], return_inverse=True)
         facets = facets.reshape(-1, self.dim).astype(np.int32)
-        return TerrainSurface(self.vertices[used], facets, False)
+        return replace(self, vertices=self.vertices[used], facets=facets, closed=False)
 
     @cached_property
     def _plan_maps(self):

@@ -1,28 +1,40 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; frames and SPH here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH here.
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
-Needs figures/mpm_step.csv and figures/stress_update.csv. Frames: one of 100 000 particles is written with one field and
-with six numbers more, the audit included, median of three each; the difference is what a number costs. Steps of SPH:
-median of ten. Calls: steps of a scene with a few dozen particles on plane ground, median of two hundred. All by the
-processor time of one thread. --only: measure these rows, keep the table's others.
+Needs figures/mpm_step.csv and figures/stress_update.csv for the bulk, and the table of `scene_runs.py` for what real
+scenes add to it. Steps of SPH: median of ten. All by the processor time of one thread. --only: measure these rows, keep
+the table's others.
 """
 
 import argparse
 import csv
-import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import scene_runs
+from scipy.optimize import nnls
 
-from snowmpm import Simulation, costs, runtime
-from snowmpm.recorder import Recorder
+from snowmpm import Simulation
+from snowmpm.advice.budget import Budget
+from snowmpm.advice.facts import SceneFacts
+from snowmpm.compiler import runtime
+from snowmpm.measured import costs
+from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
+from snowmpm.setup.build import build
 
 FIGURES = Path(__file__).parent / "figures"
 PLAIN = {"particles": ("250047", "250000"), "threads": "1", "basis": "quadratic", "transfer": "apic",
          "gradient": "affine"}
+LEAST_STEPS, SMALL = 20, 6000
+STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
+IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "sort",
+             "call", "frame", "start")
+"""Rows that come from runs of the library."""
+TEXTS = ("scene", "settings", "machine", "precision")
 
 
 def rows_of(name):
@@ -39,14 +51,11 @@ def steps():
         plain = next(row for row in own if all(row[key] == PLAIN[key] for key in ("basis", "transfer", "gradient")))
         grid = float(plain["update_grid"])
         yield "step", dim, precision, "quadratic affine apic", float(plain["ns"]) - grid
-        yield "block", dim, precision, "", grid * float(plain["per_block"])
         if precision == "f32":
             for row in own:
                 more = float(row["ns"]) - float(row["update_grid"]) - float(plain["ns"]) + grid
                 if row["basis"] + row["gradient"] != "quadraticaffine":
                     yield "more", dim, precision, f"{row['basis']} {row['gradient']}", more
-                elif row["transfer"] != "apic":
-                    yield "more", dim, precision, row["transfer"], more
 
 
 def laws():
@@ -54,35 +63,6 @@ def laws():
         packed, single = float(row["ns_in_packs"]), float(row["ns_per_update"])
         if row["law"] != "copy":
             yield "law", int(row["dimension"]), row["precision"], row["law"], single if np.isnan(packed) else packed
-
-
-def frames():
-    """ns a particle of the audit, and of each number that is written."""
-    for dim, side in ((2, 316), (3, 46)):
-        spacing, found = 0.5, {}
-        size = [side * spacing] * dim
-        for fields in (["material"], ["material", "stress"]):
-            scene = Scene.model_validate({
-                "name": "frame", "dimension": dim, "end_time": 1.0, "gravity": 0.0, "output": {"fields": fields},
-                "solver": {"dx": 1.0}, "domain": {"min": [-2.0] * dim, "max": [s + 2.0 for s in size]},
-                "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6,
-                                       "poisson_ratio": 0.3}},
-                "bodies": [{"name": "block", "material": "snow", "velocity": [1.0] + [0.0] * (dim - 1),
-                            "shape": {"kind": "box", "min": [0.0] * dim, "max": size}}]})
-            simulation, times = Simulation(scene), []
-            for _ in range(3):
-                simulation.step()
-            with tempfile.TemporaryDirectory() as folder:
-                recorder = Recorder(simulation, Path(folder))
-                for _ in range(4):
-                    simulation.step()
-                    start = time.process_time()
-                    recorder.frame()
-                    times.append(time.process_time() - start)
-            found[len(fields)] = 1e9 * np.median(times[1:]) / simulation.n_particles
-        number = (found[2] - found[1]) / 6.0
-        yield "frame", dim, "f32", "number", number
-        yield "frame", dim, "f32", "audit", found[1] - 4.0 * number
 
 
 def sph():
@@ -106,28 +86,97 @@ def sph():
             yield "step", dim, precision, "sph", 1e9 * np.median(times[2:]) / solver.particles.count
 
 
-def calls():
-    """ns of a step of a whole simulation with hardly anything in it."""
+def in_scenes():
+    """What real scenes add to the bulk: least squares, without negative costs, over the stages of the library's runs
+    (`scene_runs.py`), each by the size of its scene at the start. Times are those of a machine as fast as the fastest
+    of these runs, by the speed that was sampled while they ran."""
+    with open(scene_runs.TABLE, newline="", encoding="utf-8") as file:
+        runs = [Run(row) for row in csv.DictReader(file) if not row["settings"] and int(row["steps"]) >= LEAST_STEPS]
+    vector, python = (min(getattr(run, name) for run in runs) for name in ("vector", "python"))
+    for run in runs:
+        run.slow = run.vector / vector
+    yield "speed", 0, "", "vector", vector
+    yield "speed", 0, "", "python", python
+    found = fitted(runs, lambda run: run.ns("scatter", "gather"), {
+        "call": lambda run: 1.0,
+        **{("bulk", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.bulk for dim in (2, 3)},
+        **{("home block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.blocks for dim in (2, 3)},
+        **{("more", dim, "aflip"): lambda run, dim=dim: (run.dim == dim) * run.flip * run.crowd.n for dim in (2, 3)}})
+    del found["call"]
+    found |= fitted(runs, lambda run: run.ns("grid"), {
+        "call": lambda run: 1.0,
+        **{("node block", dim, name): lambda run, dim=dim, flip=flip: (run.dim == dim and run.flip == flip)
+           * run.crowd.node_blocks for dim in (2, 3) for name, flip in (("apic", False), ("flip", True))}})
+    del found["call"]
+    found |= fitted(runs, lambda run: run.ns("contact"), {
+        "surface": lambda run: run.crowd.surfaces, "moving": lambda run: run.crowd.moving,
+        **{("contact block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.contact_blocks
+           for dim in (2, 3)}})
+    found |= fitted(runs, lambda run: run.ns("rest"), {"call": lambda run: 1.0, "watched": lambda run: run.watched})
+    del found["call"]
+    calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
     for dim in (2, 3):
-        for method in ("mpm", "sph"):
-            size = [2.0] * dim
-            scene = Scene.model_validate({
-                "name": "call", "dimension": dim, "end_time": 1.0,
-                "solver": {"method": method, "dx": 1.0 if method == "mpm" else 0.5},
-                "terrain": {"kind": "plane"}, "domain": {"min": [-8.0] * dim, "max": [s + 8.0 for s in size]},
-                "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6,
-                                       "poisson_ratio": 0.3}},
-                "bodies": [{"name": "block", "material": "snow",
-                            "shape": {"kind": "box", "min": [0.0] * dim, "max": size}}]})
-            simulation, times = Simulation(scene), []
-            for _ in range(220):
-                start = time.process_time()
-                simulation.step()
-                times.append(time.process_time() - start)
-            yield "call", dim, "f32", method, 1e9 * np.median(times[20:])
+        for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
+            if of == dim:
+                yield what, dim, "f32", name, ns
+        for what in ("surface", "moving", "watched"):
+            yield what, dim, "f32", "", found[what]
+        yield "more", dim, "f32", "flip", found["more", dim, "aflip"]
+        own = [run for run in runs if run.dim == dim]
+        yield "sort", dim, "f32", "", np.median([run.ns("sort") / run.crowd.n for run in own])
+        yield "call", dim, "f32", "mpm", calls
+        yield "call", dim, "f32", "sph", calls
+        written = [run for run in own if run.frames]
+        parts = fitted(written, lambda run: run.ns("output", a="frames"), {
+            "fixed": lambda run: 1.0, "audit": lambda run: run.crowd.n})
+        yield "frame", dim, "f32", "fixed", parts["fixed"]
+        yield "frame", dim, "f32", "audit", parts["audit"]
+        yield "frame", dim, "f32", "number", 0.0
+        begun = fitted(own, lambda run: 1e9 * run.start / run.slow, {
+            "fixed": lambda run: 1.0, "particle": lambda run: run.crowd.n})
+        yield "start", dim, "f32", "fixed", begun["fixed"]
+        yield "start", dim, "f32", "particle", begun["particle"]
 
 
-ROWS = {"step": steps, "law": laws, "frame": frames, "sph": sph, "call": calls}
+class Run:
+    """A row of the table of runs, with the sizes of its scene."""
+
+    def __init__(self, row):
+        scene = load_scene(row["scene"])
+        model = build(scene)
+        budget = Budget(SceneFacts(scene, model, model.solver()))
+        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, "flip" in scene.solver.transfer
+        self.watched = float(bool(scene.obstacles))
+        plain = replace(budget.scheme, transfer="apic")
+        self.bulk = costs.bulk(plain, budget.crowd)
+        self.row = {key: float(value) for key, value in row.items() if key not in TEXTS}
+        self.vector, self.python, self.slow = self.row["vector"], self.row["python"], 1.0
+        self.frames, self.start = self.row["frames"], self.row["start"]
+
+    def without_calls(self, found):
+        """ns of a step by the costs found, but for calls of kernels: what is left over in small scenes."""
+        dim, crowd, flip = self.dim, self.crowd, "flip" if self.flip else "apic"
+        return (found["bulk", dim, ""] * self.bulk + found["home block", dim, ""] * crowd.blocks
+                + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
+                + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
+                + found["moving"] * crowd.moving + found["watched"] * self.watched + self.ns("sort"))
+
+    def ns(self, *stages, a="steps"):
+        """Of some stages a step, or `a` frame."""
+        return 1e9 * sum(self.row[stage] for stage in stages) / self.row[a] / self.slow
+
+
+def fitted(runs, cost, terms):
+    """Non-negative factor of each term, so that their sum is the cost of each run in the mean over relative errors."""
+    matrix = np.array([[float(term(run)) for term in terms.values()] for run in runs])
+    wanted = np.array([cost(run) for run in runs])
+    used = wanted > 0.0
+    size = np.maximum(np.abs(matrix).max(axis=0), 1e-300)
+    factors, _ = nnls(matrix[used] / size / wanted[used, None], np.ones(used.sum()))
+    return dict(zip(terms, factors / size, strict=True))
+
+
+ROWS = {"step": steps, "law": laws, "sph": sph, "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 
@@ -143,7 +192,9 @@ def kept(path, measured):
 def _kind(row):
     if row[3] == "sph" and row[0] == "step":
         return "sph"
-    return "step" if row[0] in ("block", "more") else row[0]
+    if row[0] in IN_SCENES or (row[0] == "more" and "flip" in row[3]):
+        return "scenes"
+    return "step" if row[0] == "more" else row[0]
 
 
 def main():

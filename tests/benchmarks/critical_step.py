@@ -16,7 +16,8 @@ double precision, 2-D and some 3-D:
     passing     lone grain and lattice of 2 that cross half a cell a step, or a whole one
     hardened    lone grain of Stomakhin's snow at J_P = 0.7, C with the speed at that state
 
-`C sqrt(s)` takes out Poisson's ratio and dimension, see `snowmpm.timestep`, whose CRITICAL holds the least of it.
+`C sqrt(s)` takes out Poisson's ratio and dimension, see `snowmpm.stepping.time_step`, whose CRITICAL
+holds the least of it.
 """
 
 import argparse
@@ -26,11 +27,11 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.materials import Elastic
 from snowmpm.scenes import material_card
+from snowmpm.stepping.time_step import CRITICAL, grain_stiffness
 from snowmpm.study.atlas.stirring import DX, blows_up, lone_grain, spread, stirred
-from snowmpm.timestep import CRITICAL, grain_stiffness
 
 STEPS = 300
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.materials import Elastic
+from snowmpm.stepping.time_step import DEFORMATION_LIMIT
 from snowmpm.study.atlas.stirring import DX
 from snowmpm.study.atlas.time_steps import FLOWS, GAIN, deformed
-from snowmpm.timestep import DEFORMATION_LIMIT
 
 STIFFNESS = (1.5, 2.0, 3.0)
 """E / (rho dx^2) [1/s2], for a rate of 1/s."""

@@ -36,14 +36,14 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import taichi as ti
 
-from snowmpm import runtime
-from snowmpm.arrays import int_array
-from snowmpm.blocks import EDGE
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.parallel import chunk, chunks, is_worker, shares
 from snowmpm.materials import CohesiveCamClay, Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.parallel import chunk, chunks, is_worker, shares
-from snowmpm.population import Population
-from snowmpm.stencil import STENCILS
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.population import Population
 
 SLAB = dict(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
 CASES = {f"{name}{dim}": (name, dim) for dim in (3, 2) for name in ("block", "half", "yielding", "layer")}

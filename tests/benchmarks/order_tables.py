@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.study.problems.generalised_vortex import vortex_errors
 from snowmpm.study.problems.periodic_waves import wave_errors
 from snowmpm.study.problems.schemes import EVERY

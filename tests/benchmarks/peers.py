@@ -28,10 +28,10 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
-from snowmpm.device import device_name
+from snowmpm.compiler import runtime
 from snowmpm.materials import Elastic
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
+from snowmpm.running.device import device_name
 from snowmpm.study.measurement import TimedScheme
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, free_solver

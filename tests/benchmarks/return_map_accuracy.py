@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.materials import CohesiveCamClay, StressUpdate
 from snowmpm.materials.symmetric import invariants, unpack
 

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import shapefile
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.render.work_precision_plot import Curve, Panel, render_work_precision
 from snowmpm.study.measurement import measure
 from snowmpm.study.problems.catalogue import CATALOGUE

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.materials import DruckerPrager, Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 

@@ -19,7 +19,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm import materials as m
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 
 
 @ti.func

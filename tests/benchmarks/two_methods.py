@@ -25,9 +25,9 @@ from pathlib import Path
 import numpy as np
 
 import snowmpm
-from snowmpm import runtime
 from snowmpm.comparison import Case
 from snowmpm.comparison.answers import answer_of
+from snowmpm.compiler import runtime
 from snowmpm.scenes import load_scene
 
 METHODS = ("mpm", "sph")

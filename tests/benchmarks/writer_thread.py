@@ -13,8 +13,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from snowmpm import io, loop, recorder, runtime
+from snowmpm import io
+from snowmpm.compiler import runtime
 from snowmpm.io import RunWriter
+from snowmpm.running import loop, recorder
 from snowmpm.scenes import load_scene
 
 STEPS, EVERY = 400, 50

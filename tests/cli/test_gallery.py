@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import snowmpm
-from snowmpm.gallery import PAGE
+from snowmpm.cli.gallery_page import PAGE
 from snowmpm.render import notes_of
 from snowmpm.scenes import library, loader
 from snowmpm.scenes.library import FOLDER

@@ -23,6 +23,7 @@ def avalanche(tmp_path):
                    "peak_depth": np.ones(25), "peak_speed": np.ones(25), "peak_pressure": np.full(25, 5e3),
                    "deposit_depth": np.zeros(25)}
         writer.hazard({"numbers": {"runout": 230.0, "fall": 92.0, "top": 1200.0, "travel_angle": 21.8,
+                                   "runout_x": 600255.0, "runout_y": 200060.0, "runout_z": 1108.0,
                                    "area_above_1_kPa": 9600.0, "flow_depth": 0.1},
                        "profile": {name: values.tolist() for name, values in profile.items()},
                        "runout_line": [[600255.0, 200030.0], [600255.0, 200090.0]]})
@@ -35,8 +36,11 @@ def test_maps_are_written_and_numbers_said(call, avalanche):
     assert result.code == 0, result.err
     written = {path.name for path in (avalanche / "maps").iterdir()}
     names = ("release_depth", "peak_depth", "peak_pressure")
-    assert written == {*(f"{name}.{kind}" for name in names for kind in ("tif", "png")), "thalweg.png"}
-    assert "travel angle [degrees]" in result.out and "area above 1 kPa [m2]" in result.out
+    assert written == {*(f"{name}.{kind}" for name in names for kind in ("tif", "qml", "png")), "thalweg.png",
+                       *(f"avalanche.{kind}" for kind in ("gpkg", "geojson", "qgs", "csv", "json")), "areas.csv"}
+    for words in ("run-out 230 m", "travel angle 21.8°", "9600 m²", "600255.0 m",
+                  "NOT FINAL: Whether the snow is at rest is not known"):
+        assert words in " ".join(result.out.split()), result.out
 
 
 def test_without_rasterio_the_pictures_are_left(call, avalanche, tmp_path, monkeypatch):
@@ -50,7 +54,7 @@ def test_without_rasterio_the_pictures_are_left(call, avalanche, tmp_path, monke
 
 def test_info_says_how_far_it_came(call, avalanche):
     result = call("info", avalanche)
-    assert result.code == 0 and "runout [m]" in result.out and "peak_pressure [Pa]" in result.out
+    assert result.code == 0 and "run-out" in result.out and "peak_pressure [Pa]" in result.out
 
 
 def test_a_run_without_maps(call, tmp_path):
@@ -58,3 +62,36 @@ def test_a_run_without_maps(call, tmp_path):
         pass
     result = call("maps", tmp_path / "flat")
     assert result.code == 2 and "three dimensions" in result.err
+
+
+def test_definitions_of_every_number_are_a_command_away(call):
+    from snowmpm.quantities.table import QUANTITIES
+
+    result = call("maps", "--definitions")
+    assert result.code == 0
+    told = " ".join(result.out.split())
+    for one in QUANTITIES.values():
+        assert f"{one.name}: {one.label}" in told and " ".join(one.definition.split()) in told
+
+
+def test_what_was_seen_is_scored(call, avalanche):
+    """The flow covers x = 20 to 260 m, y = 40 to 80 m of the fixture; seen were x = 20 to 220 m, y = 50 to 90 m."""
+    import json
+
+    pytest.importorskip("rasterio")
+    ring = [[600020.0, 200050.0], [600220.0, 200050.0], [600220.0, 200090.0], [600020.0, 200090.0]]
+    seen = avalanche / "seen.geojson"
+    seen.write_text(json.dumps({"type": "Polygon", "coordinates": [[*ring, ring[0]]]}))
+    result = call("maps", avalanche, "--observed", seen)
+    assert result.code == 0, result.err
+    assert "affected area against seen.geojson" in result.out
+    # 200 x 30 m hit, 200 x 10 m missed, 9600 - 6000 m2 too much
+    for words in ("hit area 6000 m²", "missed area 2000 m²", "false area 3600 m²", "critical success index 51.7 %",
+                  "hit rate 75 %", "area ratio 1.20"):
+        assert words in " ".join(result.out.split()), result.out
+    record = json.loads((avalanche / "maps" / "avalanche.json").read_text())
+    assert record["observed"][0]["runout_difference"] == pytest.approx(40.0)
+    refused = call("maps", avalanche, "--observed", seen, "--pictures")
+    assert refused.code == 2 and "--observed" in refused.err
+    missing = call("maps", avalanche, "--observed", avalanche / "nothing.shp")
+    assert missing.code == 2 and "nothing.shp" in missing.err

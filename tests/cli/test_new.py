@@ -5,10 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.library import FOLDER
-from snowmpm.terrain import TerrainSurface
+from snowmpm.seeding import seed_body
+from snowmpm.setup.first_scene import scene_on_ground
+from snowmpm.terrain import TerrainSurface, load_terrain
 from snowmpm.terrain.first_release import first_release
 
 
@@ -124,3 +127,74 @@ def test_first_release_is_where_it_is_steep_and_high():
     assert found.slope == pytest.approx(38.0, abs=1.5)
     assert 18.0 < found.x[0] < 26.0
     assert found.y[0] >= 3.0 and found.y[1] <= 57.0
+
+
+def turned_ground(kind, azimuth, path, scale=1.0):
+    """A strip of ground 100 m long and 50 m wide that falls in the direction of `azimuth` [degrees], as a mesh or, with
+    no data around it, a raster. kind: a bowl, a valley, a ridge, an even slope with a hole of 6 m."""
+    along, across = np.meshgrid(np.linspace(0.0, 100.0, 61), np.linspace(-25.0, 25.0, 31), indexing="ij")
+    z = {"valley": 40.0 * np.exp(-along / 35.0) + 0.01 * across**2,
+         "ridge": 40.0 * np.exp(-along / 35.0) - 0.01 * across**2,
+         "hole": -np.tan(np.radians(38.0)) * along}[kind]
+    c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
+    points = scale * np.column_stack([(c * along - s * across).ravel(), (s * along + c * across).ravel(), z.ravel()])
+    number = np.arange(along.size).reshape(along.shape)
+    corner = [n.ravel() for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])]
+    facets = np.concatenate([np.column_stack([corner[i] for i in three]) for three in ((0, 1, 2), (0, 2, 3))])
+    if kind == "hole":
+        place = np.array([30.0 * c, 30.0 * s]) * scale
+        facets = facets[(np.linalg.norm(points[facets][:, :, :2].mean(axis=1) - place, axis=1) > 3.0 * scale)]
+    if path.suffix == ".stl":
+        trimesh.Trimesh(points, facets, process=False).export(path)
+        return path
+    surface, cell = TerrainSurface.of(points, facets), 1.5 * scale
+    x, y = (np.arange(surface.lower[k], surface.upper[k], cell) for k in (0, 1))
+    xx, yy = np.meshgrid(x, y[::-1])
+    z = np.nan_to_num(surface.height(np.column_stack([xx.ravel(), yy.ravel()])), nan=-9999.0).reshape(xx.shape)
+    rows = "\n".join(" ".join(f"{v:.5g}" for v in row) for row in z)
+    path.write_text(f"ncols {len(x)}\nnrows {len(y)}\nxllcenter {x[0]}\nyllcenter {y[0]}\ncellsize {cell}\n{rows}\n")
+    return path
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("ending", [".stl", ".asc"])
+@pytest.mark.parametrize("kind", ["valley", "ridge", "hole"])
+def test_a_slope_in_any_direction_makes_a_scene_that_can_be_filled(kind, ending, tmp_path):
+    """Of such a strip the box in plan is empty in its corners."""
+    for azimuth, scale in ((0, 1.0), (17, 1.0), (45, 0.05), (60, 1.0), (110, 20.0), (135, 1.0), (200, 1.0), (287, 1.0)):
+        path = turned_ground(kind, azimuth, tmp_path / f"ground{ending}", scale)
+        text, told = scene_on_ground("mine", tmp_path / "mine.toml", path)
+        (tmp_path / "mine.toml").write_text(text)
+        scene = load_scene(tmp_path / "mine.toml")
+        surface = load_terrain(scene.terrain, tmp_path, dimension=3)
+        dx = 2.0 * scene.bodies[0].shape.top  # as coarse as it may be: the check of what lies on ground is the same
+        seeds = seed_body(scene.bodies[0].shape, surface, dim=3, dx=dx, particles_per_cell=8, sampling="regular",
+                          rng=np.random.default_rng(0), base_dir=tmp_path)
+        region = scene.bodies[0].shape.region
+        side = min(np.ptp(region.x), np.ptp(region.y))
+        assert 5.0 * scale < side < 32.0 * scale, (azimuth, told)
+        slope = np.degrees(np.arccos(surface.normal(seeds.positions[:, :2])[:, 2])).mean()
+        assert 28.0 < slope < 48.0, (azimuth, slope)
+
+
+def test_a_turned_slope_passes_its_check(call):
+    turned_ground("valley", 30.0, Path("slope.stl"))
+    assert call("new", "mine", "--terrain", "slope.stl").code == 0
+    checked = call("check", "mine.toml", "--set", "solver.dx=2.0")
+    assert checked.code == 0, checked.err
+
+
+@pytest.mark.parametrize(("kind", "leaves"), [("valley", False), ("ridge", True), ("hole", True)])
+def test_it_is_said_where_the_ground_may_be_too_small(call, kind, leaves):
+    """A ridge sheds to its sides, an even slope runs out at its foot."""
+    turned_ground(kind, 30.0, Path("slope.stl"))
+    made = call("new", "mine", "--terrain", "slope.stl")
+    assert ("the ground may end before the snow stops" in made.out) == leaves, made.out
+    assert "names no coordinate system" in made.out
+
+
+def test_ground_with_no_room_is_refused(call):
+    points = np.array([[0.0, 0.0, 0.0], [1000.0, 1000.0, 600.0], [1000.0, 1000.5, 600.0]])
+    trimesh.Trimesh(points, [[0, 1, 2]], process=False).export("strip.stl")
+    refused = call("new", "mine", "--terrain", "strip.stl")
+    assert refused.code == 2 and "no ground wide enough" in refused.err

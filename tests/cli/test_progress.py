@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
+from snowmpm.cli import watch
 from snowmpm.cli.progress import Lines, Pace, Screen, display
 from snowmpm.cli.wording import step
+from snowmpm.stages import stage
 
 
 def state(time, wall, potential):
@@ -68,8 +70,28 @@ def test_pace_forgets_what_was_long_ago():
     assert pace.time_left(state(5.0, 121.5, 0.0)) == pytest.approx(5.0)  # 1 s in 1 s, in the last 20 s
 
 
-@pytest.mark.parametrize(("choice", "kind"), [({}, type(None)), ({"lines": True}, Lines),
+@pytest.mark.parametrize(("choice", "kind"), [({}, Lines), ({"lines": True}, Lines), ({"quiet": True}, type(None)),
                                               ({"lines": True, "quiet": True}, type(None))])
-def test_no_display_where_there_is_no_terminal(capsys, choice, kind):
+def test_lines_where_there_is_no_terminal(capsys, choice, kind):
     with display("slope", **choice) as shown:
         assert type(shown) is kind
+
+
+def test_lines_elsewhere_begin_late_and_say_nothing_of_a_short_run(monkeypatch):
+    monkeypatch.setattr(watch, "LINE_INTERVAL", 10.0)
+    short, long = io.StringIO(), io.StringIO()
+    for file, end in ((short, 9.0), (long, 31.0)):
+        lines = Lines("slope", file, late=True)
+        for wall in (0.5, 4.0, 9.0, 12.0, 15.0, 24.0, 31.0):
+            if wall <= end:
+                lines(state(10.0 * wall / end, wall, 0.0))
+    assert short.getvalue() == ""
+    told = long.getvalue().splitlines()
+    assert [line.split(" of ")[0] for line in told] == ["slope: 3.871", "slope: 7.742", "slope: 10.000"]
+    assert "19 s left" in told[0]
+
+
+def test_screen_names_the_stage_before_the_first_step():
+    with stage("settling to rest", unit="steps") as now:
+        now.done, now.detail = 3000, "speed 2.1 of what is allowed"
+        assert "slope: settling to rest: 3 000 steps" in drawn(Screen("slope"))

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 
 import snowmpm
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 
 AT_ONCE = {"initial.stress": "geostatic"}
 CASES = {

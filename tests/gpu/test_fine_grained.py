@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snowmpm.runtime import _has_cuda
+from snowmpm.compiler.runtime import _has_cuda
 from tests.gpu.steps import CASES
 
 GROWTH = {("fine", "f64"): 1e-12, ("fine", "f32"): 1e-5, ("cuda", "f64"): 1e-9, ("cuda", "f32"): 1e-2}

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from snowmpm.particles import Layout
-from snowmpm.runtime import _has_cuda
+from snowmpm.compiler.runtime import _has_cuda
+from snowmpm.particles.store import Layout
 
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "mpm_step.py"
 MOST_NS = 2.0

@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm.io import RunWriter
 
 UNITS = {"velocity": "m/s", "density": "kg/m3", "stress": "Pa", "material": ""}
+ORIGIN = (5.0e5, 2.0e5, 1.0e3)
 
 
 def n_points(i, n):
@@ -46,7 +47,7 @@ def new_writer(path, **options):
         provenance={"scene": "made up", "seed": 1},
         terrain=terrain,
         obstacles={"wall": terrain},
-        origin=(5.0e5, 2.0e5, 1.0e3),
+        origin=ORIGIN,
         dimension=3,
         units=UNITS,
         durable=False,

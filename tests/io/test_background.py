@@ -11,7 +11,7 @@ import pytest
 import snowmpm
 from snowmpm.io import Background, RunWriter
 from snowmpm.io.background import ROOM
-from snowmpm.recorder import Recorder
+from snowmpm.running.recorder import Recorder
 from snowmpm.scenes import load_scene
 
 FRAMES = 8

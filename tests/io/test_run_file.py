@@ -5,7 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
-from run_states import UNITS, assert_whole, loads, n_points, new_writer, pose, state, write_frame
+from run_states import ORIGIN, UNITS, assert_whole, loads, n_points, new_writer, pose, state, write_frame
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter, layout
@@ -80,7 +80,7 @@ def test_obstacles_come_back_with_their_loads_and_where_they_were(tmp_path, dime
 
 def test_a_file_of_before_there_were_obstacles_has_none(run_path):
     with h5py.File(run_path / "run.vtkhdf", "r+") as h5:
-        del h5["obstacles"]
+        del h5["obstacles"], h5["surroundings"]
     assert Run(run_path).obstacles == {}
     with RunWriter.reopen(run_path, until=0.2, durable=False) as writer:
         writer.frame(0.3, *state(3, N))
@@ -121,7 +121,7 @@ def test_vtk_reads_every_step(run_path):
         assert reader.GetTimeValue() == i * 0.1
         assert output.GetNumberOfVerts() == len(points)
         assert np.array_equal(vtk_to_numpy(output.GetVerts().GetConnectivityArray()), np.arange(len(points)))
-        assert np.array_equal(vtk_to_numpy(output.GetPoints().GetData()), points)
+        assert np.array_equal(vtk_to_numpy(output.GetPoints().GetData()), points + np.array(ORIGIN))
         for name, values in fields.items():
             assert np.array_equal(vtk_to_numpy(output.GetPointData().GetArray(name)), values), name
 

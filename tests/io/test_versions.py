@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError
-from snowmpm.io import Run, layout
+from snowmpm.io import Run, RunWriter, layout
 
 FROZEN = sorted(Path(__file__).parent.glob("run_version_*.vtkhdf"))
 """Three frames of five particles in each version, as the program of its time wrote them."""
@@ -36,6 +36,23 @@ def test_a_frozen_file_is_read(path):
     wall = run.obstacles["wall"]
     assert wall.time.tolist() == [0.1, 0.2] and wall.translation[2].tolist() == [0.2, 0.0, 0.0]
     assert run.maps["peak_depth"].values.tolist() == [[0.0, 1.0], [2.0, 3.0]]
+
+
+@pytest.mark.parametrize("path", FROZEN, ids=lambda path: path.stem)
+def test_a_frozen_file_is_continued_as_it_is(path, tmp_path):
+    """Frames that are added lie where those before lie, in the form of the file's own version."""
+    path = Path(shutil.copy(path, tmp_path / "run.vtkhdf"))
+    points = np.arange(15.0, dtype=np.float32).reshape(5, 3) + np.float32(3)
+    fields = {"velocity": 2 * points, "material": np.arange(5, dtype=np.int32) % 2}
+    with h5py.File(path) as h5:
+        before = h5["VTKHDF/Points"][:5]
+    with RunWriter.reopen(path, until=0.1, durable=False) as writer:
+        writer.frame(0.3, points, fields)
+    run = Run(path)
+    assert run.times.tolist() == [0.0, 0.1, 0.3] and np.array_equal(run.frame(2).points, points)
+    with h5py.File(path) as h5:
+        added, start = h5["VTKHDF/Points"], int(h5["VTKHDF/Steps/PointOffsets"][2])
+        assert added.dtype == before.dtype and np.array_equal(added[start : start + 5], before + 3)
 
 
 @pytest.mark.parametrize("attribute, value, message", [
@@ -72,12 +89,18 @@ def enormous(h5, folder):
     h5["history"].create_dataset("stolen", (1 << 45,), "f8", chunks=(1 << 16,), compression="gzip")
 
 
+def enormous_by_two_names(h5, folder):
+    """One of which is read by frames."""
+    enormous(h5, folder)
+    h5["surroundings/terrain/stolen"] = h5["history/stolen"]
+
+
 def enormous_frames(h5, folder):
     h5["VTKHDF/Points"].resize(1 << 40, axis=0)
     h5["VTKHDF/NumberOfPoints"][-1] = 1 << 40
 
 
-@pytest.mark.parametrize("trick", [linked, soft, external, virtual, enormous, enormous_frames])
+@pytest.mark.parametrize("trick", [linked, soft, external, virtual, enormous, enormous_by_two_names, enormous_frames])
 def test_a_file_that_reaches_beyond_itself_is_refused(tmp_path, trick):
     """Other files through links and external storage, and the memory through empty tables of any size."""
     path = Path(shutil.copy(FROZEN[-1], tmp_path / "run.vtkhdf"))
@@ -86,5 +109,5 @@ def test_a_file_that_reaches_beyond_itself_is_refused(tmp_path, trick):
         other["secret"] = np.arange(4, dtype=np.uint8)
     with h5py.File(path, "r+") as h5:
         trick(h5, tmp_path)
-    with pytest.raises(InputError, match=r"elsewhere|another file|needs about"):
+    with pytest.raises(InputError, match=r"elsewhere|another file|of memory|where the file has none|does not fit"):
         Run(path).frame(2)

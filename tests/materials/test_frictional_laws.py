@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from frictional_laws import COUNT, LAWS, random_steps, stress_of
 from parameter_sets import random_rotations
+from round_off import representable
 
 from snowmpm.materials import StressUpdate, pack, unpack
 from snowmpm.materials.symmetric import invariants
@@ -26,8 +27,13 @@ def test_admissible_and_finite(name, size, dimension, precision):
     law, result = steps.law, steps.result
     for array in (result.h, result.stress, result.state, result.dissipation):
         assert np.isfinite(array).all()
-    assert result.iterations.min() >= 0 and result.iterations.max() <= 25
-    assert (result.iterations > 0).mean() > 0.02
+    # Left out are only steps to a strain that float32 cannot represent; they leave everything as it was
+    f = np.tile(np.eye(3), (COUNT, 1, 1))
+    f[:, :dimension, :dimension] += steps.A
+    made = result.iterations >= 0
+    assert made[representable(f, np.eye(3) + steps.h, precision, dimension)].all() and made.mean() > 0.6
+    np.testing.assert_array_equal(unpack(result.h[~made].astype(float)), steps.h[~made])
+    assert result.iterations.max() <= 25 and (result.iterations > 0).mean() > 0.02
     assert result.dissipation.min() >= 0.0
     stress = steps.stress()
     scale = np.abs(stress).max(axis=(1, 2)) + 1e3

@@ -5,7 +5,7 @@ import pytest
 
 from snowmpm.materials import CohesiveCamClay, Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
 SNOW = CohesiveCamClay(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2, cohesion=0.3,

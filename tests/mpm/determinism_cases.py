@@ -11,10 +11,10 @@ import sys
 
 import numpy as np
 
-from snowmpm import parallel, runtime
+from snowmpm.compiler import parallel, runtime
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Uniform
 from snowmpm.solids.primitives import BOX

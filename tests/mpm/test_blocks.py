@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from snowmpm import parallel, runtime
-from snowmpm.blocks import EDGE, LEAD, BlockMap, coordinates_of, keys_of
-from snowmpm.stencil import STENCILS
+from snowmpm.compiler import parallel, runtime
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, coordinates_of, keys_of
 
 from .conftest import SNOW
 

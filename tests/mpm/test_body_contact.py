@@ -5,7 +5,7 @@ import pytest
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from tests.mpm.conftest import lattice
 
 DX = 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 
 from .conftest import SNOW
 

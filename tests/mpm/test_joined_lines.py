@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snowmpm.blocks import EDGE
-from snowmpm.mpm.lines import REACH
+from snowmpm.mpm.contact.lines import REACH
+from snowmpm.particles.blocks import EDGE
 from snowmpm.study.problems.schemes import APIC
 from snowmpm.study.problems.self_weight_column import SNOW, column
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
 from tests.mpm.conftest import lattice
 

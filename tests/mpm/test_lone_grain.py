@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import ModifiedCamClay
-from snowmpm.response import LARGEST_RATIO
-from snowmpm.timestep import DEFORMATION_LIMIT, FREE_LIMIT
+from snowmpm.particles.response import LARGEST_RATIO
+from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT
 
 SNOW = ModifiedCamClay(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2, hardening=1.0, p0=0.0)
 

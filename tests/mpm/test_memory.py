@@ -6,7 +6,7 @@ import pytest
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
 from tests.mpm.conftest import SNOW, lattice
 
@@ -45,10 +45,11 @@ def test_grid_memory_follows_the_snow():
 
 def test_more_particles_than_indices_are_refused(make_solver, monkeypatch):
     """Taichi would read and write other particles' numbers without a word."""
-    monkeypatch.setattr("snowmpm.particles.LARGEST_INDEX", 24 * 255)  # 24 numbers each in 2-D, the spare table included
+    # 24 numbers each in 2-D, the spare table included
+    monkeypatch.setattr("snowmpm.particles.store.LARGEST_INDEX", 24 * 255)
     with pytest.raises(InputError, match=r"256 particles: at most 255 .* 32-bit"):
         make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))
-    monkeypatch.setattr("snowmpm.particles.LARGEST_INDEX", 24 * 256)
+    monkeypatch.setattr("snowmpm.particles.store.LARGEST_INDEX", 24 * 256)
     make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))
 
 

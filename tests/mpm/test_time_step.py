@@ -7,8 +7,8 @@ from snowmpm import Simulation
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.materials import Elastic
 from snowmpm.scenes.schema import Scene
+from snowmpm.stepping.time_step import CRITICAL, USUAL_CFL, USUAL_SHARE, critical_cfl, grain_stiffness, usual_cfl
 from snowmpm.study.atlas.stirring import DX, blows_up, lone_grain, spread, stirred
-from snowmpm.timestep import CRITICAL, USUAL_CFL, USUAL_SHARE, critical_cfl, grain_stiffness, usual_cfl
 
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
 NEARLY_LIQUID = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.45)

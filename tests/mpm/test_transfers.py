@@ -5,19 +5,19 @@ import itertools
 import numpy as np
 import pytest
 
-from snowmpm import parallel, runtime
-from snowmpm.blocks import EDGE
+from snowmpm.compiler import parallel, runtime
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.particles import Layout, ParticleStore
-from snowmpm.population import Population
-from snowmpm.stencil import STENCILS
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.population import Population
+from snowmpm.particles.store import Layout, ParticleStore
+from snowmpm.schemes import TRANSFERS
 
 from .conftest import ICE, SNOW, lattice
 
 DX = 0.1
 SECOND_MOMENT = {"quadratic": 0.25, "cubic": 1.0 / 3.0}  # in cells^2, by integrating the B-splines
-TRANSFERS = ("pic", "apic", "flip", "aflip")
 # All of them in plane strain; in 3-D, whose kernels take longer to compile, each basis, gradient and transfer once.
 PLANE = [(2, *case) for case in itertools.product(STENCILS, ("affine", "shape"), TRANSFERS)]
 SPACE = [(3, "quadratic", "affine", "apic"), (3, "cubic", "affine", "flip"), (3, "quadratic", "shape", "aflip"),
@@ -159,7 +159,7 @@ def test_stencils_at_the_limit_of_drift_stay_in_their_tile(dim, kernel, atomic):
             np.testing.assert_allclose(nodes[..., 3].sum(axis=1), solver.particles.masses(), rtol=1e-13)
             centre = np.einsum("bn,bna->ba", nodes[..., 3], node_places(solver)) / solver.particles.masses()[:, None]
             np.testing.assert_allclose(centre, solver.particles.positions(), rtol=0, atol=1e-13)
-            solver.update_grid(1e-6)
+            solver.update_grid(1e-6, 1e-6)
             solver.grid_to_particles(1e-6)
     np.testing.assert_array_equal(solver.particles.column("position"), corners)  # at rest
     assert solver.particles.drift == pytest.approx(limit, abs=1e-12)

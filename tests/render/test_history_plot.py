@@ -40,7 +40,7 @@ def write(path, dimension=2, obstacles=True, counts=True, frames=None):
                                  "work": np.zeros(50)}}
             steps["advective" if t > 1.0 else "elastic"] += 99 * (i > 0)
             steps["output"] += i > 0
-            row = {"front": 3.0 * t, "runout": 4.0 * t, "max_speed": 5.0 * np.exp(-t), "dt": 1e-3,
+            row = {"front": 3.0 * t, "front_distance": 4.0 * t, "max_speed": 5.0 * np.exp(-t), "dt": 1e-3,
                    "kinetic_energy": 1e5 * np.exp(-2 * t), "elastic_energy": 1e3 * t, "potential_energy": -5e4 * t,
                    "plastic_work": 6e4 * t, "contact_work": 3e4 * t, "energy_remainder": 1e2 * t,
                    "steps": float(sum(steps.values()))}
@@ -70,10 +70,11 @@ def test_every_quantity_is_in_its_panel(tmp_path):
     run = write(tmp_path)
     figure = history_figure(run)
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
-        "front", "largest speed", "energy", "time step and what limits it",
+        "front", "speed of the fastest particle", "energy", "time step and what limits it",
         "pressure: force over the front of the obstacle", "force on wall",
         "moment on wall, about its centre of rotation"]
-    assert np.array_equal(lines(panel(figure, "front"))["run-out"], run.history["runout"])
+    assert np.array_equal(lines(panel(figure, "front"))["from the top of what moved"],
+                          run.history["front_distance"])
     energies = lines(panel(figure, "energy"))
     assert panel(figure, "energy").get_ylabel() == "[kJ/m]"
     assert energies["potential, lost"] == pytest.approx(50.0 * TIMES)

@@ -45,7 +45,9 @@ def checked(path):
     for tag, attributes in tags.found:
         for name, value in attributes.items():
             assert not name.startswith("on"), (tag, name)
-            if name in ("src", "href", "data", "poster"):
+            if name == "href" and value.startswith("#"):
+                assert any(there.get("id") == value[1:] for _, there in tags.found), value  # a place of the page
+            elif name in ("src", "href", "data", "poster"):
                 assert value.startswith("data:"), (tag, value[:60])
     assert "http-equiv" in text and "default-src 'none'" in text
     assert not re.search(r"(https?:)?//[a-z0-9.-]+\\.[a-z]{2,}", re.sub(r"base64,[^\"]*", "", text), re.IGNORECASE)
@@ -167,7 +169,7 @@ def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
     sound = {"mass": 100.0, "removed_mass": 0.0, "momentum_residual": 1e-7, "unconverged": 0, "plastic_work": 50.0,
              "contact_work": 40.0, "kinetic_energy": 10.0, "energy_remainder": 1.0, "occupied_cells": 1000,
              "emptied_cells": 2}
-    cases = {None: "", "removed_mass": "10.00% of the mass", "momentum_residual": "momentum", "unconverged": "3 stress",
+    cases = {None: "", "removed_mass": "10 % of the mass", "momentum_residual": "momentum", "unconverged": "3 stress",
              "energy_remainder": "20.0% of the energy", "emptied_cells": "5.0% of the cells"}
     bad = {"removed_mass": 10.0, "momentum_residual": 0.1, "unconverged": 3, "energy_remainder": 20.0,
            "emptied_cells": 50}
@@ -180,6 +182,17 @@ def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
             writer.close(complete=True)
         found = list(remarks(Run(tmp_path / str(k))))
         assert len(found) == (1 if name else 0) and words in "".join(found)
+
+
+def test_what_a_saw_or_a_removal_took_is_not_missing(tmp_path):
+    """Only what has left the domain is: 1 of the 11 kg that are gone."""
+    with RunWriter(tmp_path, provenance={}) as writer:
+        for time, lost, taken in ((0.0, 0.0, 0.0), (1.0, 11.0, 10.0)):
+            writer.history(time, {"mass": 100.0 - lost, "removed_mass": lost, "taken_mass": taken}, {})
+        writer.frame(0.0, np.zeros((1, 3)), {})
+        writer.close(complete=True)
+    (told,) = remarks(Run(tmp_path))
+    assert told.startswith("1 % of the mass left the model")
 
 
 def test_a_run_at_rest_is_nothing_to_warn_of(tmp_path):
@@ -197,4 +210,4 @@ def test_other_endings_are_refused(tmp_path):
     slab_3d(tmp_path, particles=500, frames=2)
     for draw in (render_page, render_report):
         with pytest.raises(InputError, match=r"must end in \.html"):
-            draw(tmp_path, tmp_path / "page.pdf")
+            draw(tmp_path, tmp_path / "page.doc")

@@ -26,7 +26,7 @@ def called(*arguments):
     message = io.StringIO()
     with contextlib.redirect_stderr(message), contextlib.redirect_stdout(io.StringIO()):
         try:
-            app(["run", str(SCENE), "--backend", "cpu", "--threads", "1", *arguments])
+            app(["run", str(SCENE), "--backend", "cpu", "--threads", "1", "--accept-cost", *arguments])
         except SystemExit as end:
             return end.code or 0, message.getvalue()
     return 0, message.getvalue()

@@ -17,11 +17,10 @@ import sys
 import numpy as np
 import taichi  # noqa: F401
 
-import snowmpm.build
 import snowmpm.cli.app
-import snowmpm.loop
-from snowmpm import checkpoint
-from snowmpm.io import archive, journal, transaction
+import snowmpm.running.loop
+import snowmpm.setup.build
+from snowmpm.io import archive, checkpoint, journal, transaction
 
 
 def die():

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import snowmpm
-from snowmpm import checkpoint, loop
+from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive
+from snowmpm.running import loop
+from tests.usual_signals import usual_signals
 
 
 def run_with_signal(scene, folder, number, time, resume=False):
@@ -16,7 +18,7 @@ def run_with_signal(scene, folder, number, time, resume=False):
         if report.time >= time:
             signal.raise_signal(number)
 
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, usual_signals():
         patch.setattr(loop, "PROGRESS_INTERVAL", 0.0)
         snowmpm.run(scene, folder, progress, resume=resume)
 

@@ -8,8 +8,8 @@ import pytest
 from same_runs import assert_same_runs, copy, run_with_signal
 
 import snowmpm
-from snowmpm import checkpoint
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.mpm.solver import MpmSolver
 

@@ -125,7 +125,8 @@ def test_killed_and_resumed(nursery, uninterrupted, tmp_path, method, resumes):
             options = ["--resume"] if begun else []
         assert_same_runs(folder, here)
         assert finished_frames(here, whole) == len(whole)
-        assert {path.name for path in here.iterdir()} == {"checkpoint.npz", "run.vtkhdf", "scene.toml", "summary.json"}
+        assert {path.name for path in here.iterdir()} == {
+            "checkpoint.npz", "run.vtkhdf", "paraview.vtkhdf", "scene.toml", "summary.json"}
         runs += 1
     print(f"{method}: {died.total()} kills, {resumed} resumed, {runs} runs that came to their end, all bitwise equal;"
           f" killed: {dict(died)}")

@@ -8,11 +8,12 @@ import pytest
 from same_runs import assert_same, assert_same_runs, copy, particles, run_with_signal
 
 import snowmpm
-from snowmpm import checkpoint
-from snowmpm.checkpoint import Checkpoints
-from snowmpm.interruption import Interruption
+from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
+from snowmpm.io.checkpoint import Checkpoints
+from snowmpm.running.interruption import Interruption
 from snowmpm.scenes import load_scene
+from tests.usual_signals import usual_signals
 
 
 def test_the_scene_does_what_the_test_is_about(whole):
@@ -129,7 +130,7 @@ def test_peak_maps_go_on(tmp_path):
 
 def test_second_signal_gets_through():
     before = signal.getsignal(signal.SIGTERM)
-    with Interruption() as interruption:
+    with usual_signals(), Interruption() as interruption:
         signal.raise_signal(signal.SIGTERM)
         assert interruption.asked
         with pytest.raises(KeyboardInterrupt):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from snowmpm.checkpoint import differences
+from snowmpm.io.checkpoint import differences
 from snowmpm.scenes import load_scene
 
 

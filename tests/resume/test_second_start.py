@@ -30,14 +30,14 @@ def test_two_at_once(scene, whole, tmp_path, how):
 
 def test_two_that_start_at_once(scene, tmp_path, monkeypatch):
     """Neither folder nor run was there when the second one looked; the first has meanwhile begun, or even ended."""
-    folder, build = tmp_path / "run", snowmpm.loop.Simulation
+    folder, build = tmp_path / "run", snowmpm.running.loop.Simulation
     going = FolderLock(folder)
 
     def late(*arguments, **options):
         going.make()
         return build(*arguments, **options)
 
-    monkeypatch.setattr(snowmpm.loop, "Simulation", late)
+    monkeypatch.setattr(snowmpm.running.loop, "Simulation", late)
     with pytest.raises(InputError, match="another program is running there"):
         snowmpm.run(scene, folder)
     assert not any(folder.iterdir())

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from snowmpm.io.saw_words import outcome
 from snowmpm.saw_test.result import crack_speed, result_of
 
 D, SAW = 0.5, 2.0
@@ -72,3 +73,11 @@ def test_crack_that_speeds_up():
     x, speed = crack_speed(values["x"], values["arrival"], 0.2)
     far = x > 1.5
     np.testing.assert_allclose(speed[far], np.sqrt(2.0 * a * (x[far] - 0.3)), rtol=0.01)
+
+
+def test_a_column_that_broke_before_it_was_cut_has_no_critical_length():
+    values = record(runaway)
+    assert found({**values, "broken_at_rest": np.zeros(len(values["x"]))})["critical_length"] is not None
+    result = found({**values, "broken_at_rest": np.ones(len(values["x"]))})
+    assert result["critical_length"] is None and result["crack_speed"] is None and result["broken_at_rest"] == 1.0
+    assert "had broken over 100% of the column" in outcome(result, values)

@@ -92,6 +92,37 @@ def test_many_faults_make_two_lines(scene_file):
     assert text.endswith("(and 2 more)")
 
 
+WIND = {"kind": "acceleration", "value": ["1 - vx", 0.0]}
+
+
+@pytest.mark.parametrize(("changes", "expected"), [
+    ({"forces": [{**WIND, "value": ["q*t", 0.0]}]}, 'forces.0.value.0 = "q*t": q: a formula knows x, z, vx, vz, t, pi'),
+    ({"forces": [{**WIND, "value": ["sine(t)", 0.0]}]}, "did you mean sin?"),
+    ({"forces": [{**WIND, "value": ["y", 0.0]}]}, "y: a formula knows x, z"),
+    ({"forces": [{**WIND, "value": ["x.real", 0.0]}]}, 'forces.0.value.0 = "x.real": a formula is made of numbers'),
+    ({"forces": [{**WIND, "value": [1.0]}]}, "forces.0.value"),
+    ({"forces": [{**WIND, "value": [1.0, 2.0, 3.0]}]}, "must have 2 entries, one an axis"),
+    ({"forces": [{"kind": "acceleration"}]}, "needs value or file, and not both"),
+    ({"forces": [{"kind": "pressure", "value": "x +"}]}, 'must be a formula such as "2.0*sin(3.0*t)"'),
+    ({"forces": [{"kind": "pressure", "value": 1.0, "acts_on": "surfaces"}]}, "did you mean surface?"),
+    ({"forces": [{"kind": "wind"}]}, 'forces.0.kind = "wind": must be one of "acceleration", "pressure"'),
+    ({"forces": [{**WIND, "body": "slap"}]}, 'forces.0.body = "slap": must be one of the bodies'),
+    ({"forces": [{**WIND, "start": 2.0, "stop": 1.0}]}, "forces.0.stop = 1.0: must be after start = 2"),
+    ({"forces": [{**WIND, "file": "absent.csv"}]}, "forces.0"),
+    ({"gravity": {"ramp": -1.0}}, "gravity.ramp = -1.0: must be > 0"),
+    ({"gravity": {"rampe": 1.0}}, "gravity.rampe = 1.0: unknown key; did you mean ramp?"),
+    ({"gravity": {"value": 9.81}}, "needs one of ramp, times and file"),
+    ({"gravity": {"times": [0.0, 1.0], "values": [1.0, [1.0, 2.0, 3.0]]}}, "gravity.values.1"),
+    ({"damping": {"coefficient": 0.0}}, "damping.coefficient = 0.0: must be > 0"),
+    ({"damping": {}}, "damping.coefficient is missing: [1/s]"),
+    ({"initial": {"from": 3}}, "initial.from = 3: must be text"),
+    ({"initial": {"fron": "runs/a"}}, "unknown key; did you mean from?"),
+])
+def test_forces_gravity_and_damping(scene_file, changes, expected):
+    text = message(scene_file, changes)
+    assert expected in text and text.startswith(f"{scene_file}: "), text
+
+
 def test_long_values_are_cut(scene_file):
     assert len(message(scene_file, {"solver.dx": "x" * 10_000}).removeprefix(str(scene_file))) < 120
 
@@ -104,6 +135,8 @@ KEYS = [
     *("bodies.0.shape.top", "bodies.0.shape.region", "bodies.0.shape.region.x", "bodies.0.shape.region.file"),
     *("obstacles.0.motion", "obstacles.0.shape.kind", "events", "events.0.kind", "events.0.path", "initial.stress"),
     *("obstacles.0.motion.angular_velocity", "obstacles.0.motion.centre", "obstacles.0.motion.file"),
+    *("gravity.value", "gravity.ramp", "gravity.times", "forces", "forces.0", "forces.0.kind", "forces.0.value.0"),
+    *("forces.0.value", "forces.0.within", "forces.0.region", "damping", "damping.coefficient", "initial.from"),
     *("new", "solver.new", "bodies.0.shape.new", "materials.slab.new"),
 ]
 WORDS = st.sampled_from(["mesh", "polygon", "file", "layer", "plane", "dem", "load", "elastic", "kind", "<number>", ""])

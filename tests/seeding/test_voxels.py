@@ -1,5 +1,9 @@
 """Bodies from voxel images: what is filled, from every format; and the made-up microstructure."""
 
+import io
+import struct
+import time
+import zipfile
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,9 +12,10 @@ from PIL import Image
 from scipy import ndimage
 
 from snowmpm.errors import InputError
-from snowmpm.random_microstructure import main, random_microstructure
+from snowmpm.reading import budget as read_budget
 from snowmpm.scenes import Scene
 from snowmpm.seeding import seed_body
+from snowmpm.setup.random_microstructure import main, random_microstructure
 
 SIDE = 0.5  # m, of a voxel
 
@@ -82,6 +87,105 @@ def test_what_is_wrong_is_named(tmp_path):
                         (lambda: seeds(text, 2), "must end in"), (lambda: seeds(broken, 2), "cannot be read")):
         with pytest.raises(InputError, match=words):
             call()
+
+
+def tiff(width, height, pages=1, circle=False):
+    """Bytes of a TIFF that promises pages of bytes and holds none."""
+    out = bytearray(b"II*\0" + struct.pack("<I", 8))
+    for page in range(pages):
+        entries = [(256, 4, width), (257, 4, height), (258, 3, 8), (259, 3, 1), (262, 3, 1), (273, 4, 8), (277, 3, 1),
+                   (278, 4, height), (279, 4, 8)]
+        after = len(out) + 2 + 12 * len(entries) + 4
+        out += struct.pack("<H", len(entries)) + b"".join(struct.pack("<HHII", t, k, 1, v) for t, k, v in entries)
+        out += struct.pack("<I", after if page < pages - 1 else 8 if circle else 0)
+    return bytes(out)
+
+
+def npy(shape, content=b"x" * 100, descr="|u1"):
+    """Bytes of an array of NumPy's that promises a shape."""
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(file, {"descr": descr, "fortran_order": False, "shape": shape})
+    return file.getvalue() + content
+
+
+def npz(size):
+    """Bytes of an archive whose first array unpacks to `size` bytes of nothing."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("a.npy", "w") as member:
+        member.write(npy((size,), b""))
+        for _ in range(size // 2**20):
+            member.write(bytes(2**20))
+    return file.getvalue()
+
+
+def png():
+    file = io.BytesIO()
+    Image.new("L", (4, 4)).save(file, "PNG")
+    return file.getvalue()
+
+
+HOSTILE = {
+    "wide.tif": (lambda: tiff(100_000, 100_000), "cannot be read|of memory"),
+    "short.tif": (lambda: tiff(5000, 5000), "cannot be read"),
+    "pages.tif": (lambda: tiff(9000, 9000, 50), "cannot be read|of memory"),
+    "many.tif": (lambda: tiff(2, 2, 5100), "more than 5000 pages"),
+    "png.tif": (png, "cannot be read"),
+    "vrt.tif": (lambda: b"<VRTDataset rasterXSize='4' rasterYSize='4'></VRTDataset>", "cannot be read"),
+    "eps.tif": (lambda: b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", "cannot be read"),
+    "long.npy": (lambda: npy((10**6, 10**6)), "is too short for the 1000000 x 1000000 uint8 values"),
+    "long.npz": (lambda: None, "is too short"),
+    "negative.npy": (lambda: npy((3, 3)).replace(b"(3, 3)", b"(3,-3)"), "."),
+    "objects.npy": (lambda: npy((1, 1), descr="|O"), "objects"),
+    "complex.npy": (lambda: npy((2, 2), bytes(64), "<c16"), "must hold numbers"),
+    "text.npy": (lambda: npy((2, 2), bytes(64), "<U4"), "must hold numbers"),
+    "bomb.npz": (lambda: npz(2**28), "of memory, and 0.5 GiB are allowed"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_images_are_refused(name, tmp_path, monkeypatch):
+    monkeypatch.setenv(read_budget.VARIABLE, "0.5")
+    make, words = HOSTILE[name]
+    path = tmp_path / name
+    if name == "long.npz":
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("a.npy", npy((100_000, 100_000)))
+    else:
+        path.write_bytes(make())
+    start = time.process_time()
+    with pytest.raises(InputError, match=words) as refused:
+        seeds(path, 3 if name in ("pages.tif", "many.tif") else 2)
+    assert name in str(refused.value) and time.process_time() - start < 30.0
+
+
+def test_pages_in_a_circle_end(tmp_path):
+    path = tmp_path / "circle.tif"
+    path.write_bytes(tiff(2, 2, 3, circle=True))
+    assert len(seeds(path, 3, phase=9).volumes) == 24  # one voxel of it on each of three pages, eight particles each
+
+
+def test_pages_of_one_image_add_up(tmp_path, monkeypatch):
+    monkeypatch.setenv(read_budget.VARIABLE, "0.001")
+    pages = [Image.new("L", (200, 200)) for _ in range(20)]
+    pages[0].save(tmp_path / "sample.tif", save_all=True, append_images=pages[1:])
+    with pytest.raises(InputError, match="200 x 200 pixels on 9 pages need"):
+        seeds(tmp_path / "sample.tif", 3, phase=0)
+
+
+def test_pages_of_two_sizes_are_refused(tmp_path):
+    Image.new("L", (4, 4)).save(tmp_path / "a.tif", save_all=True, append_images=[Image.new("L", (4, 5))])
+    with pytest.raises(InputError, match="page 2 is 4 x 5 pixels, and the first 4 x 4"):
+        seeds(tmp_path / "a.tif", 3)
+
+
+def test_a_raw_image_of_terabytes_is_not_read(tmp_path):
+    path = tmp_path / "sample.raw"
+    with open(path, "wb") as file:
+        file.truncate(10**12)
+    with pytest.raises(InputError, match="of memory, and"):
+        seeds(path, 2, counts=(10**6, 10**6))
+    with pytest.raises(InputError, match="makes 100 voxels, and the file holds 1000000000000"):
+        seeds(path, 2, counts=(10, 10))
 
 
 def test_a_scene_takes_a_voxel_body():

@@ -7,7 +7,7 @@ import pytest
 import taichi as ti
 import trimesh
 
-from snowmpm import runtime
+from snowmpm.compiler import runtime
 from snowmpm.errors import InputError
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape, samples
 from snowmpm.solids.motion import Uniform

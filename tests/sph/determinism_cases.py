@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from snowmpm import parallel, runtime
+from snowmpm.compiler import parallel, runtime
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Uniform

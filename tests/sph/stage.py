@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 from snowmpm.study.problems.particle_states import ParticleStates

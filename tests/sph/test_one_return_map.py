@@ -10,7 +10,7 @@ import pytest
 
 from snowmpm.materials import CohesiveCamClay, DruckerPrager, Hypoplastic, MaterialPoint
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from tests.sph.stage import lattice, solver_of
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from snowmpm.frame import Frame
 from snowmpm.materials import DruckerPrager, Elastic
+from snowmpm.particles.coordinates import Frame
 from snowmpm.sph.boundary import Boundary
 from snowmpm.study.problems.rigid_walls import Plane, block
 from tests.sph.stage import jittered, lattice, solver_of

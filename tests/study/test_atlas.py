@@ -2,9 +2,10 @@
 
 import pytest
 
-from snowmpm.borders import SHIPPED, read
+from snowmpm.measured.borders import SHIPPED, read
+from snowmpm.schemes import TRANSFERS
+from snowmpm.stepping.time_step import CRITICAL
 from snowmpm.study.atlas.catalogue import ENTRIES
-from snowmpm.timestep import CRITICAL
 
 BORDERS = read(SHIPPED)
 SLOW = {"shallow_flow", "stacked_bodies", "unstable_friction"}
@@ -37,9 +38,9 @@ def test_there_are_entries_enough_and_each_is_measured():
 
 @pytest.mark.parametrize("scheme", CRITICAL, ids="-".join)
 def test_the_limit_of_the_time_step_is_the_measured_one(scheme):
-    for transfer in ("apic", "pic", "flip", "aflip"):
-        measured = BORDERS["long_step_lone_grain", " ".join((*scheme, transfer))].value
-        assert measured == pytest.approx(CRITICAL[scheme][transfer in ("pic", "flip")], rel=0.03)
+    for name, transfer in TRANSFERS.items():
+        measured = BORDERS["long_step_lone_grain", " ".join((*scheme, name))].value
+        assert measured == pytest.approx(CRITICAL[scheme].of(transfer), rel=0.03)
 
 
 @pytest.mark.parametrize("entry", every())

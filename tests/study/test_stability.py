@@ -2,8 +2,8 @@
 
 import pytest
 
-from snowmpm import borders
 from snowmpm.errors import InputError
+from snowmpm.measured import borders
 from snowmpm.study import open_study
 from snowmpm.study.atlas.catalogue import ENTRIES
 from snowmpm.study.atlas.entry import WORST, Entry

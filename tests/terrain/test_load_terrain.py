@@ -1,9 +1,11 @@
 """Terrain tables to surfaces: plane, profile, mesh, raster; and what is refused."""
 
 import sys
+import warnings
 from types import SimpleNamespace as Spec
 
 import numpy as np
+import pyproj
 import pytest
 import trimesh
 
@@ -263,3 +265,47 @@ def test_dimension_must_fit_the_scene(tmp_path):
         load_terrain(Spec(kind="profile", points=[[0, 1], [2, 0]]), dimension=3)
     with pytest.raises(InputError, match="must have 2 numbers"):
         load_terrain(Spec(kind="plane", point=(0, 0, 0)), dimension=2, extent=([0, 0], [1, 1]))
+
+
+@pytest.mark.parametrize(("suffix", "remark", "metre"), [
+    ("stl", "COLOR=abcd UNITS=mm ", 0.001), ("stl", "made by x, UNITS= inch", 0.0254), ("stl", "made by a unit", 1.0),
+    ("obj", "# File units = feet", 0.3048), ("obj", "# units: meters", 1.0), ("obj", "# 3 units in all", 1.0),
+    ("obj", "# Units: US survey feet", 1200 / 3937), ("obj", "# all units are in centimetres", 0.01),
+    ("obj", "# the units in the east are new", 1.0), ("obj", "# the unit in question", 1.0),
+    ("ply", "comment unit = mm", 0.001), ("ply", "comment unit: m", 1.0)])
+def test_a_mesh_that_names_its_unit_is_converted(tmp_path, suffix, remark, metre):
+    vertices = np.array([[0, 0, 0], [4, 0, 1], [4, 4, 2], [0, 4, 1]], float)
+    path = tmp_path / f"slope.{suffix}"
+    trimesh.Trimesh(vertices, [[0, 2, 1], [0, 2, 3]], process=False).export(path)
+    data = path.read_bytes()
+    if suffix == "stl":
+        data = remark.encode().ljust(80) + data[80:]
+    elif suffix == "obj":
+        data = remark.encode() + b"\n" + data
+    else:
+        data = data.replace(b"element vertex", remark.encode() + b"\nelement vertex", 1)
+    path.write_bytes(data)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        surface = load(tmp_path, kind="mesh", file=path.name)
+    np.testing.assert_allclose(surface.upper, np.array([4.0, 4.0, 2.0]) * metre, rtol=1e-6)
+    assert any("converted to metres" in str(one.message) for one in told) == (metre != 1.0)
+
+
+def test_a_mesh_in_a_unit_that_is_no_length_is_refused(tmp_path):
+    (tmp_path / "tri.obj").write_text("# units: parsec\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(InputError, match="'parsec': must be a length"):
+        load(tmp_path, kind="mesh", file="tri.obj")
+
+
+@pytest.mark.parametrize(("epsg", "message"), [(4326, "degrees"), (2927, "US survey foot: must be in metres"),
+                                               (32632, None)])
+def test_a_mesh_with_a_projection_beside_it(tmp_path, epsg, message):
+    x, y = (400_000.0, 250_000.0) if epsg == 2927 else (660_000.0, 5_217_000.0)
+    (tmp_path / "tri.obj").write_text(f"v {x} {y} 0\nv {x + 9} {y} 0\nv {x} {y + 9} 5\nf 1 2 3\n")
+    (tmp_path / "tri.prj").write_text(pyproj.CRS(epsg).to_wkt("WKT1_ESRI"))
+    if message:
+        with pytest.raises(InputError, match=message):
+            load(tmp_path, kind="mesh", file="tri.obj")
+    else:
+        assert load(tmp_path, kind="mesh", file="tri.obj").system.name == "WGS 84 / UTM zone 32N"

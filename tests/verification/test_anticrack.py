@@ -25,6 +25,8 @@ from tests.verification.test_elastic_saw_test import STIFFNESSES, of_weac
 
 pytestmark = pytest.mark.slow
 
+W3 = {"materials.weak_layer": (("card", "gaume_weak_layer"),)}
+"""The weak layer of the validation cases, in place of that of the library's scene; what follows changes it further."""
 W2 = {"materials.weak_layer.hardening": 1.0, "materials.weak_layer.p0": 3.0e3}
 STRONG_IN_SHEAR = {"materials.weak_layer.critical_slope": 1.8}
 """W3 bears 419 Pa in shear under the slab's weight on 35 degrees, which puts 703 Pa on it; so it bears 902 Pa."""
@@ -36,10 +38,15 @@ AS_GIVEN = {"saw_test.weak_layer": (("material", "weak_layer"), ("thickness", 0.
 AFTER = 0.03  # s after the crack has come through
 
 
+def scene_of(changes):
+    """pst_2d with the weak layer W3 and some keys changed; tuples of pairs stand for tables."""
+    tables = {key: dict(value) if isinstance(value, tuple) else value for key, value in {**W3, **changes}.items()}
+    return snowmpm.load_scene("pst_2d", tables)
+
+
 @functools.cache
 def _crack(items):
-    changes = {key: dict(value) if isinstance(value, tuple) else value for key, value in items}
-    scene = snowmpm.load_scene("pst_2d", {"initial.stress": "geostatic", **changes})
+    scene = scene_of({"initial.stress": "geostatic", **dict(items)})
     simulation, end = snowmpm.Simulation(scene), scene.end_time
     while simulation.time < end:
         simulation.step()
@@ -49,10 +56,10 @@ def _crack(items):
 
 
 def crack(changes=None, **numbers):
-    """Record, result and scene of pst_2d with some keys changed; `numbers` of its saw_test, and dx."""
+    """Record, result and scene of `scene_of` these changes; `numbers` of its saw_test, and dx."""
     dx = {"solver.dx": numbers.pop("dx")} if "dx" in numbers else {}
     own = {f"saw_test.{name}": value for name, value in numbers.items()}
-    return _crack(tuple(sorted({**(changes or {}), **own, **dx}.items())))
+    return _crack(tuple({**(changes or {}), **own, **dx}.items()))
 
 
 def brittle_length(slope_angle, energy):
@@ -64,7 +71,7 @@ def brittle_length(slope_angle, energy):
 @functools.cache
 def strong_column():
     """`theory.Slab`, law, thickness [m] and work of collapse [J/m2] of what stands on a slope."""
-    slab, law, thickness = column_of(snowmpm.load_scene("pst_2d", STRONG_IN_SHEAR))
+    slab, law, thickness = column_of(scene_of(STRONG_IN_SHEAR))
     return slab, law, thickness, theory.fracture_energy(law, thickness)
 
 
@@ -111,6 +118,21 @@ def test_crack_on_the_flat():
         assert found["collapse_height"] == pytest.approx(1.226e-3, rel=0.1)
         assert found["fracture_energy"] == pytest.approx(found["theory"]["fracture_energy"], rel=0.1)
     np.testing.assert_allclose(seen[0], seen[1], rtol=0.1)
+
+
+def test_the_library_scene_on_the_flat():
+    """pst_2d as it ships, whose weak layer stands on 45 degrees. Seen: cut 0.20 m, 42.5 m/s, 1.6 mm, 0.32 J/m2."""
+    scene = snowmpm.load_scene("pst_2d")
+    simulation, end = snowmpm.Simulation(scene), scene.end_time
+    while simulation.time < end:
+        simulation.step()
+        if simulation.crack.rows["tip"][-1] >= scene.saw_test.length - 1e-9:
+            end = min(end, simulation.time + AFTER)
+    found = simulation.crack.result()
+    assert found["runs_to_the_end"] and found["critical_length"] == pytest.approx(0.20, rel=0.1)
+    assert 36.0 < found["crack_speed"] < 49.0  # in the field: Bergfeld et al. (2022)
+    assert found["fracture_energy"] == pytest.approx(found["theory"]["fracture_energy"], rel=0.1)
+    assert found["theory"]["maxwell_load"] < 0.6 * found["theory"]["normal_stress"]
 
 
 def test_speed_reaches_a_plateau():
@@ -241,7 +263,7 @@ def test_friction_of_the_sheared_layer(changes, least, most):
     sqrt(3 (1 + 2 beta)) = 0.85: that leaves 132 of 867 Pa at most to drive a crack. With little cohesion and faster
     softening it comes down to 31 degrees.
     """
-    law = column_of(snowmpm.load_scene("pst_2d", changes))[1]
+    law = column_of(scene_of(changes))[1]
     weight = {"zz": -867.0}
     path = MaterialPoint(law).load([Leg(stress=weight), Leg(strain={"xz": 0.3}, stress=weight, steps=3000)])
     assert least < path.cauchy[-1, 0, 2] / 867.0 < most
@@ -253,7 +275,7 @@ def test_supershear_without_particles():
     slab = Elastic(3e6, 0.3, 250.0, 0.5)
 
     def cracked(changes, length, h):
-        _, law, thickness = column_of(snowmpm.load_scene("pst_2d", changes))
+        _, law, thickness = column_of(scene_of(changes))
         beam = Beam(slab, length, h)
         return saw(beam, Layer(law, thickness, len(beam.width)), 45.0, saw_speed=10.0, saw_length=1.5, end=0.45)
 

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, lattice
 
 LENGTH, DX, HIGH = 1.0, 0.01, 0.04

@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
 from snowmpm.study.problems.schemes import APIC, FLIP, lattice
 

@@ -16,8 +16,8 @@ On the grid the first touch comes early and is soft, and leaves the centres more
 import numpy as np
 import pytest
 
-from snowmpm.fields import ParticleFields
 from snowmpm.materials import Elastic
+from snowmpm.particles.fields import ParticleFields
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
 from tests.mpm.test_audit import audit_of
 from tests.verification.disc_against_wall import Disc

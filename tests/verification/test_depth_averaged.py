@@ -34,7 +34,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from snowmpm.materials import DruckerPrager
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import Plane
 from snowmpm.study.problems.schemes import APIC, Scheme, lattice

@@ -24,7 +24,7 @@ from snowmpm.study.problems.elastic_saw_test import LENGTH, WEAK_LAYER
 from snowmpm.study.problems.schemes import Scheme
 from tests.verification.slab_on_layer import Elastic, cut_slab, resting_settlement
 
-weac = pytest.importorskip("weac", reason="WEAC is in the dev extra")
+weac = pytest.importorskip("weac", reason="WEAC is in the extra peers")
 
 CUTS = (0.1, 0.3, 0.5, 1.0)  # m
 STIFFNESSES = 0.5e6 / 2.6 / 0.05, 0.5e6 / 0.91 / 0.05  # Pa/m, of WEAC: shear, G / t; normal, E / (1 - nu^2) / t

@@ -9,7 +9,7 @@ import pytest
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.schemes import AFLIP, APIC
 
 G = 9.81

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.granular_slab import (
     STEEP,
     G,

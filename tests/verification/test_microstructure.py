@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import snowmpm
-from snowmpm.compression import stages
-from snowmpm.random_microstructure import random_microstructure
 from snowmpm.render.compression_plot import curve_of
+from snowmpm.results.compression import stages
+from snowmpm.setup.random_microstructure import random_microstructure
 
 
 def test_the_sample_has_the_density_of_its_image():

@@ -10,7 +10,7 @@ import pytest
 
 from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import APIC, FLIP, lattice

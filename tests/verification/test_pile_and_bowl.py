@@ -6,7 +6,7 @@ import pytest
 
 from snowmpm.materials import DruckerPrager
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.schemes import APIC, lattice
 
 G = 9.81

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from snowmpm.mpm.lines import GAP
+from snowmpm.mpm.contact.lines import GAP
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
 from snowmpm.study.problems.schemes import APIC
 

@@ -14,7 +14,7 @@ import pytest
 from snowmpm.io import Obstacle
 from snowmpm.io.impact import frontal_area, impact
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.cards import material_card
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import APIC, lattice

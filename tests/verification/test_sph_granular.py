@@ -6,7 +6,7 @@ The slab by default, with three times the viscosity, without the damping of diso
 import numpy as np
 import pytest
 
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 from snowmpm.study.problems.granular_slab import STEEP, G, exact_acceleration, gained, granular, pressed

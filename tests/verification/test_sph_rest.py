@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from snowmpm import settling
 from snowmpm.errors import SimulationError
 from snowmpm.materials import CohesiveCamClay, Elastic, Leg, LoadingError
 from snowmpm.materials.mixed_control import MixedControl
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
+from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.numerics import Sph
-from snowmpm.simulation import Simulation
 from snowmpm.sph.solver import SphSolver
+from snowmpm.stepping import settling
 from snowmpm.study.atlas.sph_lattices import push_at_border
 from snowmpm.study.problems.particle_states import ParticleStates
 from tests.sph.stage import lattice, solver_of

@@ -19,8 +19,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snowmpm.diagnostics import occupied_and_emptied
 from snowmpm.materials import Elastic
+from snowmpm.running.audit import occupied_and_emptied
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import AFLIP, APIC, free_solver, lattice
 

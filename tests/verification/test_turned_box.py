@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BOX

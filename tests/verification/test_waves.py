@@ -13,7 +13,7 @@ import pytest
 
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, lattice
 

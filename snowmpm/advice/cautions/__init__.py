@@ -1,6 +1,15 @@
 """Corners of the atlas that a scene sits in: one rule a failure, by the borders that were measured."""
 
-from snowmpm.advice.cautions import contacts, layers, round_off, sph_sums, time_steps, transfers  # noqa: F401
+from snowmpm.advice.cautions import (  # noqa: F401
+    bending,
+    contacts,
+    layers,
+    round_off,
+    sph_sums,
+    standing,
+    time_steps,
+    transfers,
+)
 from snowmpm.advice.cautions.caution import RULES, Caution
 
 __all__ = ["Caution", "cautions"]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from snowmpm.borders import shipped
+from snowmpm.measured.borders import shipped
 
 RULES = {"mpm": [], "sph": []}
 """By method, in the order in which they are asked."""
@@ -10,7 +10,8 @@ RULES = {"mpm": [], "sph": []}
 
 @dataclass(frozen=True)
 class Caution:
-    """entry: of the atlas; key: of the scene; says: what lies beyond which border; cure: settings."""
+    """entry: of the atlas, "" where none is needed; key: of the scene; says: what lies beyond which border; cure:
+    settings."""
 
     entry: str
     key: str
@@ -18,7 +19,12 @@ class Caution:
     cure: str
 
     def __str__(self):
-        return f"{self.key}: {self.says} (atlas: {self.entry}); {self.cure}"
+        return f"{self.key}: {self.says}; {self.advice}"
+
+    @property
+    def advice(self):
+        """What cures it, and where to read on."""
+        return f"{self.cure} (atlas: {self.entry})" if self.entry else self.cure
 
 
 def rule(*methods):

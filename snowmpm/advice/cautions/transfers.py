@@ -1,14 +1,15 @@
 """Rules: what transfers and splines do to motion that they should leave alone."""
 
 from snowmpm.advice.cautions.caution import beyond, rule, worded
-from snowmpm.borders import shipped
+from snowmpm.measured.borders import shipped
+from snowmpm.schemes import TRANSFERS
 
 
 @rule("mpm")
 def null_space_noise(facts):
     """Motion that the grid does not see, which FLIP's share lets grow."""
     solver = facts.scene.solver
-    if "flip" in solver.transfer:
+    if TRANSFERS[solver.transfer].flip:
         setting = "flip cubic" if solver.transfer == "flip" and solver.kernel == "cubic" else solver.transfer
         if border := beyond("null_space_noise", setting, solver.flip_ratio):
             yield worded(border, "solver.flip_ratio", solver.flip_ratio)
@@ -29,8 +30,8 @@ def damped_waves(facts):
 def lost_spin(facts):
     """Turning that transfers without an affine part take away."""
     solver = facts.scene.solver
-    if solver.transfer in ("pic", "flip"):
-        ratio = solver.flip_ratio if solver.transfer == "flip" else 0.0
+    if not TRANSFERS[solver.transfer].affine:
+        ratio = solver.flip_ratio if TRANSFERS[solver.transfer].flip else 0.0
         if border := beyond("lost_spin", solver.transfer, ratio):
             yield worded(border, "solver.transfer", ratio, f'"{solver.transfer}" with flip_ratio')
 

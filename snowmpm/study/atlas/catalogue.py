@@ -1,6 +1,7 @@
 """All entries of the atlas, by group and by name."""
 
 from snowmpm.study.atlas import (
+    bending,
     contacts,
     granular,
     layers,
@@ -15,7 +16,7 @@ from snowmpm.study.atlas import (
 GROUPS = {
     "time steps": time_steps.ENTRIES,
     "transfers and splines": transfers.ENTRIES,
-    "large deformation": stretching.ENTRIES,
+    "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES),
     "contact": contacts.ENTRIES,
     "round-off and laws": round_off.ENTRIES,

@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BOX

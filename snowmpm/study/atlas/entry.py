@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from snowmpm.borders import Border
+from snowmpm.measured.borders import Border
 
 RESOLUTION = 0.02
 """To which a border is bisected, over itself."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.atlas.entry import Entry
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, lattice

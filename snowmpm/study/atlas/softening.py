@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 from snowmpm.materials import AnticrackCamClay
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.atlas.entry import Entry
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import block

@@ -6,7 +6,7 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 
 DX = 0.1
 STIR = 1e-6

@@ -7,15 +7,15 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
+from snowmpm.schemes import TRANSFERS
+from snowmpm.stepping.time_step import CRITICAL, grain_stiffness
 from snowmpm.study.atlas.entry import WORST, Entry
 from snowmpm.study.atlas.stirring import DX, GROWTH, growth, lone_grain, motion, spread, stirred
-from snowmpm.timestep import CRITICAL, grain_stiffness
 
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
 STEPS = 300
 OFFSETS = (0.0, 0.25, 0.4999)
 """Places of a grain in its cell [cells]; the worst of them counts."""
-TRANSFERS = ("pic", "apic", "flip", "aflip")
 SCHEMES = {f"{kernel} {gradient} {transfer}": {"kernel": kernel, "gradient": gradient, "transfer": transfer}
            for (kernel, gradient), transfer in itertools.product(CRITICAL, TRANSFERS)}
 FLOWS = {"collapse": [[-1.0, 0.0], [0.0, -1.0]], "squeeze": [[-1.0, 0.0], [0.0, 0.0]],

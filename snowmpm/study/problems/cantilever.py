@@ -7,7 +7,7 @@ down by q L^4 / 8 EI, to which shear adds q L^2 / 2 k G A, k = 5/6.
 import numpy as np
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, lattice
 

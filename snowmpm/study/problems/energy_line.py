@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.schemes import lattice
 
 G, MU, DIP, RADIUS, SLOPE = 9.81, 0.2, np.deg2rad(20.0), 10.0, 10.0

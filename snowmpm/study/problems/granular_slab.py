@@ -11,7 +11,7 @@ H = 0.4 m; E = 1e6 Pa, nu = 0.3, rho = 1500 kg/m3; it starts in the pressure rho
 import numpy as np
 
 from snowmpm.materials import DruckerPrager
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import lattice
 

@@ -10,7 +10,7 @@ doi:10.1007/s00366-013-0342-x, with Hencky elasticity. Each point swings along b
 import numpy as np
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.motion_errors import MotionErrors
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import lattice

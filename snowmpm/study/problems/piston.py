@@ -9,7 +9,7 @@ piston while the front runs from 0.15 to 0.5 m.
 import numpy as np
 
 from snowmpm.materials import CohesiveCamClay
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import lattice

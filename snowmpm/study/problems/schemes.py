@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snowmpm.mpm.solver import MpmSolver
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 
@@ -41,8 +41,8 @@ class Scheme:
 
     def simulation(self, scene, dx, per_axis=2, overrides=None):
         """`Simulation` of a library scene with this scheme."""
+        from snowmpm.running.simulation import Simulation
         from snowmpm.scenes import load_scene
-        from snowmpm.simulation import Simulation
 
         dim = load_scene(scene).dimension
         if self.method == "sph":

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import lambertw
 
 from snowmpm.materials import Elastic
-from snowmpm.population import Population
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import lattice

@@ -1,0 +1,13 @@
+"""Rule: a saw test whose column does not stand before it is cut."""
+
+from snowmpm.advice.cautions.caution import Caution, rule
+from snowmpm.saw_test.strength import overloaded
+
+CURE = "a gentler saw_test.slope_angle, a lighter slab or a stronger layer stands"
+
+
+@rule("mpm", "sph")
+def overloaded_layer(facts):
+    """A layer that yields under the weight of the snow above it, on the slope that was asked for."""
+    for load in overloaded(facts.scene):
+        yield Caution("", "saw_test.slope_angle" if load.strength > 0.0 else "saw_test.slab", str(load), CURE)

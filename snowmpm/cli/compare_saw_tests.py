@@ -1,0 +1,59 @@
+"""What `snowmpm compare` says of saw tests: rows of its table, and why measured numbers and theories lie apart."""
+
+import math
+
+from snowmpm.io.saw_theories import THEORIES, compared
+
+MEASURED = {"critical_length": "critical length [m]", "crack_length": "crack length at the end [m]",
+            "crack_speed": "crack speed [m/s]", "top_speed": "top speed [m/s]",
+            "collapse_height": "collapse height [m]", "fracture_energy": "fracture energy [J/m2]"}
+LAST = {"plastic_work": "plastic work [J]", "energy_remainder": "numerical remainder [J]"}
+SET_UP = {"slope_angle": "slope [degrees]", "slab_thickness": "slab [m]", "weak_layer_thickness": "weak layer [m]",
+          "saw_speed": "saw speed [m/s]", "saw_length": "saw to [m]", "notch": "notch [m]"}
+
+
+def saw_test_rows(tests):
+    """(name, texts of each test, numbers of each or None). tests: `render.ComparedSawTest`s."""
+    for name, label in SET_UP.items():
+        values = [test.run.saw_test.about.get(name) for test in tests]
+        yield label, ["-" if value is None else f"{value:g}" for value in values], None
+    for name, label in MEASURED.items():
+        yield _row(label, [test.found.get(name) for test in tests])
+        for theory in THEORIES:
+            if theory.measured == name:
+                yield _row(f"  {theory.label}", [_predicted(test, theory) for test in tests], aside=True)
+    yield "runs to the end", [{True: "yes", False: "no"}.get(test.found.get("runs_to_the_end"), "-")
+                              for test in tests], None
+    yield _row("normal stress on the weak layer [Pa]", [test.run.saw_test.about["normal_stress"] for test in tests])
+    yield _row("  Maxwell's load, none runs below [Pa]", [test.found["theory"].get("maxwell_load") for test in tests],
+               aside=True)
+    for name, label in LAST.items():
+        yield _row(label, [_last(test, name) for test in tests])
+    kinetic = [max((v for v in test.run.history.get("kinetic_energy", ()) if v == v), default=None) for test in tests]
+    yield _row("largest kinetic energy [J]", kinetic)
+
+
+def remarks_of(tests):
+    """A line for each test and theory that lie far apart."""
+    for test in tests:
+        for one in compared(test.found, test.run.saw_test.about["slope_angle"]):
+            if one.remark:
+                yield f"{test.label}: {one.remark}"
+
+
+def _row(label, values, aside=False):
+    texts = ["-" if value is None or math.isnan(value) else f"{value:.4g}" for value in values]
+    numbers = None if aside or any(value is None for value in values) else values
+    return label, texts, numbers
+
+
+def _predicted(test, theory):
+    for one in compared(test.found, test.run.saw_test.about["slope_angle"]):
+        if one.theory == theory:
+            return one.predicted
+    return None
+
+
+def _last(test, name):
+    values = test.run.history.get(name, ())
+    return float(values[-1]) if len(values) else None

@@ -1,0 +1,157 @@
+"""Progress of every command: what its stages (`snowmpm.stages`) say, for whoever waits.
+
+On a terminal a bar and the time left, from the second second on. Elsewhere a plain line on stderr every ten seconds:
+short work says nothing. A run shows more (`snowmpm.cli.progress`) and is not watched meanwhile.
+"""
+
+import contextlib
+import sys
+import threading
+import time
+
+from snowmpm.cli.wording import count, duration
+from snowmpm.stages import stages, told
+
+LINE_INTERVAL = 10.0  # s of wall time between plain lines
+PATIENCE = 1.0  # s before anything is said of a stage
+GLANCE = 0.25  # s between looks
+
+_paused = threading.Event()
+
+
+def sentence(now):
+    """A stage in words: "drawing: 37 of 120 pictures (31 %), 2 min 10 s left"; without a total, how long it has been.
+    """
+    unit, detail = f" {now.unit}" if now.unit else "", f", {now.detail}" if now.detail else ""
+    if now.total:
+        left = now.time_left
+        share = f" ({now.done / now.total:.0%})".replace("%", " %")
+        known = f", {duration(left)} left" if left is not None else f", {duration(now.seconds)} so far"
+        return f"{now.what}: {count(now.done)} of {count(now.total)}{unit}{share}{known}{detail}"
+    done = f"{count(now.done)}{unit}, " if now.done else ""
+    return f"{now.what}: {done}{duration(now.seconds)} so far{detail}"
+
+
+def sentences(found):
+    """All that is being done, in one line."""
+    return "; ".join(sentence(now) for now in found)
+
+
+class _Bar:
+    """The bar on a terminal: there while something has been going on for a while, and gone after it."""
+
+    def __init__(self, stream):
+        self._stream, self._progress = stream, None
+        self._lock = threading.RLock()
+
+    def look(self, found):
+        """Show these stages."""
+        with self._lock:
+            if not found or found[0].seconds < PATIENCE or _paused.is_set():
+                self.end()
+                return
+            if self._progress is None:
+                self._begin()
+            whole = next((now for now in found if now.total), found[0])
+            inner = "; ".join(now.what for now in found if now is not whole)
+            self._progress.update(self._task, description=whole.what, total=whole.total, completed=whole.done,
+                                  words=", ".join(filter(None, [sentence(whole).split(": ", 1)[1], inner])))
+
+    def _begin(self):
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[words]}"))
+        self._progress = Progress(*columns, console=Console(file=self._stream), transient=True, redirect_stdout=False,
+                                  redirect_stderr=False)
+        self._task = self._progress.add_task("", words="")
+        self._progress.start()
+
+    def end(self):
+        """Take the bar away."""
+        with self._lock:
+            if self._progress is not None:
+                self._progress.stop()
+                self._progress = None
+
+    @contextlib.contextmanager
+    def making_way(self):
+        """While it is entered, the bar goes before anything is printed on the same terminal, and comes back below."""
+        before = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = (_Above(self, stream) if stream.isatty() else stream for stream in before)
+        try:
+            yield
+        finally:
+            self.end()
+            sys.stdout, sys.stderr = before
+
+
+class _Above:
+    """A stream to the terminal of a bar, which goes before something is written."""
+
+    def __init__(self, bar, stream):
+        self._bar, self._stream = bar, stream
+
+    def write(self, text):
+        """Write to the stream, the bar out of the way."""
+        self._bar.end()
+        return self._stream.write(text)
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+
+class _Lines:
+    """The lines elsewhere."""
+
+    def __init__(self, interval):
+        self._interval, self._due = interval, time.perf_counter() + interval
+
+    def look(self, found):
+        """Print a line, if it is time."""
+        now = time.perf_counter()
+        if found and now >= self._due and found[0].seconds >= min(PATIENCE, self._interval):
+            self._due = now + self._interval
+            with contextlib.suppress(OSError, ValueError):  # a pipe that is gone is no reason to stop
+                print(sentences(found), file=sys.stderr, flush=True)
+
+    def end(self):
+        """Nothing is to be taken away."""
+
+    def making_way(self):
+        """Nothing is in the way."""
+        return contextlib.nullcontext()
+
+
+@contextlib.contextmanager
+def watched(quiet=False, interval=None):
+    """While it is entered, the stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default."""
+    interval = interval or LINE_INTERVAL
+    if quiet:
+        yield
+        return
+    show = _Bar(sys.stderr) if sys.stderr.isatty() else _Lines(interval)
+    ended = threading.Event()
+
+    def watch():
+        while not ended.wait(min(GLANCE, interval)):
+            show.look(stages())
+
+    thread = threading.Thread(target=watch, name="progress", daemon=True)
+    thread.start()
+    try:
+        with show.making_way(), told(lambda: stages() or show.end()):
+            yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+@contextlib.contextmanager
+def unwatched():
+    """While it is entered, a display of its own has the terminal; plain lines go on."""
+    _paused.set()
+    try:
+        yield
+    finally:
+        _paused.clear()

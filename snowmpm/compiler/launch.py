@@ -1,0 +1,151 @@
+"""Launching kernels at little cost.
+
+Before each launch Taichi compares every argument with every kind of argument it knows: 60 to 90 us for the 8 to 18 of
+a kernel here, as long as a thousand particles take in 2-D (measured). But what a kernel takes is known when it is
+defined, numbers and arrays, and what the arrays hold seldom changes from one launch to the next.
+
+This is the patch `launch` (`snowmpm.compiler.patches`): without it kernels are Taichi's own.
+"""
+
+import contextlib
+import functools
+import gc
+import operator
+
+import numpy as np
+import taichi as ti
+from taichi.lang import impl
+from taichi.types import ndarray_type, primitive_types
+
+from snowmpm.compiler import lifetime, patches
+
+
+def taichi_kernel(function):
+    """`ti.kernel`, by a `Launcher` if the function takes numbers and arrays only and returns nothing."""
+    kernel = ti.kernel(function)
+    if not patches.apply("launch", _look):
+        return kernel
+    setters = [_setter(argument.annotation) for argument in kernel._primal.arguments]
+    if None in setters or kernel._primal.return_type is not None:
+        return kernel
+    return functools.wraps(function)(Launcher(kernel, setters))
+
+
+def _look():
+    """Look for all that a `Launcher` uses of a kernel before it is compiled."""
+
+    @ti.kernel
+    def nothing(values: ti.types.ndarray(), number: ti.f64):
+        for i in range(1):
+            values[i] = number
+
+    inner = nothing._primal
+    inner.arguments[0].annotation, inner.return_type, inner.ensure_compiled
+    primitive_types.real_type_ids, primitive_types.integer_type_ids, ndarray_type.NdarrayType  # noqa: B018
+
+
+class Launcher:
+    """A kernel, and what Taichi compiled of it by what its arrays hold.
+
+    Arrays are Taichi's or NumPy's, the latter of numbers only and without gaps. Raises TypeError for a number that is
+    none, EndedError for an array of a Taichi that was ended, and what Taichi raises for one that the kernel does not
+    take.
+    """
+
+    def __init__(self, kernel, setters):
+        self._plain, self._kernel = kernel, kernel._primal
+        self._setters = [((i,), setter) for i, setter in enumerate(setters)]
+        self._arrays = [i for i, setter in enumerate(setters) if setter is _set_array]
+        self._start, self._compiled = None, {}
+
+    def __call__(self, *args):
+        if not patches.is_applied("launch"):
+            return self._plain(*args)
+        start = impl.get_runtime()
+        key = tuple([_kind(args[i]) for i in self._arrays])
+        known = self._start is start and start.prog is not None and key in self._compiled
+        if not known and not self._compile(key, args):
+            return self._plain(*args)
+        kernel, code = self._compiled[key]
+        context = kernel.make_launch_context()
+        for (place, setter), value in zip(self._setters, args, strict=True):
+            setter(context, place, value)
+        try:
+            start.prog.launch_kernel(code, context)
+        except TypeError as error:  # of another Taichi, whose compiled kernels are launched in another way
+            patches.leave_out("launch", error)
+            return self._plain(*args)
+        return None
+
+    def _compile(self, key, args):
+        """Compile for the kinds of these arguments; -> whether what was compiled is where it is looked for."""
+        start = impl.get_runtime()
+        for i in self._arrays:
+            if not isinstance(args[i], np.ndarray):
+                lifetime.check(args[i]._start, "this array")
+        lifetime.check(start, "this kernel")
+        if self._start is not start:
+            self._start, self._compiled = start, {}
+        program = start.prog
+        with _no_collection():
+            compiled = self._kernel.ensure_compiled(*args)
+        try:
+            kernel = self._kernel.compiled_kernels[compiled]
+            code = program.compile_kernel(program.config(), program.get_device_caps(), kernel)
+            kernel.make_launch_context  # noqa: B018
+        except patches.MISFITS as error:
+            patches.leave_out("launch", error)
+            return False
+        self._compiled[key] = kernel, code
+        return True
+
+
+@contextlib.contextmanager
+def _no_collection():
+    """Spare Python the search for garbage in the many small things that a kernel is made of."""
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
+
+
+def _kind(array):
+    """What an array holds, its number of axes, and to which start of Taichi it belongs."""
+    if isinstance(array, np.ndarray):
+        return array.dtype.num, array.ndim
+    try:
+        return array.kind_of_argument
+    except AttributeError:
+        array.kind_of_argument = array.element_type, len(array.shape), id(array._start)
+        return array.kind_of_argument
+
+
+def _setter(annotation):
+    if isinstance(annotation, ndarray_type.NdarrayType):
+        return _set_array
+    if id(annotation) in primitive_types.real_type_ids:
+        return _set_real
+    if id(annotation) in primitive_types.integer_type_ids:
+        return _set_integer
+    return None
+
+
+def _set_real(context, place, value):
+    context.set_arg_float(place, float(value))
+
+
+def _set_integer(context, place, value):
+    context.set_arg_int(place, operator.index(value))
+
+
+def _set_array(context, place, array):
+    if isinstance(array, np.ndarray):
+        if not array.flags.c_contiguous:
+            raise ValueError("a kernel takes arrays without gaps, see numpy.ascontiguousarray")
+        address = array.__array_interface__["data"][0]
+        context.set_arg_external_array_with_shape(place, address, array.nbytes, array.shape, 0)
+    else:
+        context.set_arg_ndarray(place, array.arr)

@@ -1,0 +1,95 @@
+"""How work is handed to threads.
+
+Taichi gives a thread of a CPU up to 512 consecutive iterations of a parallel loop at a time, so a loop over a few
+hundred blocks would run on one thread. Loops here run over `chunks(shares)` iterations of which every 512th is a
+worker; worker k takes the k-th contiguous chunk of the blocks. What a block computes does not depend on who computes
+it. A GPU's threads are many and slow: there every iteration is a worker, which takes a block or a few.
+
+    for i in range(chunks(shares)):
+        if is_worker(i):
+            first, last = chunk(i, shares)
+
+What workers found is added up in order on a CPU, so that sums do not depend on the number of threads, and by atomics on
+a GPU, one of whose threads would take longer for it than all of them for the step:
+
+    ti.loop_config(serialize=in_order())
+"""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler import runtime
+
+SPREAD = 512
+"""Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
+CHUNKS_PER_THREAD = 12
+"""Chunks each thread of a CPU gets on average: enough to even out blocks of unequal cost."""
+LITTLE_WORK = 4e-4
+"""Time of a step [s] below which its loops are not worth handing out, to two threads or sixteen."""
+GPU_WORKERS = 1 << 15
+"""Chunks on a GPU: enough to hide the latency of its memory, few enough for a scratch block each."""
+
+
+def most_workers():
+    """Largest number of chunks that a loop is cut into."""
+    return GPU_WORKERS if runtime.fine_grained() else CHUNKS_PER_THREAD * runtime.threads()
+
+
+def in_order():
+    """Whether sums over blocks are made one after the other."""
+    return not runtime.fine_grained()
+
+
+def spread():
+    """Iterations from one worker to the next."""
+    return 1 if runtime.fine_grained() else SPREAD
+
+
+def shares(cost):
+    """Ends of chunks of about equal cost, (workers + 1,) from 0 to n, for blocks of the given costs (n,) > 0.
+
+    Blocks are very unequal in a flow: a few hold most of the snow, thousands a few grains each.
+    """
+    total = np.cumsum(cost)
+    n = min(len(total), most_workers())
+    if n == 0:
+        return np.zeros(2, np.int32)
+    ends = np.searchsorted(total, total[-1] * np.arange(1, n) / n)
+    return np.concatenate([[0], ends, [len(total)]]).astype(np.int32)
+
+
+def alone(work=None):
+    """Whether one thread should do a loop itself, for `ti.loop_config(serialize=...)`.
+
+    work: of a step, an estimate of its time on one thread [s]: where it is little, whatever the number of threads, so
+    that this number does not choose between two codes, which the compiler may round differently; without it, where
+    there is one thread only. To hand a loop to others takes 0.02 to 0.1 ms, and a step has five or six.
+    """
+    if runtime.fine_grained():
+        return False
+    return runtime.threads() == 1 if work is None else work < LITTLE_WORK
+
+
+@ti.func
+def chunks(shares: ti.template()):
+    """Length of that loop."""
+    return (shares.shape[0] - 1) * ti.static(spread())
+
+
+@ti.func
+def is_worker(i):
+    """Whether turn i of that loop is a worker's."""
+    return i % ti.static(spread()) == 0
+
+
+@ti.func
+def worker(i):
+    """Number of the worker at iteration i."""
+    return i // ti.static(spread())
+
+
+@ti.func
+def chunk(i, shares: ti.template()):
+    """First and one-past-last block of the worker at iteration i."""
+    k = worker(i)
+    return shares[k], shares[k + 1]

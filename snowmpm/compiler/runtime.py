@@ -1,0 +1,152 @@
+"""The only `ti.init` of the program: backend, threads, and which float a kernel is compiled for."""
+
+import contextlib
+import ctypes
+import os
+import threading
+import time as clock
+import warnings
+from pathlib import Path
+
+import taichi as ti
+from taichi.lang import impl
+
+from snowmpm.compiler import array_memory, lifetime
+from snowmpm.compiler.settings import OWN, compiling, forget_threads, started_here
+from snowmpm.errors import InputError
+from snowmpm.materials import precision as floats
+
+DTYPES, precision = floats.DTYPES, floats.working_precision
+"""Taichi's and NumPy's float by name, "f32" or "f64", and the context in which kernels work with one of them."""
+
+CACHE_BYTES = 1 << 30
+"""Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
+
+STALE_LOCK = 60.0
+"""Seconds after which a lock on the kernels on disk belongs to no living program."""
+
+_running = {}
+"""What was started: backend, threads, fine_grained, `start`, the Python object of this start of Taichi, and `thread`,
+the identity of the thread that did."""
+
+
+def start(backend="auto", threads=None, fine_grained=False):
+    """Start Taichi once for this process, or use the one that runs; -> its backend, "cpu" or "cuda".
+
+    backend: "auto" (CUDA when there is one, else CPU), "cpu" or "cuda".
+    threads: CPU worker threads, default every core that this process may use.
+    fine_grained: use the kernels of a GPU on a CPU too, so that they can be tested without one.
+    A Taichi that the caller has started by `ti.init` is used as it is, with its backend, threads, fields and arrays;
+    kernels here are compiled with settings of their own all the same (`snowmpm.compiler.settings`). After `ti.init`
+    or `ti.reset`, and in a forked process, it is started anew: simulations made before raise EndedError. Warns where
+    what runs is not what is asked for. Raises InputError for a Taichi on another backend than these two, EndedError
+    where a forked process cannot have one.
+    """
+    with compiling():
+        if not is_started():
+            lifetime.watch_arrays()
+            own = impl.get_runtime().prog is None
+            if own:
+                _start(backend, threads)
+            _note(fine_grained, threading.current_thread() if own else threading.main_thread())
+        else:
+            _say_what_differs(backend, threads)
+    return _running["backend"]
+
+
+def _start(backend, threads):
+    # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
+    cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
+    lifetime.end_parents()
+    free_cache(impl.default_cfg().offline_cache_file_path)
+    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or _cores(), offline_cache=True,
+            offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
+    started_here()
+
+
+def _note(fine_grained, thread):
+    """Remember what runs and which thread started it, and prepare it."""
+    config = impl.current_cfg()
+    if config.arch not in (ti.cuda, ti.x64, ti.arm64):
+        raise InputError(f"Taichi runs on {config.arch.name}, where a ti.init before has started it: snowmpm needs"
+                         " ti.init(arch=ti.cpu) or ti.cuda there,\nor none: it starts Taichi itself")
+    running = "cuda" if config.arch == ti.cuda else "cpu"
+    array_memory.share(running == "cpu")
+    if not _running:
+        os.register_at_fork(after_in_child=_after_fork)
+    _running.update(start=impl.get_runtime(), backend=running, threads=config.cpu_max_num_threads,
+                    fine_grained=fine_grained or running == "cuda", thread=thread.ident)
+
+
+def _say_what_differs(backend, threads):
+    asked = [f"backend {backend!r}"] * (backend not in ("auto", _running["backend"]))
+    asked += [f"{threads} threads"] * (_running["backend"] == "cpu" and threads not in (None, _running["threads"]))
+    if asked:
+        warnings.warn(f"Taichi runs already, on the {_running['backend']} with {_running['threads']} threads: no"
+                      f" {' and no '.join(asked)}; call snowmpm.start before anything else", stacklevel=3)
+
+
+def _after_fork():
+    forget_threads()
+    if is_started():
+        lifetime.part_after_fork(_running["thread"])
+
+
+def free_cache(folder):
+    """Remove the lock on Taichi's kernels on disk that a killed program left: Taichi holds it for milliseconds, but
+    where it finds one it compiles every kernel anew, at every start, for good."""
+    lock = Path(folder).expanduser() / "ticache.lock"
+    with contextlib.suppress(OSError):
+        if clock.time() - lock.stat().st_mtime > STALE_LOCK:
+            lock.unlink()
+
+
+def _has_cuda():
+    try:
+        driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:
+        return False
+    count = ctypes.c_int(0)
+    return driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0 and count.value > 0
+
+
+def _cores():
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
+def backend():
+    """"cpu" or "cuda": what runs; starts the default when nothing has been started."""
+    return start()
+
+
+def threads():
+    """Number of CPU worker threads Taichi was started with."""
+    return _running.get("threads", 1)
+
+
+def fine_grained():
+    """Whether every thread takes a particle or a block and adds to what others add to, as a GPU wants; else a thread
+    takes many of them, in packs."""
+    return _running.get("fine_grained", False)
+
+
+def is_started():
+    """Whether Taichi runs, and as it was when `start` was called last."""
+    return impl.get_runtime().prog is not None and _running.get("start") is impl.get_runtime()
+
+
+@contextlib.contextmanager
+def plain_compilation():
+    """Compile and launch kernels without Taichi's own optimiser, leaving the work to LLVM's.
+
+    Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
+    on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
+    of a compiled kernel, so it must be the same at every launch.
+    """
+    config = impl.current_cfg()
+    before = config.advanced_optimization
+    config.advanced_optimization = False
+    try:
+        yield
+    finally:
+        config.advanced_optimization = before

@@ -1,0 +1,134 @@
+"""How kernels here are compiled and launched, whoever started Taichi: with our settings, by one thread at a time.
+
+Taichi has one set of compiler settings for the whole process. A program that called `ti.init` with its own, such as
+integers of 64 bits, keeps them for its own kernels; those here are compiled and launched with Taichi's defaults and
+`OWN`, so that results are the same to the bit.
+"""
+
+import contextlib
+import functools
+import sys
+import threading
+
+import taichi as ti
+from taichi.lang import impl
+
+from snowmpm.materials import compilation
+
+OWN = {"cfg_optimization": False}
+"""What differs here from Taichi's defaults: this pass takes minutes for the longest kernels."""
+
+NUMBERS = {"default_fp": ti.f32, "default_ip": ti.i32, "default_up": ti.u32}
+"""Types of literals; the first one is another in `snowmpm.materials.precision.working_precision`."""
+
+OF_PROCESS = ("arch", "cpu_max_num_threads", "random_seed", "gpu_max_reg", "cuda_stack_limit",
+              "saturating_grid_dim", "kernel_profiler", "num_compile_threads", "timeline", "use_llvm", "vk_api_version")
+OF_PROCESS_BEGIN = ("offline_cache", "device_memory", "print_", "verbose")
+"""Settings that stay as they are, by name and by its beginning: of hardware, threads, files and messages."""
+
+OF_FRONT_END = (*NUMBERS, "short_circuit_operators")
+"""Settings that Taichi keeps where it reads the source of a kernel, all but the last beside the others as well."""
+
+_turn, _entered, _ours = threading.RLock(), 0, None
+
+
+class compiling:
+    """Compile and launch with the settings of this package, while no other thread does. May be entered again.
+
+    A class, since a generator would cost as much as a launch.
+    """
+
+    __slots__ = ("_before", "_lock", "_outer", "_runtime")
+
+    def __enter__(self):
+        global _entered
+        self._lock, self._before = _turn, {}
+        self._lock.acquire()
+        self._outer, self._runtime = _entered, impl.get_runtime()
+        try:
+            if not _entered and self._runtime is not _ours and self._runtime.prog is not None:
+                self._before = _replace(self._runtime, _differences(self._runtime))
+        except BaseException:
+            self._lock.release()
+            raise
+        _entered += 1
+
+    def __exit__(self, *error):
+        global _entered
+        _entered = self._outer
+        try:
+            if self._before and self._runtime.prog is not None:
+                _replace(self._runtime, self._before)
+        finally:
+            self._lock.release()
+
+
+def started_here():
+    """Taichi was started with `OWN`, and what the environment adds for tests (TI_DEBUG) is meant for this package."""
+    global _ours
+    _ours = impl.get_runtime()
+
+
+def forget_threads():
+    """In a forked process: a thread that had its turn in the parent is not there to end it."""
+    global _turn, _entered
+    _turn, _entered = threading.RLock(), 0
+
+
+@functools.lru_cache(maxsize=1)
+def _differences(runtime):
+    """{name: value} of each setting that Taichi was started with and that is another here."""
+    config = runtime.prog.config()
+    found = {name: value for name, value in _settings().items() if getattr(config, name) != value}
+    return found if runtime.short_circuit_operators else found | {"short_circuit_operators": True}
+
+
+def _replace(runtime, settings):
+    """Set settings; -> what they were."""
+    config, before = runtime.prog.config(), {}
+    for name, value in settings.items():
+        keepers = [runtime] * (name in OF_FRONT_END) + [config] * hasattr(config, name)
+        before[name] = getattr(keepers[0], name)
+        for keeper in keepers:
+            setattr(keeper, name, value)
+    return before
+
+
+@functools.cache
+def _settings():
+    """The settings of this package by name. Taichi's defaults are to be had only by resetting what it starts with."""
+    config = impl.default_cfg()
+    before = {name: getattr(config, name) for name in dir(config) if not name.startswith("_")}
+    impl._ti_core.reset_default_compile_config()
+    defaults = {name: getattr(config, name) for name in before
+                if name not in OF_PROCESS and not name.startswith(OF_PROCESS_BEGIN)}
+    for name, value in before.items():
+        setattr(config, name, value)
+    return defaults | OWN | NUMBERS
+
+
+def working_float():
+    """Taichi's float that kernels are compiled for now."""
+    return impl.get_runtime().default_fp
+
+
+@contextlib.contextmanager
+def working_precision(real):
+    """Compile and launch kernels with `real`, ti.f32 or ti.f64, as the type of literals and of `float`.
+
+    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
+    Raises RuntimeError when Taichi has not been started.
+    """
+    with compiling():
+        runtime = impl.get_runtime()
+        if runtime.prog is None:
+            raise RuntimeError("Taichi is not running: call snowmpm.start() first")
+        before = runtime.default_fp
+        runtime.default_fp = real
+        try:
+            yield
+        finally:
+            runtime.default_fp = before
+
+
+compilation.provide(sys.modules[__name__])

@@ -1,0 +1,163 @@
+"""Accelerations and pressures as functions of place and time.
+
+A pressure p gives each particle of volume V the force -V grad p. That is all for water in the pores of the snow. Around
+the snow, a pressure acts on the free surface S by the traction -p n, and for any smooth continuation of p into the snow
+
+    - int_S p n . w dS = - int (p div w + grad p . w) dV
+
+for every virtual motion w: beside the forces, the stress that pushes particles apart is sigma + p I. A uniform p is
+then a confining stress, one that grows with depth is buoyancy; walls feel what exceeds p.
+"""
+
+import math
+
+import numpy as np
+
+from snowmpm.errors import SimulationError
+from snowmpm.forcing.space_time_table import SpaceTimeTable
+from snowmpm.seeding.polygons import Polygons
+from snowmpm.seeding.regions import read_regions
+from snowmpm.terrain.load import existing
+
+REACH = 0.01
+"""Half the distance [dx] over which a pressure is differenced for its gradient."""
+
+
+class Field:
+    """One of a scene's forces. numbers: (first, one past last) particle number that it acts on, or None for all; until:
+    when it changes for the last time [s]."""
+
+    def __init__(self, spec, dim, base_dir, key, formula_of, numbers=None):
+        """formula_of: text -> function of the variables of a formula (`snowmpm.scenes.formula`)."""
+        self.spec, self.key, self.dim = spec, key, dim
+        self.numbers = numbers
+        self.digest = []
+        self._functions = self._table = None
+        if spec.file is not None:
+            self._table = SpaceTimeTable(spec.file, base_dir, f"{key}.file", dim, self.columns(dim))
+            self.digest, lasting = [self._table.rows], self._table.until
+        else:
+            values = spec.value if isinstance(spec.value, tuple) else (spec.value,)
+            self._functions = [formula_of(value) if isinstance(value, str) else _constant(value) for value in values]
+            lasting = math.inf if any("t" in getattr(f, "names", ()) for f in self._functions) else 0.0
+        self.until = spec.start + lasting if spec.stop is None else spec.stop
+
+    def share(self, time, dt):
+        """Share of a step of dt [s] from `time` [s] in which it acts."""
+        stop = math.inf if self.spec.stop is None else self.spec.stop
+        return max(0.0, min(time + dt, stop) - max(time, self.spec.start)) / dt
+
+    def values(self, x, v, time):
+        """Its values (n, columns) at places x (n, dim) [m] of velocities v (n, dim) [m/s]."""
+        if self._table is not None:
+            return self._table.at(x, time - self.spec.start)
+        with np.errstate(all="ignore"):
+            values = np.stack([np.broadcast_to(function(*x.T, *v.T, time), len(x)) for function in self._functions],
+                              axis=1)
+        if not np.isfinite(values).all():
+            place = x[np.argmax(~np.isfinite(values).all(axis=1))]
+            raise SimulationError(f"{self.key}.value: no finite number near {np.array2string(place, precision=3)} m at"
+                                  f" t = {time:.6g} s")
+        return values
+
+
+class Acceleration(Field):
+    """A force in proportion to mass."""
+
+    def __init__(self, spec, dim, base_dir, key, formula_of, numbers=None, system=None):
+        super().__init__(spec, dim, base_dir, key, formula_of, numbers)
+        self._regions = None if spec.region is None else _plan(spec.region, dim, base_dir, f"{key}.region", system)
+
+    @staticmethod
+    def columns(dim):
+        return ("ax", "az") if dim == 2 else ("ax", "ay", "az")
+
+    def acceleration(self, x, v, time):
+        """(n, dim) [m/s2]; 0 beyond its place."""
+        inside = self._inside(x)
+        if inside is None:
+            return self.values(x, v, time)
+        result = np.zeros(x.shape)
+        if inside.any():
+            result[inside] = self.values(x[inside], v[inside], time)
+        return result
+
+    def _inside(self, x):
+        block = self.spec.within
+        if block is None and self._regions is None:
+            return None
+        inside = np.ones(len(x), bool)
+        if block is not None:
+            inside &= ((x >= np.asarray(block.min)) & (x < np.asarray(block.max))).all(axis=1)
+        if self._regions is not None:
+            inside[inside] = np.any([region(x[inside, :-1]) for region in self._regions], axis=0)
+        return inside
+
+
+class Pressure(Field):
+    """The pressure of a fluid."""
+
+    def __init__(self, spec, dim, base_dir, key, formula_of, numbers=None, system=None):
+        super().__init__(spec, dim, base_dir, key, formula_of, numbers)
+        self.on_surface = spec.acts_on == "surface"
+
+    @staticmethod
+    def columns(dim):
+        return ("pressure",)
+
+    def pressure(self, x, time):
+        """(n,) [Pa]."""
+        return self.values(x, np.zeros(x.shape), time)[:, 0]
+
+    def gradient(self, x, time, dx):
+        """(n, dim) [Pa/m]."""
+        result, reach = np.empty(x.shape), REACH * dx
+        for a, axis in enumerate(np.eye(self.dim)):
+            result[:, a] = self.pressure(x + reach * axis, time) - self.pressure(x - reach * axis, time)
+        return result / (2.0 * reach)
+
+
+class AccelerationBy:
+    """An acceleration that a function gives: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) -> (n, dim) or (dim,)
+    [m/s2]."""
+
+    numbers, digest, until = None, (), math.inf
+
+    def __init__(self, function):
+        self._function = function
+
+    def share(self, time, dt):
+        """It always acts."""
+        return 1.0
+
+    def acceleration(self, x, v, time):
+        """(n, dim) [m/s2]. Raises SimulationError for what is no number."""
+        values = np.array(np.broadcast_to(np.asarray(self._function(x, v, time), float), x.shape))
+        if not np.isfinite(values).all():
+            raise SimulationError(f"the function of an acceleration gives no finite number at t = {time:.6g} s")
+        return values
+
+
+def make_field(spec, dim, base_dir, key, formula_of, numbers=None, system=None):
+    """Field of a scene's force table. InputError: a file that is wrong.
+
+    system: `ReferenceSystem` of the terrain, into which the polygons of a file are carried; None where it names none.
+    """
+    kind = Acceleration if spec.kind == "acceleration" else Pressure
+    return kind(spec, dim, base_dir, key, formula_of, numbers, system)
+
+
+def _constant(value):
+    return lambda *variables: value
+
+
+def _plan(spec, dim, base_dir, key, system):
+    """Functions plan points (n, dim - 1) -> (n,) bool, of a scene's region."""
+    if getattr(spec, "file", None) is not None:
+        path = existing(spec.file, base_dir, f"{key}.file")
+        return [region.polygons.contains for region in read_regions(path, f"{key}.file", system)]
+    if getattr(spec, "polygon", None) is not None:
+        return [Polygons.of([[spec.polygon]], f"{key}.polygon").contains]
+    free = (-np.inf, np.inf)
+    lower, upper = np.array([getattr(spec, axis) or free for axis in "xy"[: dim - 1]]).T
+    return [lambda points: ((points >= lower) & (points < upper)).all(axis=1)]

@@ -1,0 +1,147 @@
+"""What acts on the particles of a solver beside contact and stress, over each step, and the work that it does.
+
+    before the step   v <- k v + s a(x, v, t + dt / 2),  C <- k C,  tau <- tau + J p I     (`damping`, `fields`)
+    in the step       gravity is its mean over the step; forces act for the time s
+    after the step    tau is again that of the law
+
+Without damping k = 1, s = dt. Nothing of it is in the kernels of a step, and a scene without it pays nothing.
+"""
+
+import math
+
+import numpy as np
+
+from snowmpm.compiler import runtime
+from snowmpm.forcing.damping import decay
+from snowmpm.forcing.particle_kernels import particle_kernels
+
+
+class Forcing:
+    """course: `Course` of gravity that changes, or None; fields: `Field`s; damping: `Damping` or None.
+
+    Energies [J] since the start: gravity_work, which changing gravity did; force_work, by the fields; damping_work,
+    taken by damping.
+    """
+
+    def __init__(self, course=None, fields=(), damping=None):
+        self.course, self.fields, self.damping = course, list(fields), damping
+        self.restart()
+
+    def __bool__(self):
+        return bool(self.course or self.fields or self.damping)
+
+    def restart(self):
+        """Time zero is now: totals start again."""
+        self.gravity_work, self.force_work, self.damping_work = 0.0, 0.0, 0.0
+
+    def to_come(self, time):
+        """Whether gravity, a force or damping will change after `time` [s], so that snow at rest may move again."""
+        acting = [*([self.course] if self.course else []), *self.fields, *([self.damping] if self.damping else [])]
+        return any(item.until > time for item in acting)
+
+    # ---- the step -------------------------------------------------------------------------------------------------
+
+    def act(self, solver, dt):
+        """Before the forces of a step of dt [s]: gravity, fields, damping; -> the time for which forces act [s]."""
+        settling = solver.keep < 1.0
+        time, span = (0.0, 0.0) if settling else (solver.time, dt)
+        self._confined, self._c = None, 0.0
+        if self.course:
+            solver.set_gravity(self.course.mean(time, time + span))
+        if self.damping and not settling:
+            self._c = self.damping.coefficient(time, dt, solver.extremes.speed)
+        keep, pushed = decay(self._c, dt)
+        if self._c > 0.0:
+            self._slow(solver, keep)
+        # While an initial state settles, what acts is what acts at time zero
+        shares = [(field, float(field.share(0.0, 1e-9) > 0.0) if settling else field.share(time, dt))
+                  for field in self.fields]
+        acting = [(field, share) for field, share in shares if share > 0.0]
+        if acting:
+            self._push(solver, acting, time + 0.5 * span, keep, pushed)
+        return pushed
+
+    def close(self, solver, dt):
+        """After a step of dt [s]: the work of gravity, damping and pressures."""
+        if self._confined is not None:
+            force, ratio = self._confined
+            self.force_work -= float(force @ (self._read(solver)[:, -1] - ratio))
+        if self.course or self._c > 0.0:
+            momentum, square = self._sums(solver)
+            self.gravity_work += dt * float(momentum @ solver.gravity)
+            if self._c > 0.0:
+                self.damping_work += 0.5 * math.tanh(self._c * dt) * (self._square + square)
+
+    def _slow(self, solver, keep):
+        """Keep the share `keep` of all motion."""
+        store = solver.particles
+        momentum, self._square = self._sums(solver)
+        solver.add_impulse((keep - 1.0) * momentum)
+        self._kernels(solver).slow(store.reals, store.turn, keep, store.count)
+        store.changes += 1
+
+    def _push(self, solver, acting, time, keep, pushed):
+        """Fields with their shares, at `time` [s], for the time `pushed` [s]; keep: what damping left of velocities."""
+        store, dim = solver.particles, solver.dim
+        rows = self._read(solver)
+        x, v, volume, ratio = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / keep, rows[:, -2], rows[:, -1]
+        density = store.materials.density[store.material.to_numpy()[: store.count]]
+        number = store.identity.to_numpy()[: store.count]
+        acceleration, pressure = np.zeros(x.shape), np.zeros(len(x))
+        for field, share in acting:
+            if not hasattr(field, "pressure"):
+                gained = share * field.acceleration(x, v, time)
+                if field.numbers is not None:
+                    gained[(number < field.numbers[0]) | (number >= field.numbers[1])] = 0.0
+                acceleration += gained
+                continue
+            acceleration -= (share * ratio / density)[:, None] * field.gradient(x, time, solver.dx)
+            if field.on_surface:
+                pressure += share * field.pressure(x, time)
+        gain, mass, kernels = pushed * acceleration, density * volume, self._kernels(solver)
+        kernels.push(store.reals, store.turn, gain, store.count)
+        # While an initial state settles, the step that follows takes its share of this, too
+        solver.add_impulse((mass @ gain) * (solver.keep if solver.DAMPED_IMPULSE else 1.0))
+        self.force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
+        if pressure.any():
+            kernels.confine(store.reals, store.turn, ratio * pressure, store.count)
+            self._confined = pressure * volume, ratio
+        store.changes += 1
+
+    def _read(self, solver):
+        """Local positions [cells], velocities [m/s], reference volume [m3] and J of the particles, in their rows."""
+        store = solver.particles
+        rows = np.empty((store.count, 2 * solver.dim + 2))
+        self._kernels(solver).read(store.reals, store.turn, rows, store.count)
+        return rows
+
+    def _sums(self, solver):
+        """Momentum (dim,) [kg m/s] and twice the kinetic energy [J] of the particles."""
+        store = solver.particles
+        of_block = np.empty((len(store.blocks), solver.dim + 1))
+        self._kernels(solver).sums(store.reals, store.turn, store.material, store.materials.numbers, store.start,
+                                   solver.second_moment(), of_block, len(store.blocks))
+        total = of_block.sum(axis=0)
+        return total[:-1], float(total[-1])
+
+    @staticmethod
+    def _kernels(solver):
+        return particle_kernels(solver.particles.layout, runtime.DTYPES[solver.precision][0])
+
+    # ---- checkpoint -----------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name."""
+        works = {name: getattr(self, name) for name in ("gravity_work", "force_work", "damping_work")}
+        return {**works, "damping": self.damping.state() if self.damping else {}}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        for name in ("gravity_work", "force_work", "damping_work"):
+            setattr(self, name, state[name])
+        if self.damping:
+            self.damping.restore(state["damping"])
+
+    def numbers(self):
+        """Arrays of what it took from files and the scene, for a digest."""
+        return [*([self.course.rows] if self.course else []), *(a for field in self.fields for a in field.digest)]

@@ -1,0 +1,102 @@
+"""The vectors of a run by layer: affected area, its pressure classes, release, deposit, thalweg, run-out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from snowmpm.errors import InputError
+from snowmpm.gis.outlines import affected, outline
+from snowmpm.io.parameters import parameters
+from snowmpm.io.status import status_of
+from snowmpm.quantities.classes import classes_of
+
+PLACE = ("runout", "travel_angle", "runout_x", "runout_y", "runout_z")
+"""Numbers that a run-out has."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """Features of one kind. geometry_type as GeoPackage has it; features: [(geometry, {field: value})], every feature
+    with the same fields; geometries in map coordinates [m]."""
+
+    name: str
+    geometry_type: str
+    features: list
+
+
+def layers_of(run, observed=None):
+    """The `Layer`s of a `Run` that has maps; one of what was seen too, where an `Observed` outline is given.
+
+    Each feature says of which run it is and whether it is final. Raises InputError for a run without these maps.
+    """
+    if "peak_depth" not in run.maps or "flow_depth" not in run.hazard.get("numbers", {}):
+        raise InputError(f"{run.path}: no outlines: they are made of the maps of runs in three dimensions on"
+                         " terrain, at their end")
+    shapes = {raster.values.shape for raster in run.maps.values()}
+    if len(shapes) > 1:
+        raise InputError(f"{run.path}: its maps have different cells: they are not of this program")
+    numbers, status = run.hazard["numbers"], status_of(run)
+    common = {"run": run.name, "final": status.final, "status": status.text}
+    found = [Layer("affected_area", "MultiPolygon", [_area(run, affected(run), "peak_depth", common)])]
+    if "peak_pressure" in run.maps and (features := _classes(run, common)):
+        found.append(Layer("pressure_classes", "MultiPolygon", features))
+    for name, raster in (("release", "release_depth"), ("deposit", "deposit_depth")):
+        if raster in run.maps:
+            mask = np.nan_to_num(run.maps[raster].values) >= numbers["flow_depth"]
+            if mask.any():
+                found.append(Layer(name, "MultiPolygon", [_area(run, mask, raster, common)]))
+    profile, line = run.hazard.get("profile"), run.hazard.get("runout_line")
+    if profile:
+        way = _on_ground(profile)
+        found.append(Layer("thalweg", "LineString", [(way, {"length_m": round(float(profile["s"][-1]), 2), **common})]))
+    if line and all(numbers.get(name) is not None for name in PLACE):
+        about = {"runout_m": round(numbers["runout"], 2), "travel_angle_deg": round(numbers["travel_angle"], 2)}
+        found.append(Layer("runout_line", "LineString", [(shapely.LineString(line), {**about, **common})]))
+        point = shapely.Point(numbers["runout_x"], numbers["runout_y"], numbers["runout_z"])
+        about = {name: float(value) for name, value in numbers.items() if isinstance(value, int | float)}
+        about |= {f"parameter_{name}".replace(" ", "_"): text for name, text in parameters(run).items()}
+        found.append(Layer("runout_point", "Point", [(point, {**about, **common})]))
+    if observed is not None:
+        about = {"file": observed.name, "area_m2": round(observed.geometry.area, 2)}
+        found.append(Layer("observed", "MultiPolygon", [(_multi(observed.geometry), {**about, **common})]))
+    return found
+
+
+def _on_ground(profile):
+    """The thalweg as a line in space; in plan where no ground is known.
+
+    Over holes in the ground its height goes straight on. It ends where the ground ends.
+    """
+    s, x, y, z = (np.asarray(profile[name], float) for name in ("s", "x", "y", "z"))
+    known = np.flatnonzero(np.isfinite(z))
+    if len(known) < 2:
+        return shapely.LineString(np.column_stack([x, y]))
+    own = slice(known[0], known[-1] + 1)
+    return shapely.LineString(np.column_stack([x[own], y[own], np.interp(s[own], s[known], z[known])]))
+
+
+def _area(run, mask, raster, common):
+    geometry = outline(mask, run.maps[raster], run.origin)
+    return geometry, {"area_m2": round(geometry.area, 2), **common}
+
+
+def _classes(run, common):
+    """One feature for each pressure class of the affected area that has cells."""
+    raster = run.maps["peak_pressure"]
+    values, flows = np.nan_to_num(raster.values), affected(run)
+    classes = classes_of("peak_pressure", float(values.max()))
+    number, features = np.digitize(values, classes.limits), []
+    for k in range(len(classes.limits) + 1):
+        mask = flows & (number == k)
+        if mask.any():
+            geometry = outline(mask, raster, run.origin)
+            low, high = (0.0, *classes.limits)[k] / 1e3, (*classes.limits, np.inf)[k] / 1e3
+            features.append((geometry, {"class": classes.label(k), "from_kpa": low,
+                                        "to_kpa": float(high) if np.isfinite(high) else None,
+                                        "area_m2": round(geometry.area, 2), **common}))
+    return features
+
+
+def _multi(geometry):
+    return geometry if geometry.geom_type == "MultiPolygon" else shapely.MultiPolygon([geometry])

@@ -1,0 +1,87 @@
+"""An outline that was seen beside the one that was computed, with scores.
+
+    hit A = computed and observed, miss B = observed only, false alarm C = computed only  (plan areas)
+    critical success index (Jaccard)  A / (A + B + C)
+    hit rate                          A / (A + B)
+    false-alarm ratio                 C / (A + C)
+    area ratio (bias)                 (A + C) / (A + B)
+    run-out difference                furthest place along the computed thalweg, computed less observed
+
+as in the verification of forecasts (Wilks, Statistical Methods in the Atmospheric Sciences, chapter on 2 x 2 tables).
+Both run-outs are those of outlines, the last metre that the polygon reaches: not the place before which 99 % of the
+snow lies, which an outline does not tell.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from snowmpm.gis.outlines import affected, outline
+from snowmpm.quantities.classes import PRESSURES
+from snowmpm.seeding.regions import read_regions
+from snowmpm.terrain.reference_system import ReferenceSystem
+
+STEP = 5.0
+"""Points along an outline are so far apart [m] when its reach along the thalweg is asked."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """name: of the file; geometry: shapely polygons in the run's map coordinates [m]."""
+
+    name: str
+    geometry: object
+
+    @property
+    def rings(self):
+        """Outlines and holes, (n, 2) each [m]."""
+        parts = shapely.get_parts(self.geometry)
+        return [np.array(ring.coords)[:-1, :2] for part in parts for ring in (part.exterior, *part.interiors)]
+
+
+def read_observed(path, run):
+    """The outline in a .shp or .geojson file, carried into the projection of a `Run`. InputError as of a release."""
+    wkt = run.provenance.get("crs")
+    system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
+    regions = read_regions(path, "--observed", system)
+    return Observed(Path(path).name, shapely.union_all([region.polygons.geometry for region in regions]))
+
+
+def score(run, observed):
+    """[{quantity: value}] of the affected area of a `Run`, and of what of it reached each pressure, against `Observed`.
+
+    outline: words; hit_area, missed_area, false_area [m2]; critical_success_index, hit_rate, false_alarm_ratio,
+    area_ratio; computed_reach, observed_reach, runout_difference [m] where the run has a thalweg.
+    """
+    raster = run.maps["peak_depth"]
+    masks = {"affected area": affected(run)}
+    pressure = run.maps.get("peak_pressure")
+    if pressure is not None:
+        masks |= {f"above {limit / 1e3:g} kPa": affected(run) & (np.nan_to_num(pressure.values) >= limit)
+                  for limit in PRESSURES}
+    profile = run.hazard.get("profile")
+    return [{"outline": name, **compare(outline(mask, raster, run.origin), observed.geometry, profile)}
+            for name, mask in masks.items() if mask.any()]
+
+
+def compare(computed, observed, profile=None):
+    """Scores of one polygon against another; profile: x, y of the thalweg, for the run-out, or None."""
+    hit, missed, false = (float(shapely.area(part)) for part in (
+        computed.intersection(observed), observed.difference(computed), computed.difference(observed)))
+    found = {"hit_area": hit, "missed_area": missed, "false_area": false,
+             "critical_success_index": hit / (hit + missed + false), "hit_rate": hit / (hit + missed),
+             "false_alarm_ratio": false / (hit + false), "area_ratio": (hit + false) / (hit + missed)}
+    if profile:
+        way = shapely.LineString(np.column_stack([profile["x"], profile["y"]]))
+        reaches = [float(shapely.line_locate_point(way, shapely.points(_points(area))).max())
+                   for area in (computed, observed)]
+        found |= {"computed_reach": reaches[0], "observed_reach": reaches[1],
+                  "runout_difference": reaches[0] - reaches[1]}
+    return found
+
+
+def _points(area):
+    """Points (n, 2) along the outline of an area."""
+    return shapely.get_coordinates(shapely.segmentize(area, STEP))

@@ -1,0 +1,35 @@
+"""Outlines of what a raster shows: polygons along the edges of its cells, whose area is that of the cells."""
+
+import warnings
+
+import numpy as np
+import shapely
+
+from snowmpm.io.geotiff import require_rasterio
+
+
+def outline(mask, raster, origin):
+    """MultiPolygon of the cells where `mask` (rows, columns) is true, in map coordinates [m]; holes are kept.
+
+    raster: the `snowmpm.io.Map` that the mask belongs to; origin: of its run [m]. Cells that touch at a corner only are
+    two polygons.
+    """
+    require_rasterio()
+    from rasterio import features
+    from rasterio.transform import Affine
+
+    west, south = (origin[k] + (raster.x0, raster.y0)[k] - 0.5 * raster.cell for k in (0, 1))
+    cells = np.asarray(mask, np.uint8)
+    # In cells, which are whole numbers, and only then in metres: corners of neighbours are the same to the bit
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PendingDeprecationWarning)  # how rasterio itself uses its affine package
+        warnings.simplefilter("ignore", DeprecationWarning)
+        found = list(features.shapes(cells, cells > 0, connectivity=4, transform=Affine.identity()))
+    parts = shapely.MultiPolygon([shapely.geometry.shape(geometry) for geometry, _ in found])
+    places = shapely.transform(parts, lambda corners: np.round([west, south] + raster.cell * corners, 6))
+    return shapely.orient_polygons(places) if hasattr(shapely, "orient_polygons") else shapely.normalize(places)
+
+
+def affected(run):
+    """Where the flow of a `Run` once was deep enough to count as one, (rows, columns)."""
+    return np.nan_to_num(run.maps["peak_depth"].values) >= run.hazard["numbers"]["flow_depth"]

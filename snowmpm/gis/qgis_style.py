@@ -1,0 +1,102 @@
+"""QGIS styles: rasters in the classes of tables and pictures, vectors in the colours of the maps."""
+
+from xml.etree import ElementTree as xml
+
+from snowmpm.draft import write_text
+from snowmpm.quantities.classes import classes_of
+from snowmpm.quantities.table import quantity
+
+VERSION = "3.22.0"
+"""Of QGIS, whose elements these are; later ones read them."""
+
+LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f", "thalweg": "#101418",
+         "runout_line": "#c1121f", "runout_point": "#c1121f", "observed": "#0a7d33"}
+"""Colours of vector layers; pressure classes have those of their raster."""
+
+
+def write_style(path, name, raster):
+    """Write the .qml style of a raster of a run; QGIS takes it up where it lies beside the raster. -> its path."""
+    root = xml.Element("qgis", version=VERSION, styleCategories="Symbology")
+    root.append(pipe(name, raster))
+    return write_text(path, document(root, "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"))
+
+
+def document(root, doctype=""):
+    """An element as the text of a file."""
+    xml.indent(root)
+    return f"{doctype}{xml.tostring(root, encoding='unicode')}\n"
+
+
+def pipe(name, raster):
+    """The element that draws band 1 in the classes of the raster `name` (a `snowmpm.io.Map`)."""
+    finite = raster.values[raster.values > 0.0]
+    largest = float(finite.max()) if finite.size else 1.0
+    classes = classes_of(name, largest)
+    root = xml.Element("pipe")
+    renderer = xml.SubElement(root, "rasterrenderer", type="singlebandpseudocolor", band="1", opacity="0.8",
+                              alphaBand="-1", classificationMin="0", classificationMax=f"{largest:.6g}",
+                              nodataColor="")
+    shader = xml.SubElement(xml.SubElement(renderer, "rastershader"), "colorrampshader", clip="0",
+                            colorRampType="DISCRETE", classificationMode="1", minimumValue="0",
+                            maximumValue=f"{largest:.6g}", labelPrecision="1")
+    ends = [*classes.limits, "inf"]
+    for k, (end, colour) in enumerate(zip(ends, classes.colours, strict=True)):
+        # A discrete shader takes what is at most `value`; these classes begin with their limit, so just below it
+        value = end if end == "inf" else f"{end * (1.0 - 1e-7):.12g}"
+        alpha = "0" if k == 0 and name != "arrival_time" and quantity(name).unit == "Pa" else "255"
+        xml.SubElement(shader, "item", value=value, label=classes.label(k), color=colour, alpha=alpha)
+    xml.SubElement(root, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
+    xml.SubElement(root, "huesaturation", saturation="0")
+    xml.SubElement(root, "rasterresampler", maxOversampling="2")
+    return root
+
+
+def renderer(layer):
+    """The element that draws a vector `Layer`: pressure classes filled, other areas as outlines, lines, a point."""
+    if layer.name == "pressure_classes":
+        return _classified(layer)
+    root = xml.Element("renderer-v2", type="singleSymbol", symbollevels="0", enableorderby="0", forceraster="0")
+    symbols = xml.SubElement(root, "symbols")
+    symbols.append(_symbol("0", layer.geometry_type, LINES[layer.name], fill=None, dashed=layer.name == "thalweg"))
+    return root
+
+
+def _classified(layer):
+    root = xml.Element("renderer-v2", type="categorizedSymbol", attr="class", symbollevels="0", enableorderby="0",
+                       forceraster="0")
+    classes = classes_of("peak_pressure", 1e9)
+    colours = {classes.label(k): colour for k, colour in enumerate(classes.colours)}
+    categories, symbols = xml.SubElement(root, "categories"), xml.SubElement(root, "symbols")
+    for k, (_, fields) in enumerate(layer.features):
+        xml.SubElement(categories, "category", symbol=str(k), value=fields["class"], label=fields["class"],
+                       render="true")
+        symbols.append(_symbol(str(k), layer.geometry_type, "#404040", fill=colours.get(fields["class"], "#c0c0c0")))
+    return root
+
+
+def _symbol(name, geometry_type, line, fill, dashed=False):
+    kind = "fill" if "Polygon" in geometry_type else "line" if "Line" in geometry_type else "marker"
+    root = xml.Element("symbol", name=name, type=kind, alpha="1", clip_to_extent="1", force_rhr="0")
+    if kind == "fill":
+        options = {"color": _colour(fill or line, 190 if fill else 0), "style": "solid" if fill else "no",
+                   "outline_color": _colour(line), "outline_style": "solid", "outline_width": "0.2" if fill else "0.6",
+                   "outline_width_unit": "MM"}
+        layer = {"class": "SimpleFill"}
+    elif kind == "line":
+        options = {"line_color": _colour(line), "line_style": "dash" if dashed else "solid", "line_width": "0.6",
+                   "line_width_unit": "MM"}
+        layer = {"class": "SimpleLine"}
+    else:
+        options = {"color": _colour(line), "name": "circle", "outline_color": _colour("#ffffff"), "size": "3",
+                   "size_unit": "MM"}
+        layer = {"class": "SimpleMarker"}
+    body = xml.SubElement(root, "layer", **layer, enabled="1", locked="0", **{"pass": "0"})
+    option = xml.SubElement(body, "Option", type="Map")
+    for key, value in options.items():
+        xml.SubElement(option, "Option", name=key, type="QString", value=value)
+    return root
+
+
+def _colour(text, alpha=255):
+    """#rrggbb as QGIS has it: r,g,b,a."""
+    return ",".join([*(str(int(text[i : i + 2], 16)) for i in (1, 3, 5)), str(alpha)])

@@ -1,0 +1,108 @@
+"""Vector layers as GeoJSON and GeoPackage."""
+
+import contextlib
+import json
+import warnings
+
+import numpy as np
+import shapely
+
+from snowmpm.draft import draft, write_text
+from snowmpm.errors import InputError
+from snowmpm.io.projection import epsg_of
+
+WORLD = "urn:ogc:def:crs:OGC:1.3:CRS84"
+"""Longitude and latitude: what GeoJSON is in unless it says otherwise."""
+
+
+def write_geojson(path, layers, wkt=None):
+    """Write layers (`snowmpm.gis.layers`) as one FeatureCollection; -> its path.
+
+    wkt: projection of the coordinates. With an EPSG code they stay as they are, and the member `crs` names it; without
+    one they become longitude and latitude. None: map coordinates of which nothing is known. Each feature names its
+    layer.
+    """
+    crs, place = _named_system(wkt)
+    features = [{"type": "Feature", "geometry": json.loads(shapely.to_geojson(place(geometry))),
+                 "properties": {"layer": layer.name, **_plain(fields)}}
+                for layer in layers for geometry, fields in layer.features]
+    record = {"type": "FeatureCollection", **({"crs": {"type": "name", "properties": {"name": crs}}} if crs else {}),
+              "features": features}
+    return write_text(path, json.dumps(record, indent=1, allow_nan=False) + "\n")
+
+
+def write_geopackage(path, layers, wkt=None):
+    """Write layers as tables of one GeoPackage; -> its path. wkt: projection of the coordinates, or None.
+
+    Raises InputError without pyogrio, OSError when the file cannot be written.
+    """
+    pyogrio = require_pyogrio()
+    with draft(path) as part, _as_os_error(pyogrio.errors.DataSourceError, pyogrio.errors.FeatureError):
+        part.unlink(missing_ok=True)
+        for layer in layers:
+            names = list(layer.features[0][1])
+            columns = [_column([fields[name] for _, fields in layer.features]) for name in names]
+            geometry = shapely.to_wkb([geometry for geometry, _ in layer.features], flavor="iso")
+            solid = " Z" if layer.features[0][0].has_z else ""
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "'crs' was not provided")  # a scene of one's own has none
+                pyogrio.raw.write(str(part), np.array(geometry, object), [values for values, _ in columns], names,
+                                  field_mask=[mask for _, mask in columns], layer=layer.name, driver="GPKG",
+                                  geometry_type=layer.geometry_type + solid, crs=wkt or None, promote_to_multi=False)
+    return path
+
+
+def require_pyogrio():
+    """The package that writes GeoPackages. Raises InputError, which says how to get it."""
+    try:
+        import pyogrio
+        import pyogrio.raw
+    except ImportError:
+        raise InputError("GeoPackage needs the gis extra: pip install 'snowmpm[gis]'; --pictures goes"
+                         " without") from None
+    return pyogrio
+
+
+def _named_system(wkt):
+    """Name for the member `crs` of GeoJSON, or None; and a function that carries a geometry there."""
+    if not wkt:
+        return None, _to_centimetres
+    code = epsg_of(wkt)
+    if code:
+        return f"urn:ogc:def:crs:EPSG::{code}", _to_centimetres
+    import pyproj
+
+    change = pyproj.Transformer.from_crs(pyproj.CRS.from_wkt(wkt), pyproj.CRS.from_authority("OGC", "CRS84"),
+                                         always_xy=True)
+
+    def to_world(geometry):
+        return shapely.transform(geometry, lambda rows: np.round(np.column_stack(change.transform(*rows.T)), 8),
+                                 include_z=geometry.has_z)
+
+    return WORLD, to_world
+
+
+def _to_centimetres(geometry):
+    return shapely.transform(geometry, lambda rows: np.round(rows, 2), include_z=geometry.has_z)
+
+
+def _plain(fields):
+    return {name: value.item() if isinstance(value, np.generic) else value for name, value in fields.items()}
+
+
+def _column(values):
+    """Values (n,) of one field and which of them are missing, or None."""
+    missing = np.array([value is None for value in values])
+    kind = next((value for value in values if value is not None), 0.0)
+    if isinstance(kind, str):
+        return np.array([value or "" for value in values], object), missing
+    filled = [0 if value is None else value for value in values]
+    return np.array(filled, bool if isinstance(kind, bool) else float), missing
+
+
+@contextlib.contextmanager
+def _as_os_error(*kinds):
+    try:
+        yield
+    except kinds as error:
+        raise OSError(str(error)) from error

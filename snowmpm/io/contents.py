@@ -1,0 +1,157 @@
+"""What may be in a run file: looked at before anything of it is read, since the file may be anybody's.
+
+Refused are groups that hold themselves, links, data in other files, names and types that no run file has, tables that
+do not fit each other, and more than reading a file may take (`snowmpm.reading.budget`).
+"""
+
+import h5py
+import numpy as np
+
+from snowmpm.errors import InputError, shown_line
+from snowmpm.io.obstacles import GROUP as OBSTACLES
+from snowmpm.io.obstacles import LOADS, POSES
+from snowmpm.io.surroundings import GROUP as SURROUNDINGS
+from snowmpm.reading import budget as read_budget
+
+FRAME_DATA = ("/VTKHDF/Points", "/VTKHDF/PointData", "/VTKHDF/Vertices", f"/{SURROUNDINGS}")
+"""What is read frame by frame, or never."""
+
+MOST_ITEMS = 20_000
+LONGEST_NAME = 200
+RECORDS = ("/provenance/record", "/hazard/record")
+
+
+def check_contents(h5, path):
+    """Refuse, by an InputError, an open file that is no run file of this program or not a harmless one."""
+    sizes, seen = 0.0, set()
+    groups = [h5]
+    while groups:
+        group = groups.pop()
+        for name in group:
+            item = _item(group, name, path, seen)
+            if isinstance(item, h5py.Group):
+                groups.append(item)
+            else:  # under each of its names: below one it may be read by frames, below another whole
+                sizes += _whole_size(item, path)
+        # Asked for as it grows: what is listed takes memory too
+        read_budget.allow(path, sizes, "its tables")
+    _check_frames(h5["VTKHDF"], path)
+    _check_tables(h5, path)
+
+
+def allow_rows(path, what, count, tables):
+    """Refuse, by an InputError, rows of these tables that take more than reading a file may."""
+    size = sum(float(count) * data.dtype.itemsize * np.prod(data.shape[1:], dtype=float) for data in tables)
+    read_budget.allow(path, size, what, "fewer fields take less")
+
+
+def _item(group, name, path, seen):
+    """The item of a group, which must lie in this file and be of a kind that run files have.
+
+    Blocks share tables with the particles; a group that is there twice may hold itself.
+    """
+    where = shown_line(f"{group.name.rstrip('/')}/{name}")
+    if not name.isprintable() or len(name) > LONGEST_NAME:
+        raise InputError(f"{path}: {where} is no name that a run file has")
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise InputError(f"{path}: {where} is a link to elsewhere, which no run file has")
+    item = group[name]
+    if not isinstance(item, h5py.Group | h5py.Dataset):
+        raise InputError(f"{path}: {where} is neither a group nor a table")
+    about = h5py.h5o.get_info(item.id)
+    if isinstance(item, h5py.Group) and ((about.fileno, about.addr) in seen or item == group.file["/"]):
+        raise InputError(f"{path}: {where} is a group with another name too, which no run file has")
+    seen.add((about.fileno, about.addr))
+    if len(seen) > MOST_ITEMS:
+        raise InputError(f"{path}: more than {MOST_ITEMS} tables and groups, which no run file has")
+    return item
+
+
+def _whole_size(data, path):
+    """Bytes that reading a table takes; of one that is read by frames, what one piece of it takes."""
+    if data.external or data.is_virtual:
+        raise InputError(f"{path}: {data.name} lies in another file, which no run file has")
+    if data.name in RECORDS:
+        if data.shape != () or h5py.check_string_dtype(data.dtype) is None:
+            raise InputError(f"{path}: {data.name} is not a text")
+        return float(data.dtype.itemsize)  # a text of no fixed length is no longer than the file
+    if data.dtype.kind not in "iuf" or data.shape is None:
+        raise InputError(f"{path}: {data.name} is not a table of numbers")
+    piece = np.prod(data.chunks or (0,), dtype=float) * data.dtype.itemsize
+    if data.name.startswith(FRAME_DATA):
+        return piece
+    return max(piece, np.prod(data.shape, dtype=float) * data.dtype.itemsize)
+
+
+def _check_frames(root, path):
+    """The index of the frames must fit itself and the particles."""
+    steps = root["Steps"]
+    count = int(steps.attrs["NSteps"])
+    tables = {"Values": steps["Values"], "PointOffsets": steps["PointOffsets"],
+              "NumberOfPoints": root["NumberOfPoints"]}
+    for name, data in tables.items():
+        if data.ndim != 1 or not 0 <= count <= len(data):
+            raise InputError(f"{path}: {name} is not a row of {count} steps")
+    if not count:
+        return
+    if not np.isfinite(tables["Values"][:count]).all():
+        raise InputError(f"{path}: the time of a frame is not a finite number")
+    starts, counts = (tables[name][:count].astype(float) for name in ("PointOffsets", "NumberOfPoints"))
+    _shape(root["Points"], ("rows", 3), path)
+    rows = len(root["Points"])
+    if (starts < 0).any() or (counts < 0).any() or (starts + counts > rows).any():
+        raise InputError(f"{path}: a frame has particles where the file has none")
+    for data in root["PointData"].values():
+        if data.ndim not in (1, 2) or len(data) < rows or (data.ndim == 2 and data.shape[1] not in (3, 6, 9)):
+            raise InputError(f"{path}: {data.name} does not fit the particles")
+
+
+def _check_tables(h5, path):
+    if h5.attrs["origin"].shape != (3,) or not np.isfinite(h5.attrs["origin"]).all():
+        raise InputError(f"{path}: origin is not three finite numbers")
+    if int(h5.attrs["dimension"]) not in (2, 3):
+        raise InputError(f"{path}: dimension = {int(h5.attrs['dimension'])}: must be 2 or 3")
+    lengths = {data.shape for data in h5["history"].values()}
+    if "time" not in h5["history"]:
+        raise InputError(f"{path}: its history has no time")
+    if len(lengths) > 1 or any(len(shape) != 1 for shape in lengths):
+        raise InputError(f"{path}: the columns of its history are not of one length")
+    if "vertices" in h5["terrain"]:
+        _check_drawing(h5["terrain"], path)
+    for data in h5["maps"].values():
+        _shape(data, ("rows", "columns"), path)
+        if data.name.rsplit("/", 1)[1].startswith("."):
+            raise InputError(f"{path}: {data.name} is no name of a map")
+        place = [float(data.attrs[name]) for name in ("x0", "y0", "cell")]
+        if not np.isfinite(place).all() or not place[2] > 0.0 or 0 in data.shape:
+            raise InputError(f"{path}: {data.name} has no place in plan")
+    frames = int(h5["VTKHDF/Steps"].attrs["NSteps"])
+    for group in h5.get(OBSTACLES, {}).values():
+        if set(group) != {"vertices", "facets", *LOADS, *POSES}:
+            raise InputError(f"{path}: {group.name} is not what an obstacle has")
+        _check_drawing(group, path)
+        _shape(group["rotation"], (frames, 3, 3), path)
+        _shape(group["translation"], (frames, 3), path)
+        for name in LOADS:
+            columns = () if group[name].ndim == 1 and name in ("time", "work", "moment") else (3,)
+            _shape(group[name], (len(group["time"]), *columns), path)
+
+
+def _check_drawing(group, path):
+    """Vertices (n, 3) and facets between them."""
+    _shape(group["vertices"], ("n", 3), path)
+    facets = group["facets"]
+    if facets.ndim != 2 or facets.shape[1] not in (2, 3) or facets.dtype.kind not in "iu":
+        raise InputError(f"{path}: {facets.name} are neither triangles nor segments")
+    corners = facets[:]
+    if corners.size and not (corners.min() >= 0 and corners.max() < len(group["vertices"])):
+        raise InputError(f"{path}: {facets.name} name a vertex that is not there")
+
+
+def _shape(data, wanted, path):
+    """Refuse a table of another shape; a word stands for any number."""
+    fits = len(data.shape) == len(wanted) and all(isinstance(w, str) or n == w for n, w in zip(data.shape, wanted,
+                                                                                            strict=True))
+    if not fits:
+        raise InputError(f"{path}: {data.name} has {' x '.join(map(str, data.shape))} numbers, must have"
+                         f" {' x '.join(map(str, wanted))}")

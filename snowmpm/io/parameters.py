@@ -1,0 +1,35 @@
+"""What a run was computed with, in a few words: for the margin of a map, the head of a report, the fields of a file."""
+
+from snowmpm.errors import InputError
+from snowmpm.quantities.quantity import digits
+from snowmpm.reading.toml_text import TOMLDecodeError, tables
+
+
+def parameters(run):
+    """Label -> text of what a reader of a `Run`'s maps should know of it: method, cells, particles, friction, snow."""
+    made = run.provenance
+    try:
+        scene = tables(made.get("scene") or "", "scene")
+    except (TOMLDecodeError, InputError, TypeError):
+        scene = {}
+    found = {"scene": run.name, "method": str(_at(scene, "solver", "method") or "").upper()}
+    if isinstance(made.get("dx"), int | float):
+        found["grid spacing"] = f"{made['dx']:g} m"
+    if len(run):
+        found["particles"] = digits(float(run.n_points(0)))
+    if run.maps:
+        found["map cell"] = f"{digits(next(iter(run.maps.values())).cell)} m"
+    friction = _at(scene, "terrain", "friction")
+    if friction is not None:
+        found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else "by a law"
+    snow = [str(law.get("card") or law.get("kind") or name) for name, law in (_at(scene, "materials") or {}).items()
+            if isinstance(law, dict)]
+    found["snow"] = ", ".join(dict.fromkeys(snow))
+    found["version"] = f"snowmpm {made.get('version', '')}".strip()
+    return {name: text for name, text in found.items() if text}
+
+
+def _at(table, *keys):
+    for key in keys:
+        table = table.get(key) if isinstance(table, dict) else None
+    return table

@@ -1,0 +1,126 @@
+"""What a run says of itself as JSON: provenance, hazard, summary. The file may be anybody's, so it is checked.
+
+Keys that are used must be of their kind; others may be anything that JSON can hold.
+"""
+
+import json
+
+from snowmpm.errors import InputError, shown_line
+from snowmpm.io.archive import MEMORY_PER_BYTE
+from snowmpm.reading import budget as read_budget
+
+LONGEST = 100
+"""Characters of a name that is shown on pictures and pages."""
+
+
+class Record(dict):
+    """A table that says by an InputError, which names the file, that a key is missing."""
+
+    def __init__(self, values, file):
+        super().__init__(values)
+        self.file = file
+
+    def __missing__(self, key):
+        raise InputError(f"{self.file}: has no {key}")
+
+
+def read_record(text, file, kinds):
+    """The `Record` in a JSON text (str or bytes). kinds: {key: function that returns the value or raises ValueError}.
+
+    Raises InputError, which names the file, for what is no table or has a value of another kind.
+    """
+    read_budget.allow(file, float(MEMORY_PER_BYTE * len(text)), "its text")
+    try:
+        record = json.loads(text)
+    except RecursionError:
+        raise InputError(f"{file}: nested too deeply") from None
+    except ValueError as error:
+        raise InputError(f"{file}: not readable as JSON ({shown_line(error, LONGEST)})") from None
+    if not isinstance(record, dict):
+        raise InputError(f"{file}: must hold a table of names and values")
+    for key, kind in kinds.items():
+        if record.get(key) is None:
+            record.pop(key, None)
+            continue
+        try:
+            record[key] = kind(record[key])
+        except ValueError as error:
+            raise InputError(f"{file}: {key} = {shown_line(record[key], LONGEST)}: must be {error}") from None
+    return Record({key: Record(value, f"{file}: {key}") if isinstance(value, dict) else value
+                   for key, value in record.items()}, file)
+
+
+def number(value):
+    """A number. ValueError: it is none, or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
+        raise ValueError("a number")
+    return value
+
+
+def name(value):
+    """A text as it may stand on a line. ValueError: it is none."""
+    if not isinstance(value, str):
+        raise ValueError("a text")
+    return shown_line(value, LONGEST)
+
+
+def text(value):
+    """A text of any length. ValueError: it is none."""
+    if not isinstance(value, str):
+        raise ValueError("a text")
+    return value
+
+
+def names(value):
+    """A list of names. ValueError: it is none, or too long."""
+    if not isinstance(value, list) or len(value) > 1000:
+        raise ValueError("a list of names")
+    return [name(item) for item in value]
+
+
+def table(value):
+    """A table by names. ValueError: it is none."""
+    if not isinstance(value, dict):
+        raise ValueError("a table")
+    return {name(key): item for key, item in value.items()}
+
+
+def numbers(value):
+    """{name: number}, without those that JSON does not know."""
+    return {key: number(item) for key, item in table(value).items() if item is not None}
+
+
+def profile(value):
+    """{name: list of as many numbers as the others have}"""
+    columns = table(value)
+    if any(not isinstance(column, list) for column in columns.values()) or len(set(map(len, columns.values()))) > 1:
+        raise ValueError("columns of one length")
+    return {key: [number(item) for item in column] for key, column in columns.items()}
+
+
+def line(value):
+    """[[x, y], [x, y]]"""
+    if not isinstance(value, list) or [len(point) if isinstance(point, list) else 0 for point in value] != [2, 2]:
+        raise ValueError("two points [x, y]")
+    return [[number(x) for x in point] for point in value]
+
+
+def classes(value):
+    """{map: [{"class": name, "from": number, "to": number or None, "area": number}]}"""
+    found = {}
+    for key, rows in table(value).items():
+        if not isinstance(rows, list) or not all(isinstance(row, dict) and row.keys() >= CLASS.keys() for row in rows):
+            raise ValueError("areas by class")
+        found[key] = [{entry: kind(row[entry]) for entry, kind in CLASS.items()} for row in rows]
+    return found
+
+
+CLASS = {"class": name, "from": number, "to": lambda value: None if value is None else number(value), "area": number}
+PROVENANCE = {"scene": text, "scene_name": name, "version": name, "materials": names, "bodies": names, "dx": number,
+              "particle_spacing": number, "crs": text, "device": name, "backend": name, "precision": name,
+              "wall_time": number, "end_time": number, "end_state": numbers}
+HAZARD = {"numbers": numbers, "profile": profile, "runout_line": line, "classes": classes}
+SUMMARY = {"scene": name, "wall_time": number, "wall_time_of": numbers, "processor_time": number, "time": number,
+           "particles": number, "steps": number, "sorts": number, "frames": number, "writing_time": number,
+           "particle_steps": number, "ns_per_particle_step": number, "smallest_dt": number, "dt_causes": numbers,
+           "last": numbers, "saw_test": table, "hazard": table, "backend": name, "precision": name}

@@ -1,0 +1,112 @@
+"""Tables of a run as pandas data frames. Needs pandas, of the extra `xarray`."""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.io.status import cautions
+from snowmpm.quantities.table import quantity, units_of
+
+THALWEG_UNITS = {"x": "m", "y": "m", "z": "m", "s": "m", "peak_depth": "m", "peak_speed": "m/s", "peak_pressure": "Pa",
+                 "deposit_depth": "m"}
+LOADS = {"force": "N", "moment": "N m", "impulse": "N s", "work": "J"}
+
+
+def require_pandas():
+    """The package. Raises InputError, which says how to get it."""
+    try:
+        import pandas
+    except ImportError:
+        raise InputError("tables need pandas: pip install 'snowmpm[xarray]'") from None
+    return pandas
+
+
+def table(run, what):
+    """Table `what` of a run -> pandas.DataFrame, see `Run.to_pandas`."""
+    if what not in TABLES:
+        raise InputError.not_in("table", what, list(TABLES))
+    found = TABLES[what](run, require_pandas())
+    found.attrs["not_final"] = list(cautions(run))
+    return found
+
+
+def history(run, pandas):
+    """One row a frame or more; indexed by time."""
+    return _frame(pandas, dict(run.history), run.units, "time")
+
+
+def hazard(run, pandas):
+    """Numbers of hazard mapping: value, unit and definition, indexed by name."""
+    found = _named(pandas, run, run.hazard.get("numbers"), "numbers of hazard mapping")
+    known = [quantity(name) for name in found.index]
+    return found.assign(unit=list(units_of(known).values()), definition=[one.definition for one in known])
+
+
+def thalweg(run, pandas):
+    """Along the thalweg, indexed by the distance s."""
+    if not run.hazard.get("profile"):
+        raise _none(run, "thalweg")
+    values = {name: np.asarray(row, float) for name, row in run.hazard["profile"].items()}
+    return _frame(pandas, values, THALWEG_UNITS, "s")
+
+
+def saw_test(run, pandas):
+    """What was measured of a propagation saw test, beside what theories say, as far as the run is at its end."""
+    found = run.summary.get("saw_test")
+    if not found:
+        raise _none(run, "measured saw test (it is in the summary, at the end of a run)")
+    return _named(pandas, run, _flat(found), "saw test")
+
+
+def summary(run, pandas):
+    """What summary.json says, one row an entry; entries within others are joined by a point."""
+    if not run.summary:
+        raise _none(run, "summary (it is written at the end of a run)")
+    return _named(pandas, run, _flat(run.summary), "summary")
+
+
+def loads(run, pandas):
+    """Loads by the snow on every obstacle, finer than the frames; indexed by obstacle and time."""
+    if not run.obstacles:
+        raise _none(run, "obstacles")
+    width = "/m" if run.dimension == 2 else ""
+    frames, units = {}, {}
+    for name, one in run.obstacles.items():
+        columns = {"time": one.time}
+        for load, unit in LOADS.items():
+            values = getattr(one, load)
+            named = {load: values} if values.ndim == 1 else {f"{load}_{axis}": values[:, k]
+                                                             for k, axis in enumerate("xyz")}
+            columns |= named
+            units |= dict.fromkeys(named, unit + width)
+        frames[name] = pandas.DataFrame(columns).set_index("time")
+    found = pandas.concat(frames, names=["obstacle"])
+    found.attrs["units"] = units
+    return found
+
+
+TABLES = {"history": history, "summary": summary, "hazard": hazard, "thalweg": thalweg, "saw_test": saw_test,
+          "loads": loads}
+"""Functions (run, pandas) -> DataFrame by name."""
+
+
+def _none(run, what):
+    return InputError(f"{run.path}: no {what}")
+
+
+def _frame(pandas, columns, units, index):
+    found = pandas.DataFrame(columns).set_index(index)
+    found.attrs["units"] = {name: units.get(name, "") for name in columns}
+    return found
+
+
+def _named(pandas, run, values, what):
+    if not values:
+        raise _none(run, what)
+    return pandas.DataFrame({"value": list(values.values())}, index=pandas.Index(list(values), name="name"))
+
+
+def _flat(values, before=""):
+    rows = {}
+    for name, value in values.items():
+        rows |= _flat(value, f"{before}{name}.") if isinstance(value, dict) else {f"{before}{name}": value}
+    return rows

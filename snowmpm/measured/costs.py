@@ -1,0 +1,151 @@
+"""What steps, frames and the start of a run cost, from the tables of the benchmarks.
+
+Laws, kernels, precision: bulk of 250 000 particles (`tests/benchmarks/check_costs.py`). What a real scene adds to it,
+blocks that are not full, contact, sorts, calls, frames: from runs of the library (`tests/benchmarks/scene_runs.py`).
+Processor time of one thread of the machine that the table was measured on; `advice.calibration` compares others.
+"""
+
+import csv
+import functools
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+TABLE = Path(__file__).with_name("costs.csv")
+USUAL_LAW = "cohesive_cam_clay"
+"""Law of the steps in the table, half of the particles yielding."""
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """What the cost of a step hangs on."""
+
+    dimension: int
+    precision: str = "f32"
+    kernel: str = "quadratic"
+    gradient: str = "affine"
+    transfer: str = "apic"
+    method: str = "mpm"
+
+    @classmethod
+    def of(cls, scene):
+        solver = scene.solver
+        return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method)
+
+
+@functools.cache
+def table():
+    """Rows of the table: {(what, dimension, precision, name): ns}."""
+    with open(TABLE, newline="", encoding="utf-8") as file:
+        return {(row["what"], int(row["dimension"]), row["precision"], row["name"]): float(row["ns"])
+                for row in csv.DictReader(file)}
+
+
+def transfers(scheme):
+    """ns a particle of scatter and gather, or of the sums of SPH, with the usual law but without the grid."""
+    found = table()
+    if scheme.method == "sph":
+        return found["step", scheme.dimension, scheme.precision, "sph"]
+    base = found["step", scheme.dimension, scheme.precision, "quadratic affine apic"]
+    for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer):
+        # Measured in float32; what they add in float64 is more by as much as the whole step is
+        single = found["step", scheme.dimension, "f32", "quadratic affine apic"]
+        base += found.get(("more", scheme.dimension, "f32", name), 0.0) * (
+            found["step", scheme.dimension, scheme.precision, "quadratic affine apic"] / single)
+    return base
+
+
+def usual_law(scheme):
+    """ns of the update of `USUAL_LAW`."""
+    return table()["law", scheme.dimension, scheme.precision, USUAL_LAW]
+
+
+def law(scheme, kind):
+    """ns of a law's update more than that of `USUAL_LAW`; none for a law that is not in the table."""
+    usual = usual_law(scheme)
+    return table().get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """What a step has to do with: particles of each law kind, {kind: n}; home blocks of particles; blocks of nodes;
+    contact blocks, those with nodes near a surface; surfaces: ground, sides and obstacles, moving ones of them."""
+
+    particles: dict
+    blocks: float
+    node_blocks: float = 0.0
+    contact_blocks: float = 0.0
+    surfaces: int = 0
+    moving: int = 0
+    obstacles: int = 0
+    rests: bool = False
+    """whether it lies at rest until it is triggered: hardly anything of it yields, then or later"""
+
+    @property
+    def n(self):
+        return sum(self.particles.values())
+
+    def times(self, particles, blocks):
+        """With so many times as many particles and blocks."""
+        return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
+                     blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
+                     self.obstacles, self.rests)
+
+
+def stages(scheme, crowd, settling=False):
+    """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
+    calls of kernels. Nothing moves far enough to be sorted while an initial state settles."""
+    plain = replace(scheme, transfer="apic")
+    more = transfers(scheme) - transfers(plain)
+    full = _of(scheme, "bulk", "") if scheme.method == "mpm" else 1.0
+    particles = full * bulk(plain, crowd) + crowd.n * more
+    found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
+             "calls": 1e9 * call(scheme)}
+    if scheme.method == "mpm":
+        wide = transfers(plain) / transfers(Scheme(scheme.dimension))
+        flip = "flip" if "flip" in scheme.transfer else "apic"
+        found["blocks"] = wide * crowd.blocks * _of(scheme, "home block", "")
+        found["nodes"] = wide * crowd.node_blocks * _of(scheme, "node block", flip)
+        found["contact"] = crowd.contact_blocks * _of(scheme, "contact block", "") + (
+            crowd.surfaces * _of(scheme, "surface", "") + crowd.moving * _of(scheme, "moving", "")
+            + bool(crowd.obstacles) * _of(scheme, "watched", ""))
+        found["sorts"] = 0.0 if settling else crowd.n * _of(scheme, "sort", "")
+    return {name: 1e-9 * ns for name, ns in found.items()}
+
+
+def bulk(scheme, crowd):
+    """ns of transfers and laws in full blocks of the benchmarks. Where nothing yields, a return map is a trial."""
+    kinds = {kind: "elastic" if crowd.rests and kind.endswith("cam_clay") else kind for kind in crowd.particles}
+    return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
+
+
+def _of(scheme, what, name):
+    return table()[what, scheme.dimension, "f32", name]
+
+
+def call(scheme):
+    """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
+    return 1e-9 * table()["call", scheme.dimension, "f32", scheme.method]
+
+
+def step(scheme, crowd, settling=False):
+    """Seconds of a step of a `Crowd`."""
+    return sum(stages(scheme, crowd, settling).values())
+
+
+def frame(particles, numbers, dimension):
+    """Seconds of a frame of particles with so many numbers each, beside their positions, audit included."""
+    found = table()
+    return 1e-9 * (found["frame", dimension, "f32", "fixed"] + particles * (
+        found["frame", dimension, "f32", "audit"] + (numbers + 3) * found["frame", dimension, "f32", "number"]))
+
+
+def start(dimension, particles):
+    """Seconds until the first step when the kernels were compiled before: imports, build, kernels from the disk."""
+    found = table()
+    return 1e-9 * (found["start", dimension, "f32", "fixed"] + particles * found["start", dimension, "f32", "particle"])
+
+
+def reference_speed():
+    """(vector, python) of `advice.calibration.Speed` of the machine of the table [ns]."""
+    found = table()
+    return found["speed", 0, "", "vector"], found["speed", 0, "", "python"]

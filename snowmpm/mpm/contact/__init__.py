@@ -1,0 +1,1 @@
+"""The grid at walls, obstacles and other bodies."""

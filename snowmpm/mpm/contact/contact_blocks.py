@@ -1,0 +1,48 @@
+"""The node blocks that a surface may touch: their sums stay in memory of their own while surfaces act on them."""
+
+import numpy as np
+
+from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.parallel import shares
+from snowmpm.mpm.contact.contact_node import N_TOTALS
+from snowmpm.mpm.contact.walls import FREE
+from snowmpm.particles.blocks import fields_of
+
+
+class ContactBlocks:
+    """Contact blocks of a block map, numbered 0 .. n - 1.
+
+    index[node block]: contact block or FREE, and node_block, its inverse; coordinates (n, dim); neighbours
+    (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes.
+    """
+
+    def __init__(self, keys, coordinates, surfaces, map_keys, met=False):
+        """keys (m,) sorted and coordinates (m, dim) of all node blocks; map_keys(coordinates, fields) -> keys, which
+        wraps around where the domain is periodic; met (m,): node blocks where bodies meet."""
+        dim = coordinates.shape[1]
+        of_surface = [surface.slots(keys, coordinates) for surface in surfaces]
+        near = np.zeros(len(keys), bool) | met
+        for slots in of_surface:
+            near |= slots != FREE
+        chosen = np.flatnonzero(near)
+        index = np.full(len(keys), FREE, np.int32)
+        index[chosen] = np.arange(len(chosen))
+        neighbours = np.full((len(chosen), 2 * dim), FREE, np.int32)
+        for axis in range(dim):
+            for side, step in enumerate((-1, 1)):
+                stepped = coordinates[chosen].copy()
+                stepped[:, axis] += step
+                wanted = map_keys(stepped, fields_of(keys[chosen], dim))
+                at = np.minimum(np.searchsorted(keys, wanted), max(0, len(keys) - 1))
+                if len(chosen):
+                    neighbours[:, 2 * axis + side] = np.where(keys[at] == wanted, index[at], FREE)
+        self.n = len(chosen)
+        self.node_block = int_array(chosen)
+        self.index_of = index
+        self.index = int_array(index)
+        self.coordinates = int_array(coordinates[chosen])
+        self.neighbours = int_array(neighbours)
+        self.active = [bool((slots != FREE).any()) for slots in of_surface]
+        self.slots = [int_array(slots[chosen]) for slots in of_surface]
+        self.shares = int_array(shares(np.ones(len(chosen))))
+        self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))

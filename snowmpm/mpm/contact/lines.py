@@ -1,0 +1,259 @@
+"""Where a surface crosses the lines of the grid: what `columns` acts on, found once for a map of blocks.
+
+On a line of nodes along the axis k on which |n_k| is largest, z = d / |n_k| is the distance [cells] to the surface
+along the line. The first node with z > 1/2 leads, the `REACH` nodes below it follow. Nodes inside that no node leads
+(below a ridge, or far inside) are deep.
+"""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.particles.blocks import EDGE
+
+REACH = {"quadratic": 3, "cubic": 4}
+"""Followers of a line at most: how far below a leader the nodes of snow on the surface lie."""
+
+FARTHEST = 2.5
+"""z up to which a node can be a leader; 1.5 on a plane, more where the surface curves."""
+
+GAP = 0.25
+"""Gap between snow and surface [cells along the line] from which on there is contact. The same on every line: where it
+goes with the place of the surface between the nodes, a body that rolls meets bumps, and hops. Half of it is within the
+noise of the sampling, and touches one line and not the next."""
+
+TILT = 0.02
+"""By how much another axis must be more normal to the surface before it takes the place of the last one."""
+
+
+class Lines:
+    """Lines and deep nodes of one surface in the contact blocks of a grid.
+
+    start (n + 1,), deep_start (n + 1,): first line and first deep node of each contact block. nodes (m, 1 + reach):
+    places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
+    (m, dim + reach + 3): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
+    half-space, z of the leader, the same ratio of masses where a gap of `GAP` is left below. deep (k,), deep_normals
+    (k, dim).
+    """
+
+    def __init__(self, dim, real, kernel, flip, stored):
+        self.dim, self._real, self._reach = dim, real, REACH[kernel]
+        self.nodes = None
+        self._count, self._fill = line_kernels(dim, real, kernel, flip, stored)
+
+    def find(self, blocks, slots, walls, plane):
+        """Follow the contact blocks, or a surface that has moved. plane: axis, sign and level of a `Plane`."""
+        n = max(1, blocks.n)
+        counts = ti.ndarray(ti.i32, (n, 2))
+        where = blocks.coordinates, blocks.neighbours, slots, walls, *plane
+        self._count(*where, counts, blocks.shares)
+        found = counts.to_numpy()[: blocks.n]
+        start, deep_start = (np.concatenate([[0], np.cumsum(found[:, k])]) for k in range(2))
+        self.n_lines, self.n_deep = int(start[-1]), int(deep_start[-1])
+        self.start, self.deep_start = int_array(start), int_array(deep_start)
+        lines, deep = max(1, self.n_lines), max(1, self.n_deep)
+        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 3)
+        self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
+        self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
+                   blocks.shares)
+
+    def release(self, rows):
+        """Leave the followers of these lines to others (`joined_contact`)."""
+        if len(rows):
+            nodes = self.nodes.to_numpy()
+            nodes[rows, 1:] = -1
+            self.nodes.from_numpy(nodes)
+
+    @property
+    def bytes(self):
+        """Memory of the tables; 0 before lines were sought."""
+        if self.nodes is None:
+            return 0
+        real = 4 if self._real == ti.f32 else 8
+        integers = np.prod(self.nodes.shape) + self.deep.shape[0] + self.start.shape[0] + self.deep_start.shape[0]
+        return int(4 * integers + real * (np.prod(self.numbers.shape) + np.prod(self.deep_normals.shape)))
+
+    def _reals(self, rows, more):
+        return ti.ndarray(self._real, (rows, self.dim + more))
+
+
+def half_space_mass(kernel):
+    """Function -> mass of node at z, of snow that fills z > 0, over its mass far above: the integral of the spline."""
+
+    @ti.func
+    def quadratic(z):
+        u = ti.min(ti.max(z, -1.5), 1.5)
+        inner = 0.5 + u * (0.75 - u * u / 3.0)
+        tail = (1.5 - ti.abs(u)) ** 3 / 6.0
+        return ti.select(ti.abs(u) < 0.5, inner, ti.select(u > 0.0, 1.0 - tail, tail))
+
+    @ti.func
+    def cubic(z):
+        u = ti.min(ti.max(z, -2.0), 2.0)
+        a = ti.abs(u)
+        inner = 2.0 / 3.0 * a - a**3 / 3.0 + a**4 / 8.0
+        outer = 0.5 - (2.0 - a) ** 4 / 24.0
+        half = ti.select(a < 1.0, inner, outer)
+        return 0.5 + ti.select(u > 0.0, half, -half)
+
+    return {"quadratic": quadratic, "cubic": cubic}[kernel]
+
+
+@functools.cache
+def line_kernels(dim, real, kernel, flip, stored):
+    """`count` lines and deep nodes of each contact block, and `fill` their tables.
+
+    stored: distance and normal of each node come from `walls`, where `slots[c]` >= 0; else the surface is the plane
+    `x[axis] = level`, its normal along `sign`.
+    """
+    edge = EDGE[dim]
+    n_nodes = edge**dim
+    stride = n_nodes * (2 if flip else 1)
+    vec4 = ti.types.vector(4, real)
+    reach = REACH[kernel]
+    mass_share = half_space_mass(kernel)
+
+    @ti.func
+    def wall_at(c, q, slots: ti.template(), walls: ti.template(), coordinates: ti.template(), axis, sign, level):
+        """Normal and distance [cells] at a node, and whether they are known."""
+        wall, known = vec4(0.0), 0
+        if ti.static(stored):
+            slot = slots[c]
+            if slot >= 0:
+                known = 1
+                wall = walls[slot * n_nodes + q]
+        else:
+            known = 1
+            for a in ti.static(range(dim)):
+                if a == axis:
+                    i = q // ti.static(edge ** (dim - 1 - a)) % edge
+                    wall[a] = ti.cast(sign, real)
+                    wall[3] = ti.cast((ti.cast(edge * coordinates[c, a] + i, ti.f64) - level) * sign, real)
+        return wall, known
+
+    @ti.func
+    def along(wall):
+        """Axis of the line, direction out of the solid on it, z."""
+        k, best, component = dim - 1, ti.abs(wall[dim - 1]) + TILT, wall[dim - 1]
+        for a in ti.static(range(dim - 1)):
+            if ti.abs(wall[a]) > best:
+                k, best, component = a, ti.abs(wall[a]), wall[a]
+        return k, ti.select(component > 0.0, 1, -1), wall[3] / ti.max(ti.abs(component), 1e-6)
+
+    @ti.func
+    def step_along_line(c, q, k, steps, neighbours: ti.template()):
+        """Contact block and node `steps` nodes further along axis k; block -1 where there is none."""
+        width = 1
+        for a in ti.static(range(dim - 1)):
+            width = ti.select(k == a, edge ** (dim - 1 - a), width)
+        here = q // width % edge
+        there, block = here + steps, c
+        if there < 0:
+            there += edge
+            block = neighbours[c, 2 * k]
+        elif there >= edge:
+            there -= edge
+            block = neighbours[c, 2 * k + 1]
+        return block, q + (there - here) * width
+
+    @ti.func
+    def steps_to_leader(z):
+        """Nodes from a follower at z <= 1/2 up to the first with z > 1/2."""
+        return ti.floor(1.5 - z, ti.i32)
+
+    @ti.func
+    def leads(z):
+        return z > 0.5 and z < FARTHEST
+
+    @ti.func
+    def is_led(c, q, k, up, z, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
+               coordinates: ti.template(), axis, sign, level):
+        """Whether a node at z <= 1/2 follows a leader."""
+        led, j = 0, steps_to_leader(z)
+        if j <= reach:
+            cl, ql = step_along_line(c, q, k, up * j, neighbours)
+            if cl >= 0:
+                wall, known = wall_at(cl, ql, slots, walls, coordinates, axis, sign, level)
+                k_l, up_l, z_l = along(wall)
+                if known == 1 and k_l == k and up_l == up and leads(z_l):
+                    led = 1
+        return led
+
+    @ti.func
+    def follower(c, q, k, up, j, d, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
+                 coordinates: ti.template(), axis, sign, level):
+        """Place of the node j + 1 below a leader with distance d, if it follows, else -1; ratio of their distances."""
+        place, ratio = -1, ti.cast(0.0, real)
+        cf, qf = step_along_line(c, q, k, -up * (j + 1), neighbours)
+        if cf >= 0:
+            wall, known = wall_at(cf, qf, slots, walls, coordinates, axis, sign, level)
+            k_f, up_f, z_f = along(wall)
+            if known == 1 and k_f == k and up_f == up and z_f <= 0.5 and steps_to_leader(z_f) == j + 1:
+                place, ratio = cf * stride + qf, wall[3] / d
+        return place, ratio
+
+    @taichi_kernel
+    def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
+              walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
+              counts: ti.types.ndarray(), shares: ti.types.ndarray()):
+        for w in range(chunks(shares)):
+            if is_worker(w):
+                first, last = chunk(w, shares)
+                for c in range(first, last):
+                    n_lines, n_deep = 0, 0
+                    if slots[c] >= 0:
+                        for q in range(n_nodes):
+                            wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
+                            k, up, z = along(wall)
+                            if leads(z):
+                                n_lines += 1
+                            elif wall[3] <= 0.0:
+                                n_deep += 1 - is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
+                                                     level)
+                    counts[c, 0], counts[c, 1] = n_lines, n_deep
+
+    @taichi_kernel
+    def fill(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
+             walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
+             start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),
+             numbers: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
+             shares: ti.types.ndarray()):
+        for w in range(chunks(shares)):
+            if is_worker(w):
+                first, last = chunk(w, shares)
+                for c in range(first, last):
+                    line, at_deep = start[c], deep_start[c]
+                    if slots[c] >= 0:
+                        for q in range(n_nodes):
+                            wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
+                            k, up, z = along(wall)
+                            if leads(z):
+                                nodes[line, 0] = c * stride + q
+                                full, touching = ti.cast(0.0, real), ti.cast(0.0, real)
+                                for a in ti.static(range(dim)):
+                                    numbers[line, a] = wall[a]
+                                for j in range(reach):
+                                    place, ratio = follower(c, q, k, up, j, wall[3], neighbours, slots, walls,
+                                                            coordinates, axis, sign, level)
+                                    nodes[line, 1 + j], numbers[line, dim + j] = place, ratio
+                                    full += mass_share(z - (j + 1))
+                                    touching += mass_share(z - (j + 1) - GAP)
+                                numbers[line, ti.static(dim + reach)] = full / mass_share(z)
+                                numbers[line, ti.static(dim + reach + 1)] = z
+                                numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
+                                line += 1
+                            elif wall[3] <= 0.0:  # noqa: SIM102 (see below)
+                                # Not `and`: Taichi computes what a function gives before it asks whether it is wanted,
+                                # and outside the solid there is no leader to look up
+                                if is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
+                                          level) == 0:
+                                    deep[at_deep] = c * stride + q
+                                    for a in ti.static(range(dim)):
+                                        deep_normals[at_deep, a] = wall[a]
+                                    at_deep += 1
+
+    return count, fill

@@ -1,0 +1,114 @@
+"""What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
+
+import numpy as np
+
+from snowmpm.compiler.arrays import real_array
+from snowmpm.mpm.contact.contact_node import N_TOTALS
+from snowmpm.mpm.contact.joined_contact import joined_kernel
+from snowmpm.mpm.contact.joined_lines import JoinedLines
+from snowmpm.mpm.contact.lines import Lines
+from snowmpm.mpm.contact.wall_contact import contact_kernel
+from snowmpm.mpm.contact.walls import FREE, NEAR
+from snowmpm.particles.blocks import EDGE
+from snowmpm.stepping.contact_velocity import CODES, SLIP, STICK
+
+
+class Plane:
+    """Geometry of a side of the domain: x[axis] = level [cells], normal along `sign`, inwards."""
+
+    stored = False
+    array = None
+
+    def __init__(self, axis, sign, level):
+        self.axis, self.sign, self.level = axis, sign, level
+
+    def slots(self, keys, coordinates):
+        """0 for the node blocks (coordinates (n, dim)) near it, FREE for others."""
+        edge = EDGE[coordinates.shape[1]]
+        first = edge * coordinates[:, self.axis]
+        nearest = np.minimum(self.sign * (first - self.level), self.sign * (first + edge - 1 - self.level))
+        return np.where(nearest < NEAR, 0, FREE).astype(np.int32)
+
+    def distance(self, points):
+        """Signed distance [cells] at points (k, dim) [cells]."""
+        return self.sign * (points[:, self.axis] - self.level)
+
+
+class Surface:
+    """A geometry (`Walls` or `Plane`), how snow touches it, and the totals of what it gave the snow.
+
+    total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it
+    took [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion:
+    velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each. tracked: moments and the
+    solid's work are added up.
+    """
+
+    def __init__(self, geometry, dim, contact, friction=0.0, tracked=False, moving=False):
+        self.geometry, self.dim, self.tracked, self.moving = geometry, dim, tracked, moving
+        self.code, self.friction = CODES[contact], friction
+        self.motion = real_array(np.zeros(9))
+        self._joined = None
+        self.total = np.zeros(N_TOTALS[dim])
+
+    def slots(self, keys, coordinates):
+        return self.geometry.slots(keys, coordinates)
+
+    def bind(self, real, kernel, flip, serial):
+        """Compile for a precision, a basis, a transfer, and one thread or all of them."""
+        self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
+        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial)
+        self._kernel = kernel
+        if self.joinable:
+            self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
+
+    @property
+    def joinable(self):
+        """Whether lines may be held together (`joined_contact`): those of a wall at rest that never lets go."""
+        holds = self.code == STICK or (self.code == SLIP and self.friction == 0.0)
+        return holds and self.geometry.stored and not self.moving
+
+    @property
+    def bytes(self):
+        """Memory of the lines that it crosses."""
+        return self._lines.bytes
+
+    def prepare(self, grid, slots):
+        """Find the lines of the grid that the surface crosses; slots: of the contact blocks."""
+        geometry = self.geometry
+        plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
+        self._slots, lines = slots, self._lines
+        lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
+        if self.joinable and grid.joins:
+            others = [other.geometry.distance for other in grid.surfaces if other is not self and not other.moving]
+            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.flip, grid.precision)
+            lines.release(rows)
+
+    def follow(self, time, origin, dx):
+        """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
+        pose, motion = self.geometry.obstacle.motion.pose(time), np.zeros((3, 3))
+        motion[0, : self.dim], motion[2, : self.dim] = pose.velocity, (pose.centre - origin) / dx
+        motion[1, 3 - np.size(pose.omega) :] = pose.omega
+        self.motion.from_numpy(motion.ravel())
+        return self.geometry.follow(time)
+
+    def speed_at(self, time):
+        """Bound of the speed of a solid's points [m/s]."""
+        return self.geometry.obstacle.speed_at(time)
+
+    def given_to_solid(self, dx):
+        """Impulse [N s], its moment [N s m] and work [J] that the snow gave the solid: dim + (1 or 3) + 1 numbers."""
+        dim = self.dim
+        return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
+
+    def act(self, grid, dx):
+        """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
+        if self.moving:
+            self.prepare(grid, self._slots)
+        blocks, lines = grid.contact, self._lines
+        if self._joined:
+            joined = self._joined
+            self._hold(grid.nodes, grid.room, blocks.coordinates, joined.ints, joined.numbers, joined.state,
+                       self.motion, self.total, joined.n)
+        self._resolve(grid.nodes, grid.room, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
+                      lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
+                      blocks.part, self.total, blocks.n, blocks.shares)

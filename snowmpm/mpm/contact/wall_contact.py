@@ -1,0 +1,157 @@
+"""Contact with a surface that cuts the grid anywhere, to second order.
+
+A surface (signed distance d, unit normal n out of the solid) crosses lines of nodes, each of which has a leader l above
+the surface and followers f beside and behind it (`lines`).
+A velocity that vanishes on the surface is linear in d beside it, so the constrained part of a follower is d_f / d_l
+times that of its leader. It is imposed as Galerkin's method asks, on test functions that vanish on the surface too:
+with r_f = d_f / d_l and v* the velocities without contact (relative to the solid),
+
+    v_l = (m_l v*_l + sum_f r_f m_f v*_f) / (m_l + sum_f r_f^2 m_f),      v_f = r_f v_l
+
+for all components (stick), or for the normal one only (slip, separate), where the tangential ones stay as they are:
+the natural condition of zero shear. A linear velocity is reproduced, and a uniform stress gives a line no net force,
+because the splines reproduce linear functions; so the wall is exact to second order, wherever it lies between the
+nodes. A wall made of nodes that are held acts as if shifted by a third of a cell. Momentum is conserved: what a line
+gains, J = sum m (v - v*), is the impulse of the solid.
+
+That is in the mean over a line: beside a surface of slope t in the grid, a test function w keeps -t dx^2 / 4
+d/dx (dw/dn) on it. Where the surface ends at another one (an inner corner) or the snow does, a pressure p does the work
+of a force pair p t dx^2 / 4 on this: the stress is off by about the pressure there, by 2 % from 3 cells on. Flat walls
+at rest that never let go of the snow (slip, stick) hold their lines together instead where they meet
+(`joined_contact`). In cells that an oblique surface cuts, few particles stand for a node: 10 % within half a cell (M5).
+
+    slip:      J_n as it comes
+    separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (below)
+    Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu |J_n| / |J_t|)
+
+Snow has arrived where the followers' mass over the leader's is at least what snow above a gap of `lines.GAP` has:
+without the measure it would stop a cell above the wall. It does not depend on how dense the snow lies. (A gradual onset
+would be a damper: it took a third of the energy of a bar that bounces.)
+
+(Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
+one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
+no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact, or in one that has
+most of its snow below the surface (`PRESSED`).
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
+from snowmpm.mpm.contact.lines import REACH
+from snowmpm.stepping.contact_velocity import SEPARATE, STICK, contact_velocity
+
+PRESSED = 3.0
+"""Followers' mass over the leader's, relative to what it is for snow that fills the half-space above the surface, above
+which most of the snow lies below the surface, or closer to it than a quarter of a cell: a lone grain, say. A velocity
+linear in d that leaves the wall would carry what lies below further in, so the nodes of the line are held one by one
+instead."""
+
+HELD = -0.5
+"""z below which followers of a line without contact are held one by one."""
+
+FAINTEST = 1e-12
+"""Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
+
+
+@functools.cache
+def contact_kernel(dim, real, kernel, flip, moving, serial):
+    """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
+
+    moving: the solid moves as `motion` says (`held_nodes`), and moments are added up too.
+    """
+    vec4 = ti.types.vector(4, real)
+    reach = REACH[kernel]
+    n_totals = N_TOTALS[dim]
+    node = node_functions(dim, real, flip, moving)
+
+    @ti.func
+    def act_on_line(line, nodes: ti.template(), room, places: ti.template(), numbers: ti.template(), code, friction,
+                    totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx):
+        leader = places[line, 0]
+        n = ti.Vector([numbers[line, a] for a in ti.static(range(dim))])
+        mass, found = nodes[room + leader][3], ti.cast(0.0, real)
+        place, ratio = ti.Vector.zero(ti.i32, reach), ti.Vector.zero(real, reach)
+        masses, u_f = ti.Vector.zero(real, reach), ti.Matrix.zero(real, reach, dim)
+        for j in ti.static(range(reach)):
+            place[j], ratio[j] = places[line, 1 + j], numbers[line, dim + j]
+            if place[j] >= 0:
+                masses[j] = nodes[room + place[j]][3]
+            found += masses[j]
+        if found > 0.0:
+            u = node.as_vector(nodes[room + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
+            effective, momentum = mass, mass * u
+            for j in ti.static(range(reach)):
+                if masses[j] > 0.0:
+                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
+                    u_j = node.as_vector(nodes[room + place[j]]) - solid
+                    for a in ti.static(range(dim)):
+                        u_f[j, a] = u_j[a]
+                    effective += ratio[j] * ratio[j] * masses[j]
+                    momentum += ratio[j] * masses[j] * u_j
+            target = momentum * 0.0
+            if effective > FAINTEST * found:
+                target = momentum / effective
+            # Impulse that makes the line linear: J_n along n, J_t along the surface
+            J = mass * (target - u)
+            for j in ti.static(range(reach)):
+                J += masses[j] * (ratio[j] * target - u_f[j, :])
+            J_n = J.dot(n)
+            share_n, share_t, held_below = ti.cast(1.0, real), ti.cast(1.0, real), ti.cast(HELD, real)
+            if code == SEPARATE:
+                share_n = ti.select(J_n > 0.0 and found >= mass * numbers[line, dim + reach + 2], 1.0, 0.0)
+                if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
+                    share_n, held_below = 0.0, 1.0
+            if code != STICK:
+                limit = friction * ti.abs(J_n) * share_n
+                share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
+            if share_n > 0.0:
+                change = target - u
+                part = change.dot(n) * n
+                node.set_velocity(nodes, room, leader, u + part + share_t * (change - part),
+                                  node.solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
+            for j in ti.static(range(reach)):
+                if masses[j] > 0.0:
+                    u_j = u_f[j, :]
+                    after = u_j
+                    if share_n > 0.0:
+                        change = ratio[j] * target - u_j
+                        part = change.dot(n) * n
+                        after = u_j + part + share_t * (change - part)
+                    elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
+                        after = contact_velocity(u_j, n, code, friction)
+                    solid = node.solid_velocity(place[j], coordinates, motion, dx)
+                    node.set_velocity(nodes, room, place[j], after, solid, totals, coordinates, motion)
+
+    @taichi_kernel
+    def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
+                        start: ti.types.ndarray(), places: ti.types.ndarray(), numbers: ti.types.ndarray(),
+                        deep_start: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
+                        motion: ti.types.ndarray(), dx: real, code: int, friction: real, part: ti.types.ndarray(),
+                        total: ti.types.ndarray(), n_blocks: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
+        for w in range(chunks(shares)):
+            if is_worker(w):
+                first, last = chunk(w, shares)
+                for c in range(first, last):
+                    totals = ti.Vector.zero(ti.f64, n_totals)
+                    for line in range(start[c], start[c + 1]):
+                        act_on_line(line, nodes, room, places, numbers, code, friction, totals, coordinates, motion, dx)
+                    for i in range(deep_start[c], deep_start[c + 1]):
+                        place = deep[i]
+                        if nodes[room + place][3] > 0.0:
+                            n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
+                            solid = node.solid_velocity(place, coordinates, motion, dx)
+                            u = contact_velocity(node.as_vector(nodes[room + place]) - solid, n, code, friction)
+                            node.set_velocity(nodes, room, place, u, solid, totals, coordinates, motion)
+                    for t in ti.static(range(n_totals)):
+                        part[c, t] = totals[t]
+        ti.loop_config(serialize=ti.static(in_order()))
+        for c in range(n_blocks):
+            for t in ti.static(range(n_totals)):
+                total[t] += part[c, t]
+
+    return resolve_contact

@@ -1,0 +1,1 @@
+"""Particles to grid and back: splines, stencils, scatter, gather."""

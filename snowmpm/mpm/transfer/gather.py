@@ -1,0 +1,110 @@
+"""Grid to particles, then the constitutive update: everything a particle learns from a step.
+
+    v_grid = sum_i w v_i,   C <- D^-1 sum_i w v_i (x_i - x_p)^T,   x <- x + dt v_grid
+    v  <- v_grid + flip_ratio (v + sum_i w dv_i - v_grid)        flip_ratio = 0 in PIC and APIC
+    L = grad v: C with the gradient "affine", sum_i v_i grad w^T with "shape" (see `scatter`)
+    f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f
+
+f is the deformation of the map x + dt v_grid(x) itself, so that stress and places stay one thing: v is that of the end
+of the step over the geometry of its start, and in a rotation L has the part -omega^2 dt / 2 I, which leaves det f = 1 +
+(omega dt)^4 / 4. exp(dt L) would hold J as well, but let the places swell by omega^2 dt t against it.
+
+A CPU takes the particles of a block in packs (`gather_packs`), a GPU one a thread.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import in_order
+from snowmpm.mpm.report import report_functions
+from snowmpm.mpm.transfer.gather_packs import pack_kernel
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.particles.response import response_functions
+from snowmpm.particles.store import accessors
+from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
+
+
+def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True,
+                  serial=False):
+    """Kernel of the second half of a step.
+
+    laws: (update, lanes, stiffness) of each, the last two None where a law has none.
+    atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
+    beside a grad v of the shape functions; serial: by one thread.
+    """
+    scheme = layout, real, laws, n_parameters, flip, basis, gradient, affine
+    return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
+
+
+@functools.cache
+def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine):
+    """The kernel for one particle a thread."""
+    dim, sym_size = layout.dim, layout.sym_size
+    access, at = accessors(layout), layout.offsets
+    vec4 = ti.types.vector(4, real)
+    n_laws, updates, _, stiffnesses = len(laws), *zip(*laws, strict=True)
+    shape = gradient == "shape"
+    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    judged = report_functions(dim, real, basis)
+    particle = response_functions(layout, real, stiffnesses, n_parameters)
+
+    @ti.func
+    def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
+                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, inverse_dx,
+                        flip_ratio):
+        """Advance one particle; -> its report."""
+        x = access.load(reals, places, p, at["position"], dim)
+        address, f, w, dw = grid.locate(x, b)
+        v, moments, slopes = grid.interpolate(tiles, address, w, dw, True)
+        C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
+        velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
+        x += (dt * inverse_dx) * velocity
+        if ti.static(flip):
+            change, _, _ = grid.interpolate(changes, address, w, dw, False)
+            old = access.load(reals, places, p, at["velocity"], dim)
+            velocity = particle.blend(velocity, old + ti.Vector([change[i] for i in ti.static(range(dim))]), flip_ratio)
+        A, growth, ratio = particle.deform(L, access.load(reals, places, p, at["volume_ratio"], 1)[0], dt)
+        h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
+        state = access.load(reals, places, p, at["state"], layout.state_size)
+        work, iterations = ti.cast(0.0, real), 0
+        strain, wave2 = ti.cast(0.0, real), ti.cast(0.0, real)
+        for k in ti.static(range(n_laws)):
+            if law_of[material[p]] == k:
+                parameters = particle.parameters_of(materials, material[p])
+                h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
+                strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
+        access.store(reals, places, p, at["position"], x)
+        particle.store_motion(p, reals, places, velocity, C)
+        particle.store_response(p, reals, places, h, tau, state, ratio)
+        volume = access.load(reals, places, p, at["volume"], 1)[0]
+        report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
+        report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
+        return report
+
+    @taichi_kernel
+    def gather_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
+                      boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
+                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int, count: int):
+        for b, c in ti.ndrange(n_tiles, N_REPORT):
+            reports[b, c] = 0.0
+        for p in range(count):
+            one = gather_particle(p, block_of[p], reals, access.places(reals, turn), material, materials, law_of, tiles,
+                                  changes, dt, 1.0 / dx, flip_ratio)
+            for c in ti.static(range(N_REPORT)):
+                value = ti.cast(one[c], ti.f64)
+                if ti.static(c == BAD):
+                    value *= p + 1
+                if ti.static(c in SUMMED):
+                    ti.atomic_add(reports[block_of[p], c], value)
+                elif value > reports[block_of[p], c]:
+                    # What is seen may be old, but is never too large: looking spares nearly all of the atomics
+                    ti.atomic_max(reports[block_of[p], c], value)
+        ti.loop_config(serialize=ti.static(in_order()))
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
+
+    return gather_atomic

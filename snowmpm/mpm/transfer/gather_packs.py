@@ -1,0 +1,231 @@
+"""The gather of a CPU: packs of particles, a vector register of them at a time.
+
+The particles of a block are taken LANES by LANES: the sums over the nodes one particle after the other, and all that is
+a straight line in loops over local arrays, which the compiler vectorises (`materials.packs`). Packs are formed within a
+block, in the order of its particles, so that no division of work changes a result.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.compiler.runtime import plain_compilation
+from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.mpm.grid import NODE_MASK
+from snowmpm.mpm.report import report_functions
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.law_packs import law_functions, most_held
+from snowmpm.particles.response import response_functions
+from snowmpm.particles.store import accessors
+from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
+
+
+@functools.cache
+def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine, serial):
+    """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
+    dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
+    access, at = accessors(layout), layout.offsets
+    vec4 = ti.types.vector(4, real)
+    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    some_stiffen = any(function is not None for function in stiffnesses)
+    shape, width = gradient == "shape", STENCILS[basis].width
+    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    judged = report_functions(dim, real, basis)
+    particle = response_functions(layout, real, stiffnesses, n_parameters)
+    apply_laws = law_functions(layout, real, laws, n_parameters)
+    # What a pack holds, numbers a lane
+    columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
+               ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
+               ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
+               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("held", most_held(laws, sym_size)))
+    n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
+    found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
+
+    @ti.func
+    def read_pack(pack: ti.template(), address: ti.template(), first, count, b, reals: ti.template(), places):
+        """Load the particles first .. first + count - 1 of block b, and find their stencils."""
+        for lane in range(count):
+            p = first + lane
+            write_lane(pack["x"], lane, access.load(reals, places, p, at["position"], dim))
+            write_lane(pack["h"], lane, access.load(reals, places, p, at["elastic"], sym_size))
+            write_lane(pack["state"], lane, access.load(reals, places, p, at["state"], layout.state_size))
+            write_lane(pack["ratio"], lane, access.load(reals, places, p, at["volume_ratio"], 1))
+            write_lane(pack["volume"], lane, access.load(reals, places, p, at["volume"], 1))
+            if ti.static(flip):
+                write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
+        for lane in range(LANES):
+            start, f, w, dw = grid.locate(read_lane(pack["x"], lane), b)
+            address[lane] = start
+            write_lane(pack["f"], lane, f)
+            for k in ti.static(range(width)):
+                for a in ti.static(range(dim)):
+                    pack["w"][k * dim + a][lane] = w[k, a]
+                    if ti.static(shape):
+                        pack["dw"][k * dim + a][lane] = dw[k, a]
+
+    @ti.func
+    def sum_over_nodes(pack: ti.template(), address: ti.template(), sums: ti.template(), first, count,
+                       reals: ti.template(), places, tiles: ti.template(), changes: ti.template(), cells_per_metre):
+        """Interpolate to each lane, and move it. Node vectors are kept whole, four numbers in a register; were the
+        position not stored here, the compiler would take several lanes at once and each number of a node alone."""
+        for lane in range(count):
+            w, dw = ti.Matrix.zero(real, width, dim), ti.Matrix.zero(real, width, dim)
+            for k in ti.static(range(width)):
+                for a in ti.static(range(dim)):
+                    w[k, a] = pack["w"][k * dim + a][lane]
+                    if ti.static(shape):
+                        dw[k, a] = pack["dw"][k * dim + a][lane]
+            v, moments, slopes = grid.interpolate(tiles, address[lane] & NODE_MASK, w, dw, True)
+            for c in ti.static(range(4)):
+                sums[0][4 * lane + c] = v[c]
+                for a in ti.static(range(dim)):
+                    sums[1 + a][4 * lane + c] = moments[a, c]
+                    if ti.static(shape):
+                        sums[1 + dim + a][4 * lane + c] = slopes[a, c]
+            if ti.static(flip):
+                change, _, _ = grid.interpolate(changes, address[lane] & NODE_MASK, w, dw, False)
+                for c in ti.static(range(4)):
+                    sums[n_sums - 1][4 * lane + c] = change[c]
+            x = read_lane(pack["x"], lane)
+            for a in ti.static(range(dim)):
+                x[a] += cells_per_metre * v[a]
+            write_lane(pack["x"], lane, x)
+            access.store(reals, places, first + lane, at["position"], x)
+
+    @ti.func
+    def spread_sums(pack: ti.template(), sums: ti.template()):
+        """From node vectors to one array for each number, which is what a loop over lanes needs."""
+        for lane in range(LANES):
+            for i in ti.static(range(dim)):
+                pack["v"][i][lane] = sums[0][4 * lane + i]
+                for a in ti.static(range(dim)):
+                    pack["moments"][a * dim + i][lane] = sums[1 + a][4 * lane + i]
+                    if ti.static(shape):
+                        pack["slopes"][a * dim + i][lane] = sums[1 + dim + a][4 * lane + i]
+                if ti.static(flip):
+                    pack["old"][i][lane] += sums[n_sums - 1][4 * lane + i]
+
+    @ti.func
+    def deform_pack(pack: ti.template(), dt, inverse_dx, flip_ratio):
+        """Velocity, C and deformation of all lanes."""
+        for lane in range(LANES):
+            v, slopes = read_lane(pack["v"], lane), ti.Matrix.zero(real, dim, dim)
+            if ti.static(shape):
+                slopes = read_matrix_lane(pack["slopes"], lane)
+            moments = read_matrix_lane(pack["moments"], lane)
+            C, L = grid.gradients(read_lane(pack["f"], lane), v, moments, slopes, inverse_dx)
+            if ti.static(flip):
+                v = particle.blend(v, read_lane(pack["old"], lane), flip_ratio)
+            A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)
+            write_lane(pack["v"], lane, v)
+            write_matrix_lane(pack["C"], lane, C)
+            write_matrix_lane(pack["L"], lane, L)
+            write_matrix_lane(pack["A"], lane, A)
+            pack["growth"][0][lane], pack["ratio"][0][lane] = growth, ratio
+
+    @ti.func
+    def report_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), found: ti.template(),
+                    worst: ti.template(), first, count):
+        """Add what a pack reports to the lanes of its block's report."""
+        for lane in range(LANES):
+            x, h = read_lane(pack["x"], lane), read_lane(pack["h"], lane)
+            one = judged.judge(x, read_lane(pack["v"], lane), read_matrix_lane(pack["L"], lane),
+                               pack["growth"][0][lane], h, read_lane(pack["tau"], lane),
+                               work[lane] * pack["volume"][0][lane], iterations[lane])
+            one[STRAIN] = h.norm_sqr()
+            if ti.static(some_stiffen):
+                one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            used = lane < count
+            worst[lane] = ti.select(used & (one[BAD] > 0.0), first + lane + 1, worst[lane])
+            for c in ti.static(range(N_REPORT)):
+                value = ti.select(used, one[c], 0.0)
+                if ti.static(c in SUMMED):
+                    found["most"][c][lane] += value
+                else:
+                    found["most"][c][lane] = larger(value, found["most"][c][lane])
+            for a in ti.static(range(dim)):
+                lowest, highest = found["lowest"][a][lane], found["highest"][a][lane]
+                found["lowest"][a][lane] = ti.select(used & (x[a] < lowest), x[a], lowest)
+                found["highest"][a][lane] = ti.select(used & (x[a] > highest), x[a], highest)
+
+    @ti.func
+    def write_pack(pack: ti.template(), first, count, reals: ti.template(), places):
+        for lane in range(count):
+            p = first + lane
+            particle.store_motion(p, reals, places, read_lane(pack["v"], lane), read_matrix_lane(pack["C"], lane))
+            particle.store_response(p, reals, places, read_lane(pack["h"], lane), read_lane(pack["tau"], lane),
+                                    read_lane(pack["state"], lane), pack["ratio"][0][lane])
+
+    @ti.func
+    def clear_found(found: ti.template(), worst: ti.template()):
+        for lane in range(LANES):
+            worst[lane] = 0
+            for c in ti.static(range(N_REPORT)):
+                found["most"][c][lane] = 0.0
+            for a in ti.static(range(dim)):
+                found["lowest"][a][lane], found["highest"][a][lane] = 2.0 * edge, -1.0 * edge
+
+    @ti.func
+    def write_found(found: ti.template(), worst: ti.template(), b, boxes: ti.template(), reports: ti.template()):
+        """Lanes of a block's report, in their order, into its row."""
+        block = read_lane(found["most"], 0)
+        lowest, highest = read_lane(found["lowest"], 0), read_lane(found["highest"], 0)
+        for lane in range(1, LANES):
+            for c in ti.static(range(N_REPORT)):
+                if ti.static(c in SUMMED):
+                    block[c] += found["most"][c][lane]
+                else:
+                    block[c] = larger(found["most"][c][lane], block[c])
+            lowest = -larger(-read_lane(found["lowest"], lane), -lowest)
+            highest = larger(read_lane(found["highest"], lane), highest)
+        judged.store_box(boxes, b, lowest, highest)
+        block[EXCURSION] = judged.excursion(lowest, highest)
+        for c in ti.static(range(N_REPORT)):
+            reports[b, c] = ti.cast(block[c], ti.f64)
+        reports[b, BAD] = ti.cast(worst.max(), ti.f64)
+
+    @taichi_kernel
+    def gather_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
+                      boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
+                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
+                      shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
+        for i in range(chunks(shares)):
+            if is_worker(i):
+                begin, end = chunk(i, shares)
+                places = access.places(reals, turn)
+                # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
+                blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
+                blanks = ti.Vector.zero(real, 4 * LANES)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
+                work, iterations, worst, address = blank, count_blank, count_blank, count_blank
+                sums = [blanks for _ in ti.static(range(n_sums))]
+                for b in range(begin, end):
+                    clear_found(found, worst)
+                    for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
+                        first = start[b] + k * LANES
+                        count = ti.min(LANES, start[b + 1] - first)
+                        read_pack(pack, address, first, count, b, reals, places)
+                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, changes, dt / dx)
+                        spread_sums(pack, sums)
+                        deform_pack(pack, dt, 1.0 / dx, flip_ratio)
+                        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
+                        report_pack(pack, work, iterations, found, worst, first, count)
+                        write_pack(pack, first, count, reals, places)
+                    write_found(found, worst, b, boxes, reports)
+        ti.loop_config(serialize=True)
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
+
+    def gather_packs(*arguments):
+        with plain_compilation():
+            gather_blocks(*arguments)
+
+    return gather_packs

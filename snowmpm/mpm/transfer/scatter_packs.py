@@ -1,0 +1,114 @@
+"""The scatter of a CPU: packs of particles, like its gather (`gather_packs`).
+
+What a particle gives to its nodes (`spreading`) is worked out for a vector register of particles at a time; then they
+add it up one after the other, in their order, four numbers of a node in a register.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
+from snowmpm.mpm.contact.spreading import spreading
+from snowmpm.mpm.grid import NODE_MASK, TILE, tile_strides
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.material_table import DENSITY
+from snowmpm.particles.store import accessors
+
+
+@functools.cache
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
+    """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order."""
+    dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
+    access, at = accessors(layout), layout.offsets
+    vec4 = ti.types.vector(4, real)
+    width, plane = STENCILS[basis].width, tile_strides(dim)[0]
+    shape = gradient == "shape"
+    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    parts = spreading(dim, real, basis, gradient, flip, affine, False)
+    # What a pack holds, numbers a lane
+    columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
+               ("w", width * dim))
+    entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
+
+    @ti.func
+    def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, material: ti.template(),
+                  materials: ti.template()):
+        """Load the particles first .. first + count - 1."""
+        for lane in range(count):
+            p = first + lane
+            write_lane(pack["x"], lane, access.load(reals, places, p, at["position"], dim))
+            write_lane(pack["v"], lane, access.load(reals, places, p, at["velocity"], dim))
+            if ti.static(affine):
+                write_lane(pack["C"], lane, access.load(reals, places, p, at["affine"], dim * dim))
+            write_lane(pack["tau"], lane, access.load(reals, places, p, at["stress"], sym_size))
+            volume = access.load(reals, places, p, at["volume"], 1)[0]
+            pack["volume"][0][lane] = volume
+            pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
+
+    @ti.func
+    def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
+        """Stencils of all lanes of block b, and what they give to them."""
+        for lane in range(LANES):
+            start, f, w, dw = grid.locate(read_lane(pack["x"], lane), b)
+            address[lane] = start
+            for k in ti.static(range(width)):
+                for a in ti.static(range(dim)):
+                    pack["w"][k * dim + a][lane] = w[k, a]
+            C, tau = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
+            if ti.static(affine):
+                C = dx * read_matrix_lane(pack["C"], lane)
+            for i in ti.static(range(dim)):
+                for j in ti.static(range(dim)):
+                    tau[i, j] = pack["tau"][entry[i][j]][lane]
+            impulse = (-dt / dx * pack["volume"][0][lane]) * tau
+            for field, _ in ti.static(parts.fields):
+                parts.prepare(field, vectors[field], lane, f, w, dw, pack["mass"][0][lane],
+                              read_lane(pack["v"], lane), C, impulse)
+
+    @ti.func
+    def clear_box(tiles: ti.template(), boxes: ti.template(), b):
+        """Set the box of tile b to zero, whole rows of it: one loop compiles several times faster than two."""
+        first = b * tile_edge**dim + boxes[b, 0] * plane + boxes[b, 1] * tile_edge
+        wide = boxes[b, 4] - boxes[b, 1]
+        for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
+            row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
+            for k in ti.static(range(tile_edge)):
+                # Always zero; told so by a choice, LLVM stores a node at once, not number by number
+                tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
+
+    @taichi_kernel
+    def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
+                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
+                       dt: real, dx: real, n_tiles: int, shares: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
+        for i in range(chunks(shares)):
+            if is_worker(i):
+                begin, end = chunk(i, shares)
+                places = access.places(reals, turn)
+                # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
+                blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, 4 * LANES)
+                pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
+                vectors = [[blanks for _ in ti.static(range(n))] for _, n in ti.static(parts.fields)]
+                address = ti.Vector.zero(ti.i32, LANES)
+                for b in range(begin, end):
+                    clear_box(tiles, boxes, b)
+                    if ti.static(flip):
+                        clear_box(impulses, boxes, b)
+                    for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
+                        first = start[b] + k * LANES
+                        count = ti.min(LANES, start[b + 1] - first)
+                        read_pack(pack, first, count, reals, places, material, materials)
+                        prepare_pack(pack, address, vectors, b, dt, dx)
+                        for lane in range(count):
+                            w = ti.Matrix([[pack["w"][k * dim + a][lane] for a in ti.static(range(dim))]
+                                           for k in ti.static(range(width))])
+                            parts.spread(0, tiles, address[lane] & NODE_MASK, w, vectors[0], lane)
+                            if ti.static(flip):
+                                parts.spread(1, impulses, address[lane] & NODE_MASK, w, vectors[1], lane)
+
+    return scatter_blocks

@@ -1,0 +1,1 @@
+"""The particles of a simulation: what each carries, where it lies in memory, which block it belongs to."""

@@ -1,0 +1,62 @@
+"""The laws of a scene applied to a pack of particles (`materials.packs`)."""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.materials.law import REDO
+from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack
+from snowmpm.particles.response import response_functions
+
+
+def most_held(laws, entries, width=LANES):
+    """Numbers a lane that the laws of a scene hold in `pack["held"]`. entries: of a symmetric tensor."""
+    return max(held_numbers(lanes, entries) for _, lanes, _ in laws) if width == LANES else 0
+
+
+@functools.cache
+def law_functions(layout, real, laws, n_parameters, width=LANES):
+    """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
+
+    width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
+    laws: (update, lanes, stiffness) of each, the last two None where a law has none. pack: arrays of a number a lane
+    by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2; held: `most_held`
+    arrays for the laws themselves.
+    """
+    n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
+    has_lanes, some_stiffen = ([function is not None and width == LANES for function in lanes],
+                               any(function is not None for function in stiffnesses))
+    particle = response_functions(layout, real, stiffnesses, n_parameters)
+
+    @ti.func
+    def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
+                   material: ti.template(), materials: ti.template(), law_of: ti.template(), dt):
+        """A pack of one material at once as far as its law can, everything else particle by particle."""
+        common, alike = ti.cast(material[first], ti.i32), 1
+        for lane in range(count):
+            iterations[lane] = REDO
+            if material[first + lane] != common:
+                alike = 0
+        if alike == 1:
+            for k in ti.static(range(n_laws)):
+                if ti.static(has_lanes[k]):  # noqa: SIM102 (one is compile time)
+                    if law_of[common] == k:
+                        update_pack(lanes[k], particle.parameters_of(materials, common), dt, pack["h"], pack["state"],
+                                    pack["A"], pack["tau"], work, iterations, pack["held"])
+        left = 0
+        for lane in range(width):
+            left += ti.select(iterations[lane] == REDO, 1, 0)
+        some_left = left > 0 or ti.static(some_stiffen)
+        for lane in range(ti.select(some_left, count, 0)):
+            own = ti.cast(material[first + lane], ti.i32)
+            for k in ti.static(range(n_laws)):
+                if law_of[own] == k:
+                    if iterations[lane] == REDO:
+                        update_lane(updates[k], lane, particle.parameters_of(materials, own), dt, pack["h"],
+                                    pack["state"], pack["A"], pack["tau"], work, iterations)
+                    if ti.static(some_stiffen):
+                        strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
+                                                        read_lane(pack["tau"], lane), read_lane(pack["state"], lane))
+                        pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
+
+    return apply_laws

@@ -1,0 +1,49 @@
+"""The laws of a scene as the tables that kernels read."""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.runtime import DTYPES
+
+DENSITY = 0
+"""Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
+
+
+class MaterialTable:
+    """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
+
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, which are (update, lanes,
+    stiffness) of each law, None for what it lacks.
+    """
+
+    def __init__(self, laws, precision):
+        self.laws = tuple(laws)
+        # Laws that share functions count as one, so that they are compiled once; in an order of names, not of the scene
+        functions_of = [(law.update, law.lanes, law.stiffness) for law in self.laws]
+        names = [(law.kind, law.model_dump_json()) for law in self.laws]
+        first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
+        self.functions = tuple(sorted(first_name, key=first_name.get))
+        self.density = np.array([law.density for law in laws])
+        self.wave_speed = max(law.wave_speed() for law in laws)
+        self.state_size = max([1, *(len(law.STATE) for law in laws)])
+        self.initial_state = np.zeros((len(laws), self.state_size))
+        self.n_parameters = max(len(law.parameters()) for law in laws)
+        numbers = np.zeros((len(laws), 1 + self.n_parameters), DTYPES[precision][1])
+        for m, law in enumerate(laws):
+            state, parameters = law.initial_state(), law.parameters()
+            self.initial_state[m, : len(state)] = state
+            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
+        self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
+        self.numbers.from_numpy(numbers)
+        law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)
+        self.law_of = ti.ndarray(ti.i32, law_of.shape)
+        self.law_of.from_numpy(law_of)
+
+    def elastic_energy(self, material, stress, state, volume):
+        """Recoverable energy [J] of particles: material (n,), Kirchhoff stress (n, 4) or (n, 6) [Pa], state of the laws
+        (n, state_size), reference volume (n,) [m3]. NumPy."""
+        stress, energy = np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), 0.0
+        for m, law in enumerate(self.laws):
+            own = material == m
+            energy += float(volume[own] @ law.elastic_energy(stress[own], state[own]))
+        return energy

@@ -1,0 +1,219 @@
+"""The particles of a simulation in the order of the blocks that they are at home in; what left is accounted for."""
+
+import numpy as np
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.parallel import shares
+from snowmpm.errors import InputError
+from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
+from snowmpm.particles.material_table import MaterialTable
+from snowmpm.particles.pushing import push_kernel
+from snowmpm.particles.severing import sever_kernel
+from snowmpm.particles.store import IDENTITY, MATERIAL, Layout, ParticleStore
+
+BLOCK_COST = 8
+"""Cost of a block beside that of its particles, in particles: clearing its tile, and its share of cache misses."""
+
+ROUND_OFF = 1e-3
+"""Cells by which a particle may seem to be beyond its limit."""
+
+
+class SortedParticles(ParticleStore):
+    """A particle store whose rows follow the blocks of `blocks` (`BlockMap`), and its materials.
+
+    Lengths inside are cells of dx from `origin` (scene coordinates of grid node 0). start (blocks + 1,), coordinates
+    (blocks, dim), shares (workers + 1,): the map and its cut into chunks of about equal work, for kernels; block_of
+    (n,): the block of each particle, kept only when asked for. drift: the way [cells] of the particle that went
+    furthest since the last sort. mass [kg] of all particles; removed: count, mass [kg], momentum [kg m/s] and energy
+    [J] (kinetic, elastic and -m g.x, but for periodic axes) of those that are gone, and `taken`, the mass [kg] of those
+    that did not leave the domain but were taken out. repeats (dim,): whether the domain is periodic along each axis.
+    """
+
+    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, home_limit, second_moment,
+                 period=None, keep_block_of=False):
+        """limits: (lower, upper) cells beyond which a particle has left; home_limit: `Stencil.home_limit`;
+        second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s.
+        """
+        self.dim = len(origin)
+        self.dx, self.origin = dx, np.asarray(origin, float)
+        self.materials = MaterialTable(laws, precision)
+        self._limits, self._second_moment = limits, second_moment
+        self._bounds = [real_array(limit) for limit in limits]
+        self._home_limit, self._keep_block_of = home_limit, keep_block_of
+        self._period = np.zeros(self.dim, np.int64) if period is None else period
+        self.repeats = self._period > 0
+        self._gravity = np.where(self.repeats, 0.0, gravity)
+        cells = (population.positions - self.origin) / dx
+        blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
+        layout = Layout(self.dim, self.materials.state_size, by_row=not runtime.fine_grained())
+        if len(order) > layout.most_particles:
+            raise InputError(f"{len(order):,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
+                             "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
+        super().__init__(layout, len(order), precision)
+        material = population.material[order]
+        columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
+                   "volume_ratio": population.volume_ratio[order], "state": self._state(population, material, order),
+                   "affine": population.affine[order],
+                   "elastic": population.elastic[order], "stress": population.stress[order]}
+        self.fill(columns, material, order)
+        self.mass = float(population.volumes @ self.materials.density[population.material])
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(self.dim)}
+        self.sorts = 0
+        self._count_moves, self._aim = sort_kernels(layout)
+        self._follow(blocks)
+
+    def _state(self, population, material, order):
+        """State of the laws (n, state_size) at the start."""
+        state = self.materials.initial_state[material]
+        if population.state is not None:
+            given = population.state[order, : state.shape[1]]
+            state[:, : given.shape[1]] = np.where(np.isnan(given), state[:, : given.shape[1]], given)
+        return state
+
+    def _follow(self, blocks, drift=0.0):
+        self.blocks, self.drift = blocks, drift
+        self.start, self.coordinates = int_array(blocks.start), int_array(blocks.coordinates)
+        self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
+        if self._keep_block_of:
+            self.block_of = int_array(np.repeat(np.arange(len(blocks)), np.diff(blocks.start)))
+
+    def weightless(self):
+        """Leave the potential energy out of what is removed: gravity changes, and its work is added up elsewhere."""
+        self._gravity = np.zeros(self.dim)
+
+    # ---- who is where -------------------------------------------------------------------------------------------
+
+    @property
+    def strayed(self):
+        """Whether some particle may be out of reach of its block's tile, so that they must be sorted."""
+        return self.drift >= self._home_limit
+
+    def sort(self, speed):
+        """Bring every particle home to its block; those outside the limits are removed and counted.
+
+        speed: of the fastest one [m/s], which is sorted furthest ahead of itself (`LEAD`).
+        """
+        blocks = self.blocks
+        counts = int_array(np.zeros((len(blocks), 3**self.dim)))
+        lead = LEAD * self._home_limit
+        ahead = lead / max(speed, 1e-30)
+        self._count_moves(self.reals, self.turn, self.start, self.coordinates, *self._bounds, ahead, lead,
+                          counts, self.target, self.shares)
+        counts = counts.to_numpy()[: len(blocks)]
+        alive = int(counts.sum())
+        if alive < self.count:
+            cells = (self.positions() - self.origin) / self.dx
+            self._tally_removed(~((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1))
+        used = counts > 0
+        keys, block_of_move = np.unique(blocks.neighbours()[used], return_inverse=True)
+        order = np.argsort(block_of_move, kind="stable")
+        sizes = counts[used]
+        first = np.empty(len(sizes), np.int64)
+        first[order] = np.cumsum(sizes[order]) - sizes[order]
+        target = np.zeros(counts.shape, np.int64)
+        target[used] = first
+        self._aim(self.reals, self.turn, self.start, int_array(target), self.target, self.shares)
+        self.move(alive)
+        self._follow(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                              self._period))
+        self.sorts += 1
+
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true; they count as removed."""
+        keep, before = ~np.asarray(gone, bool), self.removed["mass"]
+        self._tally_removed(~keep)
+        self.removed["taken"] += self.removed["mass"] - before
+        table, labels = self.table()[keep], self.labels()[keep]
+        home = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
+        counts = np.bincount(home, minlength=len(self.blocks))
+        filled = counts > 0
+        self.replace(table, labels)
+        self._follow(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
+        (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
+        real, numpy_real = runtime.DTYPES[self.precision]
+        self.changes += 1
+        line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
+        with runtime.precision(self.precision):
+            return sever_kernel(self.layout, real)(
+                self.reals, self.turn, self.identity, self.start, self.coordinates, line, radius / self.dx, *numbers,
+                np.array(state, numpy_real), len(self.blocks))
+
+    def push(self, numbers, gain):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""
+        self.changes += 1
+        real, numpy_real = runtime.DTYPES[self.precision]
+        with runtime.precision(self.precision):
+            push_kernel(self.layout, real)(self.reals, self.turn, self.identity, np.asarray(gain, numpy_real), *numbers,
+                                           self.count)
+
+    def _tally_removed(self, gone):
+        removed, mass = self.removed, self.masses()[gone]
+        velocity, affine = self.column("velocity")[gone], self.column("affine")[gone]
+        square = (velocity**2).sum(axis=1) + self._second_moment * (affine**2).sum(axis=1)
+        elastic = self.materials.elastic_energy(*(values[gone] for values in (
+            self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
+        removed["count"] += int(gone.sum())
+        removed["mass"] += float(mass.sum())
+        removed["momentum"] += mass @ velocity
+        removed["energy"] += float(mass @ (0.5 * square - self.positions()[gone] @ self._gravity)) + elastic
+        self.mass -= float(mass.sum())
+
+    # ---- reading ------------------------------------------------------------------------------------------------
+
+    def column(self, name):
+        """Copy of one column group of the table, float64, (n, size)."""
+        return self.table()[:, self.layout.columns(name)].astype(np.float64)
+
+    def positions(self, local=None, blocks=None):
+        """Scene coordinates [m], (n, dim); local: their position columns when already at hand, blocks: the `BlockMap`
+        that they belong to."""
+        local = self.column("position") if local is None else local
+        blocks = blocks or self.blocks
+        home = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
+        cells = EDGE[self.dim] * home + local
+        length = EDGE[self.dim] * self._period
+        return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
+
+    def masses(self):
+        """Masses [kg] (per metre of width in 2-D), (n,)."""
+        return self.column("volume")[:, 0] * self.materials.density[self.labels()[:, MATERIAL]]
+
+    def describe(self, row):
+        """Name and place of the particle in a row, for a message."""
+        place = np.array2string(self.positions()[row], precision=3)
+        return f"particle {self.labels()[row, IDENTITY]}", f"near {place} m"
+
+    # ---- checkpoint ---------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name."""
+        return {"reals": np.ascontiguousarray(self.table()), "labels": self.labels(), "keys": self.blocks.keys,
+                "start": self.blocks.start, "excursion": self.drift, "sorts": self.sorts, "mass": self.mass,
+                "removed": {**self.removed, "momentum": self.removed["momentum"].copy()}}
+
+    def restore(self, state):
+        """Take over a `state()`. Raises InputError when it does not fit."""
+        reals = state["reals"]
+        if reals.shape[1:] != (self.layout.width,) or reals.dtype != self.numpy_dtype:
+            raise InputError("the particles of the checkpoint carry other columns: it is from another version")
+        starts = state["start"]
+        if not (len(reals) == len(state["labels"]) == starts[-1] <= self.capacity and (np.diff(starts) > 0).all()):
+            raise InputError("the particles of the checkpoint are not in the order of its blocks")
+        labels, keys = state["labels"], state["keys"]
+        if labels.shape != (len(reals), 2) or labels.dtype.kind not in "iu" or (labels < 0).any() or (
+                labels[:, MATERIAL].max(initial=0) >= len(self.materials.laws)):
+            raise InputError("the particles of the checkpoint are of materials that the scene does not have")
+        # Kernels go by both without looking: what lies elsewhere would be written there. Particles that strayed in the
+        # last step, which crosses a cell at most, are brought home before the next one
+        home, limit = reals[:, self.layout.columns("position")] - 0.5, self._home_limit + ROUND_OFF
+        limit += 1.0 if state["excursion"] >= self._home_limit else 0.0
+        near = (home >= -limit) & (home <= EDGE[self.dim] + limit)
+        if not near.all() or len(keys) != len(starts) - 1 or (np.diff(keys) <= 0).any() or starts[0] != 0:
+            raise InputError("the particles of the checkpoint are not in its blocks")
+        self.replace(reals, labels)
+        self._follow(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
+        self.sorts, self.mass, self.removed = state["sorts"], state["mass"], {"taken": 0.0, **state["removed"]}

@@ -1,0 +1,1 @@
+"""What the numbers of a run mean: one definition a name, with its unit and digits. Needs NumPy only."""

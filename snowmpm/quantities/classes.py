@@ -1,0 +1,61 @@
+"""Classes in which maps are drawn and areas counted, with their colours: the same in pictures, tables and QGIS."""
+
+import math
+from dataclasses import dataclass, replace
+
+PRESSURES = (1e3, 3e3, 1e4, 3e4)
+"""Peak pressures whose areas and reaches are given [Pa]; 1, 3, 10 and 30 kPa are in use in several countries."""
+
+
+@dataclass(frozen=True)
+class Classes:
+    """limits: lower ends of all classes but the first, in the unit of the raster, ascending; the last class is open.
+
+    colours: "#rrggbb", one more than limits; scale, unit: of the labels.
+    """
+
+    limits: tuple
+    colours: tuple
+    scale: float = 1.0
+    unit: str = "m"
+
+    def label(self, k):
+        """Class k in words: below 1 kPa, 1 to 3 kPa, 300 kPa and above."""
+        bounds = [f"{limit / self.scale:g}" for limit in self.limits]
+        if k == 0:
+            return f"below {bounds[0]} {self.unit}"
+        if k == len(bounds):
+            return f"{bounds[-1]} {self.unit} and above"
+        return f"{bounds[k - 1]} to {bounds[k]} {self.unit}"
+
+
+PRESSURE = Classes((1e3, 3e3, 1e4, 3e4, 1e5, 3e5), ("#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#b01e5c", "#6d1169",
+                                                    "#24083a"), 1e3, "kPa")
+DEPTH = Classes((0.5, 1.0, 2.0, 4.0, 8.0), ("#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"))
+SPEED = Classes((5.0, 10.0, 20.0, 30.0, 40.0), ("#f0f4d4", "#cfe3a1", "#93c47d", "#4f9d69", "#23705f", "#0b3c49"),
+                unit="m/s")
+TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#3b0f70", "#641a80", "#8c2981", "#b73779", "#de4968", "#f7705c",
+                                                     "#fe9f6d", "#fecf92"), unit="s")
+
+OF_MAP = {"release_depth": DEPTH, "peak_depth": DEPTH, "deposit_depth": DEPTH, "peak_speed": SPEED,
+          "peak_pressure": PRESSURE, "arrival_time": TIME}
+"""Classes of each raster of a run, by its name."""
+
+
+def classes_of(name, largest):
+    """Classes of the raster `name`, None for one without. largest: value of the raster.
+
+    Limits are fixed, so that runs compare, but for small models: there they are a power of ten lower. Times, which
+    every run has its own of, are in eight equal classes of a round length.
+    """
+    classes = OF_MAP.get(name)
+    if classes is None or not largest > 0.0:
+        return classes
+    if classes is TIME:
+        power = 10.0 ** math.floor(math.log10(largest / 8.0))
+        step = next(m * power for m in (1.0, 2.0, 5.0, 10.0) if 8.0 * m * power >= largest)
+        return replace(classes, limits=tuple(round(step * limit, 9) for limit in classes.limits))
+    shrink = 1.0
+    while largest < shrink * classes.limits[0]:
+        shrink /= 10.0
+    return replace(classes, limits=tuple(float(f"{shrink * limit:.6g}") for limit in classes.limits))

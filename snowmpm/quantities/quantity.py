@@ -1,0 +1,74 @@
+"""A quantity: its name, unit, definition, and how its values are written."""
+
+import math
+from dataclasses import dataclass
+
+THIN = "\u202f"
+"""Narrow no-break space between groups of three digits."""
+
+PREFIXED = ("Pa", "J", "N", "W", "N m", "J/m")
+"""Units that take k, M or G."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """name: in files, tables and Python; label: in words; unit: SI, as stored ("1": none); definition: what it is, in
+    a sentence or two; where: module that computes it; decimals: fixed number of them, or None (`written`)."""
+
+    name: str
+    label: str
+    unit: str
+    definition: str
+    where: str
+    decimals: int | None = None
+
+    def text(self, value):
+        """A value with its unit: 1970 m, 27.3 m/s, 12.4 kPa."""
+        return written(value, self.unit, self.decimals)
+
+
+def written(value, unit="1", decimals=None):
+    """A number with its unit, as people write it.
+
+    All digits before the decimal point are given, three at least in total, groups of three apart from 10 000 on.
+    decimals: exactly so many, without groups (coordinates, which are copied). Shares ("share") are per cent, pressures,
+    forces and energies take k, M or G, masses from 10 t on are in tonnes. Not finite: "-".
+    """
+    if value is None or not math.isfinite(value):
+        return "-"
+    value, unit = _scaled(float(value), unit)
+    number = f"{value:.{decimals}f}" if decimals is not None else digits(value)
+    shown = {"1": "", "m2": "m²", "m3": "m³", "degrees": "°", "kg/m3": "kg/m³", "m/s2": "m/s²"}.get(unit, unit)
+    return f"{number}{'' if shown == '°' else ' '}{shown}".strip()
+
+
+def digits(value):
+    """A number with three digits at least: 0.0234, 5.27, 84.6, 1970, 12 300; whole ones without decimals."""
+    if value == 0.0:
+        return "0"
+    size = abs(value)
+    if size < 1e-4 or size >= 1e15:
+        return f"{value:.3g}"
+    places = max(0, 2 - math.floor(math.log10(size)))
+    text = f"{value:.{places}f}"
+    if size < 1e3 and float(value).is_integer():
+        text = f"{value:.0f}"
+    return grouped(text) if size >= 1e4 else text
+
+
+def grouped(text):
+    """Digits of a whole number in groups of three."""
+    return f"{int(text):,}".replace(",", THIN)
+
+
+def _scaled(value, unit):
+    """The value in the unit that it is read in."""
+    if unit == "share":
+        return 100.0 * value, "%"
+    if unit == "kg" and abs(value) >= 1e4:
+        return value / 1e3, "t"
+    if unit in PREFIXED:
+        for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+            if abs(value) >= factor:
+                return value / factor, prefix + unit
+    return value, unit

@@ -1,0 +1,148 @@
+"""The table of quantities: every number of a run that has a name, with its unit and its one definition.
+
+Histories, logs, summary.json, maps, plots, reports, comparisons and vector files take names, units and words from here.
+"""
+
+from snowmpm.quantities.classes import PRESSURES
+from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
+from snowmpm.quantities.quantity import Quantity
+
+AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
+MAPS, HAZARD = "snowmpm.results.maps", "snowmpm.results.hazard"
+
+HISTORY = (
+    Quantity("mass", "mass in the domain", "kg", "Mass of all particles in the domain.", AUDIT),
+    Quantity("momentum_x", "momentum along x", "kg m/s", "Sum of m v along x.", AUDIT),
+    Quantity("momentum_y", "momentum along y", "kg m/s", "Sum of m v along y.", AUDIT),
+    Quantity("momentum_z", "momentum along z", "kg m/s", "Sum of m v along z, upwards.", AUDIT),
+    Quantity("kinetic_energy", "kinetic energy", "J", "Sum of m v² / 2 over the particles.", AUDIT),
+    Quantity("affine_energy", "affine energy", "J", "Kinetic energy of the motion within particles (affine transfers).",
+             AUDIT),
+    Quantity("elastic_energy", "elastic energy", "J", "Elastic energy stored in the snow, by its laws.", AUDIT),
+    Quantity("potential_energy", "potential energy", "J", "Sum of -m g.x, from the first centre of mass.", AUDIT),
+    Quantity("plastic_work", "plastic work", "J", "Work dissipated in the snow since the start.", AUDIT),
+    Quantity("contact_work", "work taken by contact", "J", "Energy that ground and obstacles took since the start.",
+             AUDIT),
+    Quantity("force_work", "work of forces", "J", "Work that prescribed accelerations and pressures have done on the "
+             "snow since the start.", AUDIT),
+    Quantity("damping_work", "work taken by damping", "J", "Energy that prescribed damping took since the start.",
+             AUDIT),
+    Quantity("removed_energy", "energy that left", "J", "Energy of the particles that left or were taken out.", AUDIT),
+    Quantity("energy_remainder", "numerical remainder", "J", "Energy of the start less all that is accounted for: what "
+             "the scheme itself took.", AUDIT),
+    Quantity("null_space_noise", "noise that the grid cannot see", "1", "Share of the particles' kinetic energy that "
+             "the grid does not see.", AUDIT),
+    Quantity("occupied_cells", "occupied cells", "1", "Grid cells that hold particles.", AUDIT),
+    Quantity("emptied_cells", "emptied cells", "1", "Grid cells without particles between two that hold some.", AUDIT),
+    Quantity("momentum_residual", "momentum residual", "1", "What is left open of the momentum balance, over the sizes "
+             "of its terms.", AUDIT),
+    Quantity("max_speed", "fastest particle", "m/s", "Speed of the fastest single particle at that time. The flow, a "
+             "mean over a map cell, is slower: see largest_flow_speed.", AUDIT),
+    Quantity("front", "front, from the first centre of mass", "m", "Where 99.5 % of the mass that has moved lies "
+             "behind, in plan along the mean dip of the release, from the centre of mass at the start.", AUDIT),
+    Quantity("front_distance", "front, from the top of what moved", "m", "The front, measured from the highest place "
+             "that moving snow has left, in plan along the mean dip of the release. A straight line, unlike the "
+             "run-out, which follows the thalweg.", AUDIT),
+    Quantity("removed_particles", "particles that left", "1", "Particles that left the domain or were taken out.",
+             AUDIT),
+    Quantity("removed_mass", "mass that is gone", "kg", "Mass that left the domain, or that a cut or a removal took.",
+             AUDIT),
+    Quantity("taken_mass", "mass that was taken out", "kg", "The part of removed_mass that a cut or a removal took.",
+             AUDIT),
+    Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
+             "start.", AUDIT),
+    Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",
+             AUDIT),
+    Quantity("min_J", "least volume ratio", "1", "Smallest volume of a particle over its volume at the start.", AUDIT),
+    Quantity("max_J", "largest volume ratio", "1", "Largest volume of a particle over its volume at the start.", AUDIT),
+    Quantity("dt", "time step", "s", "Length of the last step.", AUDIT),
+    Quantity("steps", "steps", "1", "Steps since the start.", AUDIT),
+    Quantity("particles", "particles", "1", "Particles in the domain.", AUDIT),
+    Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
+             f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
+             f"{100 * REST_MOMENTUM:g} % or less.", MOTION),
+    Quantity("total_momentum", "total momentum", "kg m/s", "Sum of m |v|.", MOTION),
+    Quantity("momentum_share", "momentum, of its peak", "share", "Total momentum over its largest value so far; 0 "
+             f"while the mean speed is below {100 * CREEP:g} cm/s.", MOTION),
+)
+
+RASTERS = (
+    Quantity("release_depth", "release depth", "m", "Vertical depth of the snow over a map cell at the start.", MAPS),
+    Quantity("peak_depth", "peak flow depth", "m", "Largest vertical depth over a map cell at any time: the volume at "
+             "the density of the start, by the cell's area.", MAPS),
+    Quantity("peak_speed", "peak flow speed", "m/s", "Largest mean speed over a map cell, weighted by mass, while the "
+             "flow was at least flow_depth deep.", MAPS),
+    Quantity("peak_pressure", "peak pressure ρv²", "Pa", "Largest ρv² over a map cell, with the density of the start "
+             "and the mean of v² over the mass, while the flow was at least flow_depth deep. Without the factor of an "
+             "obstacle's shape.", MAPS),
+    Quantity("deposit_depth", "depth at the end", "m", "Vertical depth over a map cell at the end of the run, moving "
+             "or not, at the density of the start.", MAPS),
+    Quantity("arrival_time", "arrival time", "s", "When the flow first was at least flow_depth deep; 0 in the release.",
+             MAPS),
+)
+
+NUMBERS = (
+    Quantity("release_area", "release area", "m2", "Plan area of the map cells with at least flow_depth of snow at the "
+             "start.", HAZARD),
+    Quantity("release_volume", "release volume", "m3", "Volume of the snow at the start.", HAZARD),
+    Quantity("release_mass", "release mass", "kg", "Mass of the snow at the start.", HAZARD),
+    Quantity("affected_area", "affected area", "m2", "Plan area where the flow once was at least flow_depth deep.",
+             HAZARD),
+    *(Quantity(f"area_above_{p / 1e3:g}_kPa", f"affected area above {p / 1e3:g} kPa", "m2", "The part of the affected "
+               f"area where the peak pressure reached {p / 1e3:g} kPa.", HAZARD) for p in PRESSURES),
+    Quantity("largest_flow_depth", "largest flow depth", "m", "Largest value of the map peak_depth.", HAZARD),
+    Quantity("largest_flow_speed", "largest flow speed", "m/s", "Largest value of the map peak_speed: a mean over a "
+             "map cell, below the fastest particle (max_speed).", HAZARD),
+    Quantity("largest_flow_pressure", "largest pressure ρv²", "Pa", "Largest value of the map peak_pressure.", HAZARD),
+    Quantity("deposit_area", "deposit area", "m2", "Plan area with at least flow_depth of snow at the end, moving or "
+             "not.", HAZARD),
+    Quantity("deposit_volume", "deposit volume, at release density", "m3", "Volume that the snow in the domain at the "
+             "end would have at its density at the start. The deposit itself is denser or looser.", HAZARD),
+    Quantity("deposit_mass", "deposit mass", "kg", "Mass of the snow in the domain at the end, moving or not.", HAZARD),
+    Quantity("deposit_mean_depth", "mean depth of the deposit", "m", "Mean of the map deposit_depth over the deposit "
+             "area.", HAZARD),
+    Quantity("flow_depth", "least depth of a flow", "m", "A tenth of the mean release depth: what is thinner counts as "
+             "scattered grains.", HAZARD),
+    HISTORY[-3],  # moving_share
+    HISTORY[-1],  # momentum_share
+    Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
+             "terrain, over the mass at the start.", HAZARD),
+    Quantity("top", "height of the release's top", "m", "Largest height of the ground under the release.", HAZARD, 1),
+    Quantity("runout", "run-out", "m", "Length in plan, along the thalweg, from the top of the release to the place "
+             "that 99 % of the snow lies before at the end.", HAZARD),
+    Quantity("fall", "fall", "m", "Height of the release's top above the ground at the run-out.", HAZARD),
+    Quantity("travel_angle", "travel angle", "degrees", "atan(fall / run-out), the Fahrböschung.", HAZARD, 1),
+    Quantity("runout_x", "run-out point, east", "m", "Place of the run-out on the thalweg, in map coordinates.", HAZARD,
+             1),
+    Quantity("runout_y", "run-out point, north", "m", "Place of the run-out on the thalweg, in map coordinates.",
+             HAZARD, 1),
+    Quantity("runout_z", "run-out point, height", "m", "Height of the ground at the run-out.", HAZARD, 1),
+    *(Quantity(f"reach_of_{p / 1e3:g}_kPa", f"reach of {p / 1e3:g} kPa", "m", "Length in plan, along the thalweg, from "
+               f"the top of the release to the furthest place where the peak pressure reached {p / 1e3:g} kPa.", HAZARD)
+      for p in PRESSURES),
+)
+
+RENAMED = {"runout": "front_distance"}
+"""Columns of the history of older run files, and what they are called now."""
+
+OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_flow_speed",
+               "largest_pressure": "largest_flow_pressure"}
+"""Numbers of hazard mapping in older run files, and what they are called now."""
+
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS)}
+"""All quantities by name."""
+
+
+def quantity(name, unit=""):
+    """The quantity of this name; one without a definition, with its name in words, where the table has none."""
+    return QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
+
+
+def units_of(quantities):
+    """name -> unit as files hold it; a share has none."""
+    return {one.name: "1" if one.unit == "share" else one.unit for one in quantities}
+
+
+def renamed(values, names):
+    """A dict with its old names replaced."""
+    return {names.get(name, name): value for name, value in values.items()}

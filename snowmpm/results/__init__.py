@@ -1,0 +1,1 @@
+"""What is made of a run: maps, hazard numbers, compression."""

@@ -1,0 +1,203 @@
+"""From the maps of a run to the numbers that hazard mapping works with (defined in `snowmpm.quantities.table`).
+
+Thalweg: the way of the flow in plan. It goes through the points that carried the momentum, x = sum m |v| x / sum m |v|,
+frame by frame, while the total momentum is above `LEAST_MOMENTUM` of its largest; it begins at the top of
+the release and goes on straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
+nearest point of the thalweg.
+
+Run-out: the s before which `RUNOUT_SHARE` of the snow lies in the end, so that no lone grain sets it. Travel angle
+(Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
+
+Affected: where the flow once was at least a tenth of the mean release depth deep. area_above_1_kPa, where it also
+pressed with 1 kPa, is the affected area of AvaFrame's AIMEC, whose threshold that is by default.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial import cKDTree
+
+from snowmpm.quantities.classes import PRESSURES, classes_of
+
+RUNOUT_SHARE = 0.99
+"""Share of the snow before the run-out line."""
+
+LEAST_MOMENTUM = 0.05
+"""Momentum over its largest below which its place says nothing about the way."""
+
+TOP_SHARE = 0.05
+"""Share of the height of the release that counts as its top."""
+
+SMOOTHING = 4.0
+"""Standard deviation [map cells] of the smoothing of the thalweg."""
+
+
+@dataclass(frozen=True)
+class Thalweg:
+    """A line in plan: points (n, 2) [m], an equal way apart, and s (n,) [m] along it."""
+
+    points: np.ndarray
+    s: np.ndarray
+
+    def along(self, places):
+        """s of the nearest point (k,) of plan places (k, 2)."""
+        return self.s[cKDTree(self.points).query(places)[1]]
+
+
+def thalweg(top, path, momentum, step, reach):
+    """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m].
+
+    Places that lie back along the way are left out. It goes on straight, in its last direction, by `reach` [m]. None
+    when nothing moved further than a few steps.
+    """
+    carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
+    last = np.flatnonzero(carried)[-1] + 1 if carried.any() else 0
+    line = [np.asarray(top, float)]
+    for place in path[:last][carried[:last]]:
+        onward = place - line[-1]
+        # When the front rests and the rear still moves, the middle of what moves goes back up: not a way of the snow
+        turns_back = len(line) > 1 and onward @ (line[-1] - line[-2]) < 0.0
+        if np.linalg.norm(onward) > step and not turns_back:
+            line.append(place)
+    if len(line) < 3:
+        return None
+    line = equally_spaced(smoothed(equally_spaced(np.array(line), step)), step)
+    ahead = line[-1] - line[max(0, len(line) - 1 - int(3 * SMOOTHING))]
+    ahead /= np.linalg.norm(ahead)
+    line = np.concatenate([line, line[-1] + step * np.arange(1, int(reach / step) + 1)[:, None] * ahead])
+    return Thalweg(line, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]))
+
+
+def equally_spaced(line, step):
+    """Points every `step` [m] along a line (n, 2)."""
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.arange(0.0, s[-1] + step, step).clip(max=s[-1])
+    return np.column_stack([np.interp(at, s, line[:, axis]) for axis in (0, 1)])
+
+
+def smoothed(line):
+    """The line (n, 2) without bends of a few points; its ends stay."""
+    straight = line[0] + np.linspace(0.0, 1.0, len(line))[:, None] * (line[-1] - line[0])
+    # What departs from a straight line is zero at both ends: mirrored with its sign turned, it stays so
+    bend = line - straight
+    mirrored = np.concatenate([-bend[:0:-1], bend, -bend[-2::-1]])
+    smooth = gaussian_filter1d(mirrored, SMOOTHING, axis=0)[len(line) - 1 : 2 * len(line) - 1]
+    return straight + smooth
+
+
+@dataclass(frozen=True)
+class Hazard:
+    """numbers: by name, as `snowmpm.quantities.table.NUMBERS` defines them; classes: areas by class (`areas_by_class`),
+    by the name of the map; profile: arrays along the thalweg by name (x, y, z, s,
+    peak_depth, peak_speed, peak_pressure, deposit_depth: largest value across it); line: the two ends of the run-out
+    line (2, 2) [m], or None.
+    """
+
+    numbers: dict
+    profile: dict
+    line: np.ndarray | None
+    classes: dict = field(default_factory=dict)
+
+    def record(self):
+        """As plain lists and numbers, for a file."""
+        profile = {name: [round(float(v), 3) for v in values] for name, values in self.profile.items()}
+        return {"numbers": self.numbers, "classes": self.classes, "profile": profile,
+                "runout_line": None if self.line is None else np.round(self.line, 3).tolist()}
+
+
+def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground):
+    """What a run means for hazard mapping -> `Hazard`.
+
+    maps: by name, (columns along x, rows along y), zero where nothing is
+    (`snowmpm.results.maps.PeakMaps.values`); lower (2,), cell [m]: their corner and the side of a cell; flow_depth [m]:
+    thinner is not affected; path (k, 2), momentum (k,): where the momentum was, and how large; whole:
+    numbers of all the snow, taken over as they are (release_mass,
+    deposit_mass, moving_share, momentum_share, left_share);
+    ground: function of plan positions (k, 2) -> height (k,) [m].
+    """
+    peak, deposit, release = maps["peak_depth"], maps["deposit_depth"], maps["release_depth"]
+    area = cell**2
+    affected, deposited, released = peak >= flow_depth, deposit >= flow_depth, release >= flow_depth
+    numbers = {"release_area": area * int(released.sum()), "release_volume": area * float(release.sum()),
+               "affected_area": area * int(affected.sum())}
+    for pressure in PRESSURES:
+        above = (maps["peak_pressure"] >= pressure) & affected
+        numbers[f"area_above_{pressure / 1e3:g}_kPa"] = area * int(above.sum())
+    for name, map_name in (("depth", "peak_depth"), ("speed", "peak_speed"), ("pressure", "peak_pressure")):
+        numbers[f"largest_flow_{name}"] = float(maps[map_name].max())
+    numbers["deposit_area"] = area * int(deposited.sum())
+    numbers["deposit_volume"] = area * float(deposit.sum())
+    numbers["deposit_mean_depth"] = float(deposit[deposited].mean()) if deposited.any() else 0.0
+    numbers = {**numbers, "flow_depth": flow_depth, **whole}
+    classes = {name: areas_by_class(maps[name][affected], classes_of(name, float(maps[name].max())), area)
+               for name in ("peak_pressure", "peak_depth", "peak_speed", "deposit_depth")}
+    places = lower + cell * (np.argwhere(peak > 0.0) + 0.5)
+    if not released.any():
+        return Hazard(numbers, {}, None, classes)
+    sources = lower + cell * (np.argwhere(released) + 0.5)
+    heights = ground(sources)
+    # The middle of the highest cells: one of them may be a corner
+    high, low = np.nanmax(heights), np.nanmin(heights)
+    top = sources[heights >= high - TOP_SHARE * (high - low)].mean(axis=0)
+    way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))))
+    if way is None:
+        return Hazard(numbers, {}, None, classes)
+    return replace(_along(way, maps, places, cell, affected, numbers, float(high), ground), classes=classes)
+
+
+def areas_by_class(values, classes, area):
+    """[{"class": words, "from", "to": limits, None: open; "area" [m2]}] of positive values (n,), one a map cell."""
+    ends = np.concatenate([[0.0], classes.limits, [np.inf]])
+    counts = np.histogram(values[values > 0.0], ends)[0]
+    upper = [*classes.limits, None]
+    return [{"class": classes.label(k), "from": float(ends[k]), "to": upper[k], "area": area * int(n)}
+            for k, n in enumerate(counts)]
+
+
+def _along(way, maps, places, cell, affected, numbers, top, ground):
+    """The run-out and the profile along the thalweg, added to the numbers."""
+    touched = maps["peak_depth"] > 0.0
+    s = way.along(places)
+    runout = _quantile(s, maps["deposit_depth"][touched], RUNOUT_SHARE, cell)
+    z = ground(way.points)
+    end = int(np.searchsorted(way.s, runout).clip(max=len(way.s) - 1))
+    # Between the points of the thalweg, which are a map cell apart
+    place = np.array([np.interp(runout, way.s, way.points[:, axis]) for axis in (0, 1)])
+    below = float(ground(place[None])[0])
+    if not np.isfinite(below):  # over a hole of the terrain
+        below = float(np.interp(runout, way.s[np.isfinite(z)], z[np.isfinite(z)]))
+    fall = top - below
+    numbers.update(top=top, runout=runout, fall=fall, travel_angle=float(np.degrees(np.arctan2(fall, runout))),
+                   runout_x=float(place[0]), runout_y=float(place[1]), runout_z=below)
+    pressure, flows = maps["peak_pressure"][touched], affected[touched]
+    for limit in PRESSURES:
+        reached = s[flows & (pressure >= limit)]
+        numbers[f"reach_of_{limit / 1e3:g}_kPa"] = float(reached.max(initial=0.0))
+    kept = way.s <= max(runout, float(s[flows].max(initial=0.0))) + 10.0 * cell
+    profile = {"x": way.points[kept, 0], "y": way.points[kept, 1], "z": z[kept], "s": way.s[kept]}
+    station = np.searchsorted(way.s, s)
+    for name in ("peak_depth", "peak_speed", "peak_pressure", "deposit_depth"):
+        across = np.zeros(len(way.s))
+        np.maximum.at(across, station, maps[name][touched])
+        profile[name] = across[kept]
+    return Hazard(numbers, profile, _line_across(way, places[flows], s[flows], end, place, cell))
+
+
+def _quantile(s, weight, share, cell):
+    """s before which `share` of the weight lies, each piece spread evenly over a cell."""
+    ends = np.arange(0.0, s.max() + 2.0 * cell, cell)
+    inside = np.histogram(s, ends - 0.5 * cell, weights=weight)[0]
+    behind = np.concatenate([[0.0], np.cumsum(inside)])
+    return float(np.interp(share * behind[-1], behind, ends - 0.5 * cell))
+
+
+def _line_across(way, places, s, end, place, cell):
+    """Ends (2, 2) of the line across the thalweg at `place` (2,), just before its point `end`, as wide as what was
+    affected there."""
+    before = way.points[end] - way.points[max(0, end - 5)]
+    across = np.array([-before[1], before[0]]) / max(float(np.linalg.norm(before)), 1e-12)
+    near = places[np.abs(s - way.s[end]) <= 3.0 * cell]
+    side = (near - place) @ across if len(near) else np.zeros(1)
+    low, high = min(side.min(), -cell) - cell, max(side.max(), cell) + cell
+    return place + np.outer([low, high], across)

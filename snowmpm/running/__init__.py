@@ -1,0 +1,1 @@
+"""A simulation while it runs: the loop, events, audit, record, failures, the end."""

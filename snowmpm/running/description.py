@@ -1,0 +1,94 @@
+"""What a scene will cost, in numbers, before it runs."""
+
+import numpy as np
+
+from snowmpm import memory
+from snowmpm.io import layout
+
+
+def expected_run_file(scene, particles):
+    """Expected size of the run file [bytes]."""
+    frames = 1 + max(1, round(scene.end_time / scene.output.interval))
+    components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in scene.output.fields)
+    return layout.expected_size(scene.dimension, frames, particles, components)
+
+
+def _acting(model):
+    """What of a scene is not seen in its numbers of particles: reference system, cut bodies, another run, forces,
+    damping."""
+    scene, told = model.scene, {}
+    if getattr(scene.terrain, "file", None):
+        system = model.surface.system
+        told["coordinates"] = system.name if system else "the terrain names no system: taken as metres"
+    cut = {name: f"{100.0 * share:.4g} % of its volume, the rest lies beyond symmetric sides"
+           for name, share in model.shares.items() if share < 1.0}
+    if cut:
+        told["cut_bodies"] = cut
+    if model.taken:
+        source = model.taken.source
+        told["starts_from"] = (f"{source['run']} (scene {source['scene']}) at t = {source['time']:.6g} s:"
+                               f" {', '.join(model.taken.bodies)}")
+        if model.taken.differences:
+            told["changed_since"] = "; ".join(model.taken.differences)
+    if model.gravity is not None:
+        first, last = model.gravity.at(0.0), model.gravity.at(scene.end_time)
+        told["gravity"] = f"from {_vector(first)} to {_vector(last)} m/s2"
+    forces = {f"{i} {force.kind}": _force(force) for i, force in enumerate(scene.forces)}
+    if forces:
+        told["forces"] = forces
+    if scene.damping:
+        told["damping"] = f"{scene.damping.coefficient:g} 1/s{_time(scene.damping)}" + (
+            f", ends at rest ({scene.damping.rest_speed:g} m/s)" if scene.damping.rest_speed else "")
+    return told
+
+
+def _force(force):
+    value = force.value if force.file is None else f"from {force.file}"
+    value = ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    where = [f"on {force.body}"] if getattr(force, "body", None) else []
+    where += [f"in {key}" for key in ("within", "region") if getattr(force, key, None) is not None]
+    if force.kind == "pressure":
+        where = ["around the snow" if force.acts_on == "surface" else "in its pores"]
+    unit = "m/s2" if force.kind == "acceleration" else "Pa"
+    return " ".join([f"{value} {unit}", *where]) + _time(force)
+
+
+def _time(item):
+    """When a force or damping acts, where that is not always."""
+    if item.stop is not None:
+        return f", from {item.start:g} to {item.stop:g} s"
+    return f", from {item.start:g} s on" if item.start else ""
+
+
+def _vector(values):
+    return f"[{', '.join(f'{round(float(value), 4) + 0.0:g}' for value in values)}]"
+
+
+def describe(model, solver):
+    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
+    "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}; before
+    them, where a scene has them, "coordinates" (their reference system), "cut_bodies", "starts_from", "gravity",
+    "forces" and "damping", in words."""
+    scene, store = model.scene, solver.particles
+    counts = np.diff([*model.body_starts, len(model.population.volumes)])
+    dt, cause = solver.expected_dt()
+    dt = scene.solver.dt or dt
+    steps = int(np.ceil(scene.end_time / dt))
+    particles = int(counts.sum())
+    return {
+        **_acting(model),
+        "dimension": scene.dimension,
+        "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
+        "mass": solver.particles.mass,
+        "blocks": len(solver.particles.blocks),
+        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, store.layout.width,
+                                solver.bytes),
+        "run_file": expected_run_file(scene, particles),
+        "checkpoint": particles * store.layout.width * store.numpy_dtype().itemsize + 8 * particles,
+        "bytes_per_particle": solver.particles.bytes_per_particle,
+        "fields": dict(solver.particles.layout.sizes),
+        "dt": dt,
+        "dt_cause": "fixed" if scene.solver.dt else cause,
+        "steps": steps,
+        "domain": (model.lower.tolist(), model.upper.tolist()),
+    }

@@ -1,0 +1,234 @@
+"""The run loop: steps, frames, checkpoints, progress."""
+
+import contextlib
+import itertools
+import time as clock
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from snowmpm.errors import InputError, SimulationError, WriteError
+from snowmpm.io import FolderLock, Run, checkpoint
+from snowmpm.io.archive import write_text
+from snowmpm.io.checkpoint import Checkpoints
+from snowmpm.io.journal import journal_path
+from snowmpm.io.writer import run_file
+from snowmpm.running.interruption import Interruption
+from snowmpm.running.recorder import Recorder
+from snowmpm.running.rest import StopAtRest
+from snowmpm.running.simulation import Simulation
+from snowmpm.setup.taken_state import KEPT
+from snowmpm.stages import stage
+
+PROGRESS_INTERVAL = 0.2
+"""Seconds of wall time between progress reports."""
+
+
+@dataclass
+class Progress:
+    """What a run tells while it goes on: simulated time, its end and the step [s], speed [m/s], front [m], wall [s]."""
+
+    time: float = 0.0
+    end_time: float = 0.0
+    dt: float = 0.0
+    dt_cause: str = ""
+    n_particles: int = 0
+    max_speed: float = 0.0
+    front: float | None = None
+    steps: int = 0
+    frames: int = 0
+    wall: float = 0.0
+    particle_steps: int = 0
+    audit: dict = field(default_factory=dict)
+    """the last row of the history (`snowmpm.running.audit`)"""
+
+
+@dataclass
+class Phases:
+    """Wall time [s] of each part of a run, and processor time [s], which other programs lengthen less."""
+
+    setup: float = 0.0
+    steps: float = 0.0
+    output: float = 0.0
+    processor: float = 0.0
+    started: tuple = field(default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
+
+    def lap(self, name):
+        """Book the time since the last lap."""
+        now = clock.perf_counter(), clock.process_time()
+        wall, processor = (after - before for after, before in zip(now, self.started, strict=True))
+        self.add({name: wall, "processor": processor})
+        self.started = now
+
+    @property
+    def walls(self):
+        """Wall times so far, by name."""
+        return {"setup": self.setup, "steps": self.steps, "output": self.output}
+
+    def state(self):
+        """Times so far, by name."""
+        return {**self.walls, "processor": self.processor}
+
+    def add(self, state):
+        """Count more time, such as that of the part of the run before a checkpoint."""
+        for name, value in state.items():
+            setattr(self, name, getattr(self, name) + value)
+
+
+def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=None):
+    """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
+
+    out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress` now
+    and then. resume: go on from the last checkpoint in out_dir as if the run had never stopped; frames written after it
+    are written again; a run that was killed before its first checkpoint begins anew. The scene must be the same, but
+    may end later. overwrite: replace a run that is there, rather than refuse. approve: called with the `Simulation`
+    before it settles or goes on; may refuse it by an InputError, and nothing is written then.
+    Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable),
+    WriteError when the disk is full, and KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
+    """
+    phases, folder = Phases(), Path(out_dir)
+    with FolderLock(folder) as lock:
+        if resume and _hardly_begun(folder):
+            resume, overwrite = False, True
+        saved = _saved(folder, scene) if resume else None
+        simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
+        if resume:
+            checkpoint.take_over(simulation, saved)
+            if approve:
+                approve(simulation)
+            with checkpoint.state_of(saved):
+                phases.add(saved["phases"])
+        lock.make()
+        if not resume and not overwrite and run_file(folder).exists():
+            raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder")
+        checkpoints = Checkpoints(folder, scene.output.checkpoint_interval)
+        try:
+            _record(simulation, folder, checkpoints, saved, phases, progress)
+        except OSError as error:
+            raise _not_written(error, folder, checkpoints) from error
+        checkpoints.finish()
+    return Run(folder)
+
+
+def _hardly_begun(folder):
+    """Whether a run was killed here before its first checkpoint, with the first frame at most: nothing is lost."""
+    path = run_file(folder)
+    if any(file.exists() for file in (checkpoint.previous(folder / checkpoint.FILE), folder / checkpoint.FILE)):
+        return False
+    if path.exists():
+        run = Run(folder)
+        return len(run) <= 1 and not run.complete
+    return journal_path(path).exists()
+
+
+def _saved(folder, scene):
+    saved = checkpoint.read(folder / checkpoint.FILE)
+    checkpoint.check(saved, scene)
+    return saved
+
+
+def _not_written(error, folder, checkpoints):
+    """What to tell of a write that failed: where, why, what is safe, what to do."""
+    try:
+        times = Run(folder).times
+        kept = f"frames up to t = {times[-1]:.6g} s are safe" if len(times) else "no frame was written"
+    except InputError:
+        kept = "no frame was written"
+    file = error.filename or run_file(folder)
+    message = f"{file}: cannot be written ({error.strerror or error});\n{kept}; {checkpoints}"
+    return WriteError(message if checkpoints.time is None else f"{message}; make room, and --resume goes on from there")
+
+
+def _record(simulation, folder, checkpoints, saved, phases, progress):
+    """Run a simulation that stands at its start, or where `saved` has it, and write what it shows."""
+    if saved is None:
+        # First of all: an old checkpoint beside a new run file would belong to nothing
+        checkpoints.clear()
+        (folder / KEPT).unlink(missing_ok=True)
+        if simulation.model.taken:
+            simulation.model.taken.write(folder)
+    with checkpoint.state_of(saved) if saved else contextlib.nullcontext():
+        recorder = Recorder(simulation, folder, saved["recorder"] if saved else None)
+        rest = StopAtRest(simulation)
+        if saved is not None and "rest" in saved:  # checkpoints of older versions know of none
+            rest.restore(saved["rest"])
+    try:
+        write_text(folder / "scene.toml", simulation.scene.to_toml())
+        phases.lap("setup")
+        with Interruption() as interruption:
+            if saved is not None:
+                checkpoints.took_up(saved)
+            else:
+                recorder.frame()
+                _save(simulation, recorder, rest, checkpoints, phases)
+            _loop(simulation, recorder, rest, checkpoints, phases, progress, interruption)
+    except BaseException as error:
+        recorder.close(phases, complete=False)
+        if isinstance(error, SimulationError):
+            raise SimulationError(f"{error}; {checkpoints}") from error
+        raise
+    with stage("writing the end of the run"):
+        recorder.close(phases, complete=True, ended=rest.reason)
+
+
+def _save(simulation, recorder, rest, checkpoints, phases):
+    phases.lap("output")
+    checkpoints.save(simulation, recorder.background, recorder=recorder.state(), rest=rest.state(),
+                     phases=phases.state())
+    phases.lap("output")
+
+
+def _loop(simulation, recorder, rest, checkpoints, phases, progress, interruption):
+    scene, report = simulation.scene, Progress(end_time=simulation.scene.end_time)
+    n_frames = max(1, round(scene.end_time / scene.output.interval))
+    times = itertools.chain((i * scene.output.interval for i in range(1, n_frames)), [scene.end_time])
+    # With slack: the end that a finished run had, 0.3, is not before 12 intervals of 0.025.
+    begun = simulation.time
+    frame_times = (time for time in times if time > begun + 1e-9 * max(1.0, time))
+    start = said = clock.perf_counter()
+    unconverged, taken = simulation.solver.unconverged, False
+    for next_frame in frame_times:
+        if rest.reached:
+            break
+        # A checkpoint is a state between steps whose frame, if it has one, is written.
+        while simulation.time < next_frame:
+            with stage("the first step (compiles its kernels)") if not taken else contextlib.nullcontext():
+                simulation.step(until=next_frame)
+            taken = True
+            recorder.watch()
+            if simulation.solver.unconverged > unconverged == 0:
+                unconverged = simulation.solver.unconverged
+                warnings.warn(f"a return map did not converge at t = {simulation.time:.6g} s: its stress is the best"
+                              " that was found, or where its strain cannot be represented the step was left out"
+                              f";\nthe history counts them (unconverged); {checkpoints}", stacklevel=3)
+            now = clock.perf_counter()
+            if progress and now - said > PROGRESS_INTERVAL:
+                said = now
+                _tell(progress, report, simulation, recorder, now - start)
+            if simulation.time >= next_frame:
+                phases.lap("steps")
+                recorder.frame()
+                rest.look()
+                phases.lap("output")
+            if interruption.asked or checkpoints.due(simulation.time):
+                phases.lap("steps")
+                _save(simulation, recorder, rest, checkpoints, phases)
+                if interruption.asked:
+                    recorder.background.wait()
+                    raise KeyboardInterrupt(f"interrupted at t = {simulation.time:.6g} s; {checkpoints}; --resume goes"
+                                            " on from there")
+    _save(simulation, recorder, rest, checkpoints, phases)
+    recorder.background.wait()
+    phases.lap("output")
+    if progress:
+        _tell(progress, report, simulation, recorder, clock.perf_counter() - start)
+
+
+def _tell(progress, report, simulation, recorder, wall):
+    report.time, report.dt, report.dt_cause = simulation.time, simulation.dt, simulation.dt_cause
+    report.n_particles, report.max_speed = simulation.n_particles, simulation.max_speed
+    report.steps, report.frames, report.wall = simulation.solver.steps, recorder.frames, wall
+    report.front, report.particle_steps = recorder.last.get("front"), recorder.particle_steps
+    report.audit = recorder.last
+    with contextlib.suppress(OSError):  # a terminal or pipe that is gone is no reason to stop
+        progress(report)

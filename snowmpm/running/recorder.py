@@ -1,0 +1,245 @@
+"""What a run leaves behind: frames, history rows, maps and what they mean, summary."""
+
+import copy
+import json
+import platform
+from pathlib import Path
+
+import numpy as np
+import taichi
+
+from snowmpm import __version__
+from snowmpm.compiler import runtime
+from snowmpm.errors import InputError
+from snowmpm.io import Background, Run, RunWriter
+from snowmpm.io.archive import write_text
+from snowmpm.io.status import Status
+from snowmpm.particles import fields
+from snowmpm.quantities.motion import Motion
+from snowmpm.results import hazard, maps
+from snowmpm.running import audit as diagnostics
+from snowmpm.running.device import device_name
+from snowmpm.seeding.region_files import system_of as region_system
+from snowmpm.solids.loads import LoadHistory
+from snowmpm.terrain.raster import system_of as raster_system
+from snowmpm.terrain.reference_system import system_beside
+
+CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
+"""What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
+
+
+class Recorder:
+    """Writes what a simulation shows: frames, history rows, loads on obstacles, maps, summary.
+
+    background: the thread that writes frames, and checkpoints after them. frames: how many were handed to it.
+    """
+
+    def __init__(self, simulation, folder, state=None):
+        """state: of the recorder whose run file in `folder` is continued; later frames there are dropped.
+
+        Raises InputError when that file is missing or holds fewer frames than the recorder had written.
+        """
+        self._simulation, self._folder = simulation, folder
+        self.frames, self.particle_steps, self.last = 0, 0, {}
+        self._causes, self._smallest_dt = {}, float("inf")
+        model = simulation.model
+        self._origin = model.lower
+        self._maps, self._moved, self._path = None, 0.0, []
+        self._obstacles = model.obstacles
+        self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
+        if simulation.scene.dimension == 3:
+            self._maps = maps.PeakMaps(simulation.solver, model.map_grid)
+        if state is not None:
+            self._restore(state)
+        self._writer = self._new_file() if state is None else self._continued_file()
+        self.background = Background()
+
+    def _new_file(self):
+        surface = self._simulation.model.surface
+        terrain = (surface.vertices - self._origin, surface.facets) if surface is not None else None
+        drawings = {obstacle.name: obstacle.shape.drawing() for obstacle in self._obstacles}
+        drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
+        return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
+                         origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None)
+
+    def _continued_file(self):
+        time, run = self._simulation.time, Run(self._folder)
+        there = int((run.times <= time + 1e-9 * max(1.0, time)).sum())
+        if there != self.frames:
+            raise InputError(f"{run.path}: {there} frames up to t = {time:.6g} s, but {self.frames} were written before"
+                             " the checkpoint: not the file that it belongs to; start anew with --overwrite")
+        writer = RunWriter.reopen(self._folder, until=time)
+        scene = self._simulation.scene
+        writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
+                           "end_state": {}, "resumed": [*run.provenance.get("resumed", []), time]})
+        return writer
+
+    def state(self):
+        """All that a continuation needs, by name (`snowmpm.io.checkpoint`): copies, also while the run goes on."""
+        return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
+                "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
+                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
+                "path": np.array(self._path, float).reshape(-1, 3)})
+
+    def _restore(self, state):
+        self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
+        self._causes, self._smallest_dt, self._moved = state["causes"], state["smallest_dt"], state["moved"]
+        self._loads.restore(state["loads"])
+        if self._maps:
+            self._maps.restore(state["maps"])
+            self._path = state["path"].tolist()
+
+    def _provenance(self):
+        scene = self._simulation.scene
+        spacing = scene.solver.spacing(scene.dimension)
+        return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
+                "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
+                "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
+                "precision": scene.solver.precision, "seed": scene.seed,
+                "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
+                "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
+                "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
+                **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),
+                **map_origin(scene)}
+
+    def _cut_bodies(self):
+        """Shares of their volume, by name, of bodies that symmetric sides cut off."""
+        return {name: float(share) for name, share in self._simulation.model.shares.items() if share < 1.0}
+
+    def watch(self):
+        """After a step: keep the peak maps, the loads and the record of time steps."""
+        simulation = self._simulation
+        self.particle_steps += simulation.n_particles
+        cause = simulation.dt_cause
+        self._causes[cause] = self._causes.get(cause, 0) + 1
+        self._smallest_dt = min(self._smallest_dt, simulation.dt)
+        if self._obstacles:
+            self._loads.watch(simulation.time, simulation.solver.obstacle_totals)
+        if self._maps:
+            self._moved += simulation.max_speed * simulation.dt
+            if self._moved > self._maps.cell:
+                self._see()
+
+    def _see(self):
+        self._moved = 0.0
+        self._maps.see()
+
+    def frame(self):
+        """Write the state now: particles, obstacles, a row of the history, the maps so far."""
+        simulation = self._simulation
+        particles = simulation.particles
+        loads = self._loads.take()
+        self.last = {**simulation.audit(particles), **self._loads.means()}
+        counts = {f"steps_{cause}": self._causes.get(cause, 0) for cause in dict.fromkeys([*CAUSES, *self._causes])}
+        units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
+        time, row = simulation.time, {**self.last, **counts}
+        names = dict.fromkeys(simulation.scene.output.fields)
+        poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
+        crack = copy.deepcopy(simulation.crack.take()) if simulation.crack else None
+
+        def write():
+            values = {name: particles[name] for name in names}
+            if "stress" in values and simulation.scene.dimension == 2:
+                values["stress"] = values["stress"][:, [0, 2, 1, 4, 5, 3]]  # tensor axes x, z, out of plane -> x, y, z
+            self._writer.history(time, row, units)
+            self._writer.frame(time, particles["position"] - self._origin, values, poses, loads, crack)
+
+        self.background.do(write)
+        self.frames += 1
+        if self._maps:
+            self._see()
+            self._path.append(momentum_place(particles))
+
+    def close(self, phases, complete, ended=None):
+        """Write maps and summary and close the run file. ended: why a complete run did, in words."""
+        whole = False
+        try:
+            self.background.close()
+            if self._maps:
+                for name, (values, x0, y0, cell) in self._maps.rasters().items():
+                    self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
+            assessed = self._assess()
+            if assessed:
+                self._writer.hazard(assessed.record())
+            phases.lap("output")
+            summary = {**self.summary(phases, complete), **({"ended": ended} if ended else {})}
+            if assessed:
+                summary["hazard"] = assessed.numbers
+                summary["areas_by_class"] = assessed.classes
+            self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete,
+                                     "end_state": self._end_state(),
+                                     **({"ended": ended} if ended else {})})
+            whole = complete
+        finally:
+            self._writer.close(complete=whole)
+        write_text(self._folder / "summary.json", json.dumps(summary, indent=1))
+
+    def _assess(self):
+        """What the maps mean for hazard mapping; None of a run without maps or ground."""
+        surface = self._simulation.model.surface
+        if self._maps is None or surface is None:
+            return None
+        path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
+        mass, gone = float(self._simulation.particles["mass"].sum()), self._simulation.solver.particles.removed["mass"]
+        whole = {"release_mass": mass + gone, "deposit_mass": mass,
+                 **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
+        return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
+                             path[:, 2], whole, surface.height)
+
+    def _end_state(self):
+        """What `snowmpm.io.status` asks of the state now, which may be later than the last frame."""
+        simulation = self._simulation
+        particles, gone = simulation.particles, simulation.solver.particles.removed
+        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum)
+        left = gone["mass"] - gone["taken"]
+        return {"time": simulation.time, "moving_share": now.moving_share, "momentum_share": now.momentum_share,
+                "left_share": left / max(now.mass + gone["mass"], 1e-300)}
+
+    def summary(self, phases, complete):
+        """What summary.json says."""
+        simulation, solver = self._simulation, self._simulation.solver
+        times = {name: round(value, 3) for name, value in phases.walls.items()}
+        status = Status(complete, end_time=simulation.scene.end_time, **self._end_state())
+        per_step = 1e9 * phases.steps / max(1, self.particle_steps)
+        return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
+                "status": status.record(),
+                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
+                "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
+                "processor_time": round(phases.processor, 3),
+                "writing_time": round(self.background.work, 3),
+                "particle_steps": self.particle_steps, "ns_per_particle_step": round(per_step, 2),
+                "backend": runtime.backend(), "threads": runtime.threads(),
+                "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
+                "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
+
+
+def momentum_place(particles):
+    """Plan position x, y [m] of the momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
+    momentum = particles["mass"] * np.linalg.norm(particles["velocity"], axis=1)
+    total = float(momentum.sum())
+    x, y = (momentum @ particles["position"][:, :2] / max(total, 1e-300)).tolist()
+    return [x, y, total]
+
+
+def map_origin(scene):
+    """Where the map coordinates of a scene are from: {"crs": WKT or None, "attribution": credits}, what there is.
+
+    The system of the terrain, in metres; where it names none, that of the first region file that does.
+    """
+    terrain = scene.terrain
+    credit = getattr(terrain, "attribution", None)
+    system = None
+    if getattr(terrain, "file", None):
+        system = (raster_system if terrain.kind == "dem" else system_beside)(_path(scene, terrain))
+    for body in scene.bodies:
+        region = getattr(body.shape, "region", None)
+        if system is None and getattr(region, "file", None):
+            system = region_system(_path(scene, region), "region.file")
+    return {"crs": system and system.wkt, **({"attribution": credit} if credit else {})}
+
+
+def _path(scene, item):
+    return scene.base_dir / Path(item.file).expanduser()

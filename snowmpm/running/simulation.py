@@ -1,0 +1,216 @@
+"""A simulation, step by step."""
+
+import copy
+import math
+import warnings
+
+import numpy as np
+
+from snowmpm.compiler import lifetime
+from snowmpm.compiler.lifetime import in_turn
+from snowmpm.compiler.settings import compiling
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.forcing import Forcing
+from snowmpm.forcing.fields import AccelerationBy
+from snowmpm.glance import Glance, counted
+from snowmpm.particles.fields import ParticleFields
+from snowmpm.running.audit import Audit
+from snowmpm.running.events import make_events
+from snowmpm.running.failure import likeness
+from snowmpm.saw_test.crack import CrackRecord
+from snowmpm.saw_test.strength import overloaded
+from snowmpm.setup.build import build
+from snowmpm.stepping.settling import settle
+from snowmpm.stepping.step_check import check_step, rounded_down
+
+COLLAPSE = 1e-5
+"""Share of the first time step below which a run comes to no end, but to nonsense."""
+
+
+class Simulation(Glance):
+    """A scene in motion.
+
+        sim = Simulation(scene)
+        while sim.time < 1.0:
+            sim.step()
+        sim.particles["velocity"]
+
+    time [s]; dt [s] and dt_cause of the last step: "elastic", "advective", "deformation", "fixed" or "output" (cut to
+    land on a time asked for); particles[name]: NumPy copies (`snowmpm.particles.fields.ParticleFields`).
+    Several simulations may take turns, also in several threads: one of them computes at a time.
+    Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
+    `ti.reset` and in a forked process.
+    """
+
+    def __init__(self, scene, resumed=None, approve=None):
+        """resumed: run folder from whose checkpoint the state comes, so that an initial stress "settle" is not relaxed
+        once more, and what came from another run is taken from that folder.
+
+        approve: called with the simulation once it is built, before it settles; may refuse it by an InputError.
+        """
+        with compiling():
+            self._make(scene, resumed, approve)
+
+    def _make(self, scene, resumed, approve):
+        self.scene = scene
+        self.model = build(scene, resumed)
+        self._start = lifetime.current()
+        self.solver = self.model.solver()
+        self.events = make_events(scene)
+        self.dt, self.dt_cause, self._first_dt = 0.0, "elastic", None
+        check_step(scene, self.solver)
+        if approve:
+            approve(self)
+        if resumed is None:
+            for load in overloaded(scene):
+                warnings.warn(str(load), stacklevel=2)
+        if scene.initial.stress == "settle" and resumed is None:
+            self.settle()
+        self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
+        """What a saw test measures (`snowmpm.saw_test.crack`); None without one."""
+        if self.crack and resumed is None and (broken := self.crack.bins["broken_at_rest"].mean()) > 0.0:
+            warnings.warn(f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight"
+                          " or its ends overload it", stacklevel=2)
+        direction = None if scene.saw_test else self.model.direction
+        self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions)
+
+    def _glance(self):
+        scene = self.scene
+        facts = {"time": f"{self.time:.6g} of {scene.end_time:g} s, {counted(self.solver.steps)} steps",
+                 "particles": counted(self.n_particles),
+                 "last step": f"{self.dt:.4g} s ({self.dt_cause})" if self.solver.steps else "none yet",
+                 "solver": f"{scene.solver.method}, dx = {scene.solver.dx:g} m, {scene.solver.precision}"}
+        return f"Simulation of {scene.name} ({scene.dimension}-D)", facts
+
+    @property
+    def time(self):
+        return self.solver.time
+
+    @property
+    def n_particles(self):
+        """Particles that are in the domain now."""
+        return self.solver.particles.count
+
+    @property
+    def max_speed(self):
+        """Largest particle speed after the last step [m/s]."""
+        return self.solver.extremes.speed
+
+    @property
+    def motion(self):
+        """How much of the snow moved at the last audit, a frame or the start (`snowmpm.quantities.motion.Motion`)."""
+        return self._audit.motion
+
+    @property
+    @in_turn
+    def particles(self):
+        return ParticleFields(self.solver.particles, self.model.body_starts)
+
+    def law_of_body(self, body):
+        """Law of the body with this index, as this grid has it."""
+        return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
+
+    def numbers_of_body(self, body):
+        """First particle number of a body, and one past its last."""
+        ends = [*self.model.body_starts, len(self.model.population.volumes)]
+        return int(ends[body]), int(ends[body + 1])
+
+    @in_turn
+    def step(self, until=None):
+        """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
+        for event in self.events:
+            if not event.done:
+                event.apply(self)
+        dt, cause = self._next_step()
+        if until is not None and until > self.time:
+            n = math.ceil((until - self.time) / dt * (1.0 - 1e-9))
+            if n <= 1:
+                dt, cause = until - self.time, "output" if until - self.time < 0.99 * dt else cause
+            else:
+                dt = (until - self.time) / n
+        try:
+            self.solver.step(dt)
+        except SimulationError as error:
+            known = likeness(self.scene.solver, self.solver, dt)
+            # In two lines: what is known of such a failure says more than what helps in general
+            raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
+        if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
+            self.solver.time = until
+        self.dt, self.dt_cause = dt, cause
+        if self.crack:
+            self.crack.watch()
+
+    @in_turn
+    def add_acceleration(self, function):
+        """Let a force in proportion to mass act from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) gives
+        accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not hold it: add it again after a restore."""
+        if self.solver.forcing is None:
+            self.solver.force(Forcing())
+        self.solver.forcing.fields.append(AccelerationBy(function))
+
+    @in_turn
+    def audit(self, particles=None):
+        """One row of the history: conserved quantities, energies, front, counters (`snowmpm.running.audit`)."""
+        return {**self._audit.values(particles or self.particles), "dt": self.dt}
+
+    @in_turn
+    def follow_loads(self):
+        """Hand the loads of all events to the solver, in the order of the scene."""
+        self.solver.set_loads([event.load for event in self.events if event.load is not None])
+
+    @in_turn
+    def state(self):
+        """All that a bitwise continuation needs, by name (`snowmpm.io.checkpoint`): copies, also while it goes on."""
+        rest = {"events": [event.state() for event in self.events], "audit": self._audit.state(),
+                "body_starts": self.model.body_starts, "dt": self.dt, "dt_cause": self.dt_cause,
+                "crack": self.crack.state() if self.crack else {}}
+        return {"solver": self.solver.state(), **copy.deepcopy(rest)}
+
+    @in_turn
+    def restore(self, state):
+        """Take over the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
+        if not np.array_equal(state["body_starts"], self.model.body_starts):
+            raise InputError(f"{self.scene.source}: bodies: not as many particles as when the run began")
+        self.solver.restore(state["solver"])
+        for event, own in zip(self.events, state["events"], strict=True):
+            event.restore(own)
+        self.follow_loads()
+        self._audit.restore(state["audit"])
+        if self.crack:
+            self.crack.restore(state["crack"])
+        self.dt, self.dt_cause = state["dt"], state["dt_cause"]
+
+    def _next_step(self):
+        fixed = self.scene.solver.dt
+        if fixed:
+            limit, cause = self.solver.critical_dt()
+            if fixed > limit:
+                raise SimulationError(f"solver.dt = {fixed:g} s is too long at t = {self.time:.6g} s: the {cause} limit"
+                                      f" is {rounded_down(limit)} s; leave solver.dt out for an adaptive step")
+            return fixed, "fixed"
+        dt, cause = self.solver.stable_dt()
+        self._first_dt = self._first_dt or dt
+        if not dt > COLLAPSE * self._first_dt:
+            raise SimulationError(f"the time step fell to {dt:.3g} s at t = {self.time:.6g} s, by the {cause} limit,"
+                                  f" from {self._first_dt:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
+                                  " than anything real; lower solver.cfl or check the material")
+        return dt, cause
+
+    @in_turn
+    def settle(self):
+        """Relax to rest under gravity (`snowmpm.stepping.settling`). Raises SimulationError when it does not settle."""
+        wanted = self.scene.initial.tolerance
+        rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
+        if not rest.settled:
+            raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": not at rest after {rest.steps}"
+                                  f" steps: speed {rest.speed:.2g} sqrt(g D), imbalance {rest.imbalance:.2g} of the"
+                                  f" weight, initial.tolerance = {wanted:g}; {self._fastest_body()};\nthe scene is not"
+                                  " stable before its trigger, or wants a larger tolerance")
+
+    def _fastest_body(self):
+        """In words: which body moves most."""
+        fields = self.particles
+        speed = np.linalg.norm(fields["velocity"], axis=1)
+        first = int(np.argmax(speed))
+        body = int(fields["body"][first])
+        return f'"{self.scene.bodies[body].name}" moves most, {speed[first]:.2g} m/s'

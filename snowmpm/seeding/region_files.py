@@ -1,0 +1,194 @@
+"""Polygons and their thickness from shapefiles and GeoJSON, in the coordinates of the terrain."""
+
+import json
+import warnings
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.reading import budget as read_budget
+from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_beside
+
+GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
+FILE_BYTES = 40.0
+"""Memory over a byte of a file, while it is read."""
+
+
+@dataclass(frozen=True)
+class Feature:
+    """parts: polygons, each a list of rings (n, 2), its outline and the holes in it; thickness [m] or None."""
+
+    parts: list
+    thickness: float | None
+
+
+def read_features(path, key, terrain=None):
+    """Features of the polygons in a .shp or .geojson file, in the system of the terrain.
+
+    terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
+    GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it. A file that
+    names none is in the terrain's coordinates; so is one in lengths beside a terrain that names none. What is not as
+    the file says is told by a warning.
+    InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
+    terrain's system does not reach.
+    """
+    features, system, told = _read(path, key)
+    where = f"{key} = {str(path)!r}"
+    if not features:
+        raise InputError.at(key, str(path), "holds no polygon")
+    corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for rings in f.parts for ring in rings)])
+    if system is None and Path(path).suffix.lower() != ".shp":
+        system, said = _of_plain_geojson(corners, terrain)
+        told += [said] if said else []
+    if system is not None and terrain is None:
+        if system.is_geographic or system.metre != 1.0:
+            raise InputError(f"{where}: is in {system.unit} ({system.name}), and the terrain names no coordinate"
+                             " system to carry it into: save it in the terrain's own, in metres")
+        told.append(f"is in {system.name}, and the terrain names no coordinate system: taken as the same")
+    elif system is not None:
+        features = [Feature([[_carried(ring, system, terrain, where) for ring in rings] for rings in feature.parts],
+                            feature.thickness) for feature in features]
+    if told:
+        warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
+    return features
+
+
+def system_of(path, key):
+    """`ReferenceSystem` that a .shp or .geojson file names, None where it names none. InputError."""
+    return system_beside(path) if Path(path).suffix.lower() == ".shp" else _read(path, key)[1]
+
+
+def _read(path, key):
+    """Features as they are in the file, the system that it names or None, and what a user must be told."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".shp", ".geojson", ".json"):
+        raise InputError.at(key, str(path), "must be a .shp or .geojson file")
+    where = f"{key} = {str(path)!r}"
+    try:
+        read_budget.allow(where, FILE_BYTES * Path(path).stat().st_size, "its polygons")
+    except OSError as error:
+        raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
+    return _shapefile(path, key) if suffix == ".shp" else _geojson(path, key)
+
+
+def _of_plain_geojson(corners, terrain):
+    """System of GeoJSON that names none, and what is to be said: degrees by definition, if the numbers can be and the
+    terrain has a place on the Earth; else the terrain's."""
+    degrees = (np.abs(corners) <= [180.0, 90.0]).all()
+    if terrain is None:
+        return None, "names no coordinate system, and the terrain neither: taken as the same" if degrees else None
+    if degrees:
+        return WORLD(), None
+    return None, f"GeoJSON without `crs` should be in degrees and is not: taken as {terrain.name}, as the terrain"
+
+
+def _carried(ring, system, terrain, where):
+    moved = system.carried(ring, terrain)
+    if not np.isfinite(moved).all() and np.isfinite(ring).all():
+        raise InputError(f"{where}: is in {system.name}, from where no way leads to {terrain.name}, the terrain's")
+    return moved
+
+
+def _shapefile(path, key):
+    try:
+        import shapefile
+    except ImportError:
+        raise InputError.at(key, str(path), f"a shapefile {GIS}") from None
+    features, others = [], 0
+    try:
+        with shapefile.Reader(str(path)) as reader:
+            for shape, record in zip(reader.shapes(), _records(reader), strict=True):
+                if "POLYGON" not in shape.shapeTypeName:
+                    others += shape.shapeType != shapefile.NULL
+                    continue
+                points, parts = np.asarray(shape.points, float), [*shape.parts, len(shape.points)]
+                rings = [points[a:b, :2] for a, b in pairwise(parts)]
+                features.append(Feature(_nested(rings), _thickness(record)))
+    except Exception as error:  # pyshp lets struct, OS and its own errors through on damaged files
+        raise InputError.at(key, str(path), "is not a readable shapefile") from error
+    return features, system_beside(path), _left_out(others)
+
+
+def _records(reader):
+    """Attributes of each shape; empty ones where the .dbf file is missing."""
+    return [r.as_dict() for r in reader.records()] if reader.dbf else [{}] * len(reader)
+
+
+def _nested(rings):
+    """Rings of one shape as polygons: one that lies in an odd number of others is a hole, whichever way it runs; in a
+    shapefile they are not said to belong together."""
+    import shapely
+
+    rings = [ring for ring in rings if len(ring) > 3 and np.isfinite(ring).all()] or rings
+    if len(rings) == 1:
+        return [rings]
+    areas = [shapely.make_valid(shapely.Polygon(ring)) for ring in rings]
+    inside = [[j for j, other in enumerate(areas) if j != i and other.area > area.area and other.covers(area)]
+              for i, area in enumerate(areas)]
+    polygons = {i: [ring] for i, ring in enumerate(rings) if len(inside[i]) % 2 == 0}
+    for i, ring in enumerate(rings):
+        if i not in polygons:
+            polygons[min(inside[i], key=lambda j: areas[j].area)].append(ring)
+    return list(polygons.values())
+
+
+def _geojson(path, key):
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        features = data["features"] if data["type"] == "FeatureCollection" else [data]
+        found, others = [], 0
+        for feature in features:
+            is_feature = feature["type"] == "Feature"
+            geometry = feature["geometry"] if is_feature else feature
+            properties = (feature.get("properties") if is_feature else None) or {}
+            polygons, left = _polygons(geometry)
+            others += left
+            if polygons:
+                parts = [[_corners(ring) for ring in polygon] for polygon in polygons]
+                found.append(Feature(parts, _thickness(properties)))
+        named = data.get("crs")
+        system = None if named is None else ReferenceSystem.named(named["properties"]["name"], f"{path}: crs")
+    except OSError as error:
+        raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
+        raise InputError.at(key, str(path), "is not a readable GeoJSON file") from error
+    return found, system, _left_out(others)
+
+
+def _polygons(geometry):
+    """Coordinates of the polygons of a geometry, and how many geometries are none."""
+    if not geometry:
+        return [], 0
+    kind = geometry["type"]
+    if kind == "GeometryCollection":
+        parts = [_polygons(part) for part in geometry["geometries"]]
+        return [polygon for polygons, _ in parts for polygon in polygons], sum(left for _, left in parts)
+    if kind == "Polygon":
+        return [geometry["coordinates"]], 0
+    return (geometry["coordinates"], 0) if kind == "MultiPolygon" else ([], 1)
+
+
+def _corners(ring):
+    """Corners (n, 2) of a ring. ValueError: it is no list of places."""
+    corners = np.asarray(ring, float)
+    if corners.ndim != 2:
+        raise ValueError("a ring is a list of places")
+    return corners[:, :2]
+
+
+def _left_out(others):
+    return [f"{others} of its geometries are no polygons and are left out"] if others else []
+
+
+def _thickness(attributes):
+    """The attribute `thickness` [m], whatever its case; None where it is missing or no positive finite number."""
+    for name, value in attributes.items():
+        if name.lower() == "thickness":
+            try:
+                return float(value) if 0.0 < float(value) < np.inf else None
+            except (TypeError, ValueError, OverflowError):
+                return None
+    return None

@@ -1,0 +1,170 @@
+"""From a scene to its model: particles on their terrain, obstacles, initial stress."""
+
+import numpy as np
+
+from snowmpm.compiler import runtime
+from snowmpm.errors import InputError
+from snowmpm.particles.population import Population
+from snowmpm.scenes.space import AXES
+from snowmpm.seeding import seed_body
+from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
+from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
+from snowmpm.setup.taken_state import TakenState, take
+from snowmpm.setup.velocity_fields import velocity_fields
+from snowmpm.solids import Obstacle, inside_any
+from snowmpm.stages import counted, stage
+from snowmpm.terrain import load_terrain
+
+
+def build(scene, kept=None):
+    """Validate what only geometry can tell and make the model of a scene. Raises InputError.
+
+    kept: run folder that keeps what the scene takes from another run, when it was built before.
+    """
+    _refuse_unbuilt(scene)
+    runtime.start()
+    with stage("reading the terrain"):
+        surface = _surface(scene)
+    obstacles = _obstacles(scene)
+    taken = None
+    if scene.initial.from_run is not None:
+        taken = take(scene, surface) if kept is None else TakenState.kept(kept)
+    seeds, starts, shares = _seed(scene, surface, obstacles, taken)
+    lower, upper = _domain(scene, surface, seeds)
+    outside = ~((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
+    if outside.any():
+        i = np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1
+        raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
+                         f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
+    model = Model(scene, surface, lower, upper, seeds, starts, obstacles, shares, taken)
+    if scene.dimension == 3:
+        model.map_grid  # noqa: B018 (refuses a cell that cannot be, before anything is computed)
+    with stage("initial stress"):
+        if scene.initial.stress == "isotropic":
+            uniform_pressure(model)
+        elif scene.initial.stress != "none" and taken is None:
+            stress_from_weight(model)
+    return model
+
+
+def _refuse_unbuilt(scene):
+    """Choices of the schema that this version does not compute."""
+    if scene.solver.method == "sph":
+        _refuse_beyond_sph(scene)
+    if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
+
+
+def _refuse_beyond_sph(scene):
+    """What only the grid can do."""
+    if scene.saw_test:
+        raise InputError.at("solver.method", "sph", 'must be "mpm" beside saw_test', scene.source)
+    for i, body in enumerate(scene.bodies):
+        if body.contact == "separate":
+            raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'
+                                ' one continuum, contact = "shared"', scene.source)
+
+
+def _surface(scene):
+    if scene.terrain is None:
+        return None
+    extent = _extent(scene)
+    if extent is None and (scene.terrain.kind == "plane" or (scene.terrain.kind, scene.dimension) == ("profile", 3)):
+        raise InputError(f"{scene.source}: domain: a {scene.terrain.kind} needs domain.min and domain.max, to know how"
+                         " far it reaches")
+    try:
+        return load_terrain(scene.terrain, scene.base_dir, dimension=scene.dimension, extent=extent)
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None
+
+
+def _extent(scene):
+    """Plan box [m] of the terrain that is used: of the domain and of the raster's region; None for all of it."""
+    boxes = []
+    if scene.domain and scene.domain.min:
+        boxes.append((scene.domain.min[: scene.dimension - 1], scene.domain.max[: scene.dimension - 1]))
+    region = getattr(scene.terrain, "region", None)
+    if region is not None:
+        free = (-np.inf, np.inf)
+        boxes.append(tuple(zip(region.x or free, region.y or free, strict=True)))
+    if not boxes:
+        return None
+    return np.max([lower for lower, _ in boxes], axis=0), np.min([upper for _, upper in boxes], axis=0)
+
+
+def _obstacles(scene):
+    try:
+        return [Obstacle.of(spec, scene.dimension, scene.base_dir, f"obstacles.{i} ({spec.name})",
+                            TERRAIN_REACH * scene.solver.dx)
+                for i, spec in enumerate(scene.obstacles)]
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None
+
+
+def _seed(scene, surface, obstacles, taken):
+    """Particles of all bodies, none inside an obstacle, and those that another run left; the first number of each body;
+    by its name the share of each body that sides of the domain left."""
+    solver, parts, shares = scene.solver, [], {}
+    materials = list(scene.materials)
+    rng = np.random.default_rng(scene.seed)
+    cut = _cut(scene)
+    bodies = list(zip(scene.bodies, velocity_fields(scene), strict=True))
+    for i, (body, field) in enumerate(counted(bodies, "filling bodies with particles", "bodies")):
+        material = materials.index(body.material)
+        if taken and body.name in taken.bodies:
+            parts.append(_as_left(taken.bodies[body.name], material, field))
+            continue
+        try:
+            seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
+                              particles_per_cell=solver.filling, sampling=solver.sampling,
+                              base_dir=scene.base_dir, cut=cut)
+        except InputError as error:
+            raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
+        seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))
+        if len(seeds.volumes) == 0:
+            raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
+        shares[body.name] = seeds.share
+        parts.append(Population(seeds.positions, seeds.volumes, material,
+                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field))
+    population = Population.joined(parts)
+    if len(population.volumes) == 0:
+        raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
+    return population, np.cumsum([0, *(len(part.volumes) for part in parts[:-1])]), shares
+
+
+def _as_left(columns, material, field):
+    """Particles of a body as another run left them (`TakenState`)."""
+    return Population(columns["position"], columns["volume"][:, 0], material, columns["velocity"], columns["elastic"],
+                      columns["stress"], columns["volume_ratio"][:, 0], columns["affine"], columns["state"], field)
+
+
+def _cut(scene):
+    """Corners that sides of the domain on which snow slides freely, "slip" and "symmetric", cut bodies off at; None
+    without such sides."""
+    if scene.domain is None or scene.domain.min is None:
+        return None
+    sides = scene.domain.sides(scene.dimension)
+    names = [[sides[f"{axis}_{end}"] for axis in AXES[scene.dimension]] for end in ("min", "max")]
+    free = np.isin(names, ("slip", "symmetric"))
+    if not free.any():
+        return None
+    return np.where(free[0], scene.domain.min, -np.inf), np.where(free[1], scene.domain.max, np.inf)
+
+
+def _domain(scene, surface, seeds):
+    """Box that is followed: as given, else what the scene can reach."""
+    if scene.domain and scene.domain.min:
+        return np.asarray(scene.domain.min, float), np.asarray(scene.domain.max, float)
+    dx, x = scene.solver.dx, seeds.positions
+    lower, upper = x.min(axis=0), x.max(axis=0)
+    if surface is not None:
+        lower, upper = np.minimum(lower, surface.lower), np.maximum(upper, surface.upper)
+        upper[-1] += 0.5 * (upper[-1] - lower[-1]) + 20 * dx
+        lower[-1] -= 4 * dx
+        return lower, upper + 1e-9 * np.abs(upper)
+    course = course_of(scene)
+    strongest = np.abs(np.asarray(scene.gravity_vector)) if course is None else course.strongest
+    fall = strongest * scene.end_time**2 / 2.0
+    flight = np.abs(seeds.velocities).max(axis=0) * scene.end_time
+    margin = fall + flight + 0.5 * (upper - lower) + 4 * dx
+    return lower - margin, upper + margin

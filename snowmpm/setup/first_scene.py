@@ -1,0 +1,97 @@
+"""A first scene on a slope of the user's own: `snowmpm new NAME --terrain FILE`."""
+
+import math
+import os
+from types import SimpleNamespace
+
+from snowmpm.errors import InputError, nearest_file
+from snowmpm.scenes import starts
+from snowmpm.seeding.lattice import sub_layers
+from snowmpm.seeding.regions import read_regions
+from snowmpm.terrain import load_terrain
+from snowmpm.terrain.first_release import STEEP, first_release, may_leave
+
+MESHES = (".stl", ".obj", ".ply")
+RASTERS = (".asc", ".tif", ".tiff")
+PARTICLES = 40_000  # about so many: a few minutes
+FRICTION = 0.35  # of the bed, as the scene has it
+FRAMES = 150  # at most about so many
+
+
+def scene_on_ground(name, file, ground, release=None, thickness=None):
+    """Text of a scene `name` to be written to `file`, and lines that say what is in it.
+
+    ground: mesh or raster; release: polygons in plan (.geojson, .shp), or None for a first guess; thickness of the snow
+    [m], or None for that of the polygons, or one that goes with the slope's size. Raises InputError for a file that
+    cannot be used.
+    """
+    surface, kind = _load(ground)
+    extent = surface.upper - surface.lower
+    words = f"{extent[0]:.4g} m by {extent[1]:.4g} m in plan, {extent[2]:.4g} m high"
+    own = None  # thickness that the release's file gives
+    if release is None:
+        found = first_release(surface)
+        region = f"{{ x = {_pair(found.x)}, y = {_pair(found.y)} }}"
+        sides = " by ".join(f"{high - low:.3g} m" for low, high in (found.x, found.y))
+        where = f"{sides} in plan, {found.slope:.0f} degrees steep"
+        area, slope, centre = found.area, found.slope, (sum(found.x) / 2.0, sum(found.y) / 2.0)
+        told = [f"ground: {words}", f"release: {where}; a guess, to be put right in the file"]
+        if slope < STEEP[0]:
+            told.append(f"the steepest part has {slope:.0f} degrees, and avalanches want {STEEP[0]:g}: is z up, in m?")
+    else:
+        if not release.is_file():
+            raise InputError(f"--release {release}: no such file{nearest_file(release)}")
+        polygons = read_regions(release.resolve(), "--release", surface.system)
+        given = [polygon.thickness for polygon in polygons]
+        own = None if None in given else sum(given) / len(given)
+        where, region = f"{release.name}", f"{{ file = {starts.quoted(_relative(release, file))} }}"
+        area, slope = sum(polygon.area() for polygon in polygons), 35.0
+        centre = sum(polygon.area() * (polygon.lower + polygon.upper) / 2.0 for polygon in polygons) / area
+        told = [f"ground: {words}", f"release: {area:.4g} m2 in plan from {release}"]
+    side = math.sqrt(area)
+    thick = thickness or own or _rounded(min(max(0.02 * float(extent[:2].max()), 0.3), 1.5, 0.2 * side))
+    volume = area / math.cos(math.radians(min(slope, 60.0))) * thick
+    # Between the coarsest that is accepted and a third of the thickness
+    dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))
+    length = float(math.hypot(*extent))
+    end = max(4.0, round(3.0 * math.sqrt(length)))
+    interval = next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 1e9) if end / step <= FRAMES)
+    rows, _, spacing = sub_layers(0.0, thick, 0.5 * dx, 3)
+    particles = rows * volume / thick / spacing**2
+    told.append(f"{thick:g} m thick, dx = {dx:g} m, about {round(particles, -2):.0f} particles, {end:g} s")
+    if surface.system is None:
+        told.append("the ground names no coordinate system: its numbers are taken as metres")
+    if may_leave(surface, centre, FRICTION):
+        told.append("the ground may end before the snow stops, and what leaves it is lost: a larger ground is better")
+    from_file = own is not None and thickness is None
+    text = starts.start_from(
+        "ground", name=name, file=file, ground=ground.name, kind=kind, path=starts.quoted(_relative(ground, file)),
+        extent=words, found=where, region=region, top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
+        end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}")
+    return text, told
+
+
+def _load(ground):
+    kind = {**dict.fromkeys(MESHES, "mesh"), **dict.fromkeys(RASTERS, "dem")}.get(ground.suffix.lower())
+    if kind is None:
+        raise InputError(f"--terrain {ground}: must end in {', '.join(MESHES)} (a mesh), .asc or .tif (a raster)")
+    if not ground.is_file():
+        raise InputError(f"--terrain {ground}: no such file{nearest_file(ground)}")
+    return load_terrain(SimpleNamespace(kind=kind, file=str(ground.resolve())), dimension=3), kind
+
+
+def _relative(path, file):
+    """`path` as a scene in `file` names it: relative where it lies below the scene's folder."""
+    path, folder = path.resolve(), file.resolve().parent
+    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else os.fspath(path)
+
+
+def _pair(bounds):
+    return f"[{bounds[0]:.12g}, {bounds[1]:.12g}]"
+
+
+def _rounded(value):
+    """Rounded down to 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    steps = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+    return float(f"{max(step for step in steps if step * power <= value * 1.001) * power:.6g}")

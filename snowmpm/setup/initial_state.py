@@ -1,0 +1,65 @@
+"""The stress that a scene's particles start with, and the elastic strain that carries it."""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.setup.initial_stress import geostatic_stress, overburden
+
+
+def stress_from_weight(model):
+    """Geostatic stress, and the elastic strain that carries it, for every particle."""
+    scene, population = model.scene, model.population
+    if model.gravity is not None and not np.any(model.first_gravity):
+        raise InputError.at("initial.stress", scene.initial.stress, "needs gravity at time 0, where it is 0 here",
+                            scene.source)
+    shapes = [(body.shape if body.shape.kind == "layer" else None, scene.materials[body.material].density)
+              for body in scene.bodies]
+    query = model.distance.query if model.distance else None
+    spacing = scene.solver.spacing(scene.dimension)
+    if scene.saw_test:
+        load, normals = _load_in_column(scene, population.positions)
+    else:
+        load, normals = overburden(shapes, population.positions, model.body_of, query, model.first_gravity,
+                                   scene.solver.dx, spacing)
+    given = scene.initial.lateral_pressure
+    k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
+    tau = geostatic_stress(population.positions, load, normals, model.first_gravity, k0)
+    _give_stress(model, tau)
+
+
+def uniform_pressure(model):
+    """The same isotropic pressure everywhere."""
+    n = len(model.population.volumes)
+    _give_stress(model, np.tile(-model.scene.initial.pressure * np.eye(3), (n, 1, 1)))
+
+
+def _give_stress(model, tau):
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it.
+
+    Raises InputError for a material that cannot carry it.
+    """
+    scene, population = model.scene, model.population
+    if scene.dimension == 2:
+        # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
+        components = [(0, 0), (1, 1), (2, 2), (0, 1)]
+    else:
+        components = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
+    for m, law in enumerate(model.laws):
+        own = population.material == m
+        elastic = law.h_from_stress(tau[own])
+        if not np.isfinite(elastic).all():
+            name, load = list(scene.materials)[m], np.abs(tau[own]).max()
+            raise InputError(f"{scene.source}: materials.{name}: too soft for initial.stress ="
+                             f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa')
+        for c, (i, j) in enumerate(components):
+            population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
+
+
+def _load_in_column(scene, positions):
+    """Mass per area above each particle of a saw test [kg/m2], and the normal of its slope."""
+    load, bottom = np.zeros(len(positions)), 0.0
+    for _, layer in scene.saw_test.drawn(scene.solver.dx).layers:
+        above = np.clip(bottom + layer.thickness - positions[:, -1], 0.0, layer.thickness)
+        load += scene.materials[layer.material].density * above
+        bottom += layer.thickness
+    return load, np.tile(np.eye(scene.dimension)[-1], (len(positions), 1))

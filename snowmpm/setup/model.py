@@ -1,0 +1,169 @@
+"""A scene made of numbers: what a solver is built from."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.forcing import Forcing
+from snowmpm.forcing.course import Course
+from snowmpm.forcing.damping import Damping
+from snowmpm.forcing.fields import make_field
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.particles.population import Population
+from snowmpm.results.map_grid import grid_for
+from snowmpm.results.maps import cell_for
+from snowmpm.scenes.formula import compiled
+from snowmpm.scenes.gravity import Gravity
+from snowmpm.setup.velocity_fields import body_friction
+from snowmpm.stages import stage
+from snowmpm.terrain import DistanceField
+
+TERRAIN_REACH = 5.0
+"""Cells around the ground in which its distance is exact, at least; through the snow that lies on it in any case."""
+
+
+@dataclass
+class Model:
+    """A scene made of numbers: what a solver is built from.
+
+    laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
+    which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
+    shares: of each body by name, the share of its volume that symmetric sides of the domain left. taken:
+    `TakenState`, None of a scene that takes nothing from another run.
+    """
+
+    scene: object
+    surface: object
+    lower: np.ndarray
+    upper: np.ndarray
+    population: Population
+    body_starts: np.ndarray
+    obstacles: list
+    shares: dict = field(default_factory=dict)
+    taken: object = None
+
+    @cached_property
+    def laws(self):
+        dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        for name, law in self.scene.materials.items():
+            if test and test.weak_layer.cells and test.weak_layer.material == name:
+                law = law.drawn(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
+            try:
+                found.append(law.on_grid(dx))
+            except ValueError as error:
+                raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
+        return found
+
+    @cached_property
+    def map_grid(self):
+        """Cells of the maps of a run in three dimensions (`snowmpm.results.map_grid`).
+
+        InputError for a cell that cannot be.
+        """
+        snow, scene = self.population, self.scene
+        least = cell_for(snow.positions, snow.volumes, scene.solver.dx)
+        try:
+            return grid_for(self.lower, self.upper, least, scene.output.map_cell,
+                            self.surface.lattice if self.surface else None)
+        except InputError as error:
+            raise InputError(f"{scene.source}: {error}") from None
+
+    @cached_property
+    def depth(self):
+        """Largest height of a particle straight above the ground [m]; without terrain, of the bodies."""
+        x = self.population.positions
+        if self.surface is None:
+            return float(np.ptp(x[:, -1]))
+        return float(np.nanmax(x[:, -1] - self.surface.height(x[:, :-1]), initial=0.0))
+
+    @cached_property
+    def distance(self):
+        """Distance field of the ground, exact as far as the grid and the snow need it; None without terrain."""
+        if self.surface is None:
+            return None
+        with stage("distances to the terrain"):
+            return DistanceField(self.surface, max(TERRAIN_REACH * self.scene.solver.dx, self.depth))
+
+    @cached_property
+    def body_of(self):
+        return np.searchsorted(self.body_starts, np.arange(len(self.population.volumes)), side="right") - 1
+
+    @cached_property
+    def direction(self):
+        dim = self.scene.dimension
+        flat = np.eye(dim - 1)[0]
+        if self.surface is None:
+            return flat
+        normals = self.surface.normal(self.population.positions[:, :-1])
+        dip = np.nansum(normals[:, :-1], axis=0)
+        size = np.linalg.norm(dip)
+        return dip / size if size > 1e-3 * len(normals) else flat
+
+    @cached_property
+    def gravity(self):
+        """`Course` of gravity that changes with time; None of constant gravity."""
+        return course_of(self.scene)
+
+    @property
+    def first_gravity(self):
+        """Gravity at time zero (dim,) [m/s2]."""
+        return np.asarray(self.scene.gravity_vector) if self.gravity is None else self.gravity.at(0.0)
+
+    @cached_property
+    def force_numbers(self):
+        """Arrays of the numbers of gravity and forces that come from files, for a digest."""
+        return self.forcing().numbers()
+
+    def forcing(self):
+        """`Forcing` of the scene, which is false where there is none; it counts from time zero."""
+        scene = self.scene
+        names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
+        fields = []
+        for i, spec in enumerate(scene.forces):
+            body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
+            numbers = None if body is None else (ends[body], ends[body + 1])
+            try:
+                fields.append(make_field(spec, scene.dimension, scene.base_dir, f"forces.{i}",
+                                         lambda text: compiled(text, scene.dimension), numbers,
+                                         self.surface.system if self.surface else None))
+            except InputError as error:
+                raise InputError(f"{scene.source}: {error}") from None
+        return Forcing(self.gravity, fields, Damping(scene.damping) if scene.damping else None)
+
+    def solver(self):
+        """The solver of this scene at time zero."""
+        solver, forcing = self._solver(), self.forcing()
+        if forcing:
+            solver.force(forcing)
+        return solver
+
+    def _solver(self):
+        scene = self.scene
+        names = scene.domain.sides(scene.dimension) if scene.domain else {}
+        axes = "xz" if scene.dimension == 2 else "xyz"
+        sides = [[names.get(f"{axis}_{end}", "open") for end in ("min", "max")] for axis in axes]
+        terrain = scene.terrain
+        contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
+        chosen = scene.solver
+        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
+                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
+                  "sides": sides, "obstacles": self.obstacles, **contact}
+        if chosen.method == "sph":
+            from snowmpm.sph.solver import SphSolver  # slow to import, like the other method, of which a run has one
+
+            return SphSolver(self.population, self.laws, scheme=chosen.sph, **common)
+        return MpmSolver(self.population, self.laws, kernel=chosen.kernel, gradient=chosen.gradient,
+                         transfer=chosen.transfer, flip_ratio=chosen.flip_ratio, body_friction=body_friction(scene),
+                         **common)
+
+
+def course_of(scene):
+    """`Course` of a scene's gravity; None where it is constant. Raises InputError for a wrong file."""
+    if not isinstance(scene.gravity, Gravity):
+        return None
+    try:
+        return Course.of(scene.gravity, scene.dimension, scene.base_dir)
+    except InputError as error:
+        raise InputError(f"{scene.source}: {error}") from None

@@ -1,0 +1,170 @@
+"""What the solvers of both methods are: particles with a clock, totals, loads, and a step that must not be too long."""
+
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import real_array
+from snowmpm.errors import SimulationError
+from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.time_step import FLIGHT_LIMIT, Extremes, stable_step
+
+
+class Solver:
+    """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`.
+
+    particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
+    [N s], `plastic_work` [J], `unconverged` return maps; `momentum_gain` [N s2], the time integral of all momentum that
+    came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
+    share of the velocity kept each step, below 1 only while an initial state settles.
+
+    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `cfl` and `critical_cfl`, then calls `_begin`.
+    """
+
+    BAD = ""
+    """What a particle that ended the simulation did, for the message."""
+
+    DAMPED_IMPULSE = True
+    """Whether terrain and sides carry what damping leaves, while an initial state settles, or all that there was."""
+
+    def _begin(self, population, gravity):
+        """Time zero: nothing has happened yet."""
+        self.materials = self.particles.materials
+        self.gravity = np.asarray(gravity, float)
+        self._gravity = real_array(self.gravity)
+        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
+                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self.time, self.steps, self.keep = 0.0, 0, 1.0
+        self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
+        self.forcing = None
+        self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
+        self.set_loads([])
+
+    def force(self, forcing):
+        """Let a `forcing.Forcing` act from now on: its fields and damping, and its gravity if that changes."""
+        self.forcing = forcing
+        if forcing.course:
+            self.set_gravity(forcing.course.at(0.0))
+            self.particles.weightless()
+
+    def set_gravity(self, gravity):
+        """Gravity (dim,) [m/s2] of the steps to come."""
+        self.gravity = np.asarray(gravity, float)
+        self._gravity.from_numpy(self.gravity)
+
+    def _act(self, dt):
+        """What acts beside stress and contact, before a step; -> the time for which forces act in it [s]."""
+        return self.forcing.act(self, dt) if self.forcing else dt
+
+    def _advance_clock(self, dt, pushed):
+        """After a step of dt [s] in which forces acted for the time `pushed` [s]."""
+        if self.forcing:
+            with runtime.precision(self.precision):
+                self.forcing.close(self, dt)
+        self.weight_impulse += pushed * self.particles.mass * self.gravity
+        if self.particles.repeats.any():
+            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
+        self.time += dt
+        self.steps += 1
+
+    @property
+    def impulse(self):
+        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
+        return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    def stable_dt(self):
+        """-> (step for now [s], what limits it), with the margin of cfl."""
+        return self._step_at(self.cfl, self.cfl)
+
+    def expected_dt(self):
+        """-> (step that a run takes about [s], what limits it): the first one, but where all laws stiffen without their
+        elastic variable. They report the wave speed of their state from the first step on."""
+        first = self.extremes
+        if all(law.stiffness is not None for law in self.materials.laws):
+            first = replace(first, elastic_deviation=0.0)
+        return self._step_at(self.cfl, self.cfl, first)
+
+    def critical_dt(self):
+        """-> (longest step that is not unstable [s], what limits it)."""
+        return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
+
+    def _step_at(self, elastic, advective, extremes=None):
+        extremes = extremes or self.extremes
+        extremes = replace(extremes, speed=max(self._pushing_speed, extremes.speed))
+        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
+
+    def _read(self, report):
+        """Take in the report of a step (`snowmpm.stepping.step_report`).
+
+        Raises SimulationError when a particle is no more.
+        """
+        if report[report_of.BAD]:
+            self._fail(int(report[report_of.BAD]) - 1)
+        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
+                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
+                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+        self.plastic_work += report[report_of.DISSIPATION]
+        self.unconverged += int(report[report_of.UNCONVERGED])
+        self.n_plastic = int(report[report_of.PLASTIC])
+
+    def _fail(self, row):
+        particle, place = self.particles.describe(row)
+        raise SimulationError(f"{particle} {self.BAD}, at t = {self.time:.6g} s, step {self.steps}, {place}:\n"
+                              "lower solver.cfl or check the stiffness of its material")
+
+    # ---- loads ------------------------------------------------------------------------------------------------
+
+    def set_loads(self, loads):
+        """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act within their radius."""
+        rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
+                for centre, radius, acceleration in loads]
+        self._n_loads = len(rows)
+        self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
+
+    def push(self, numbers, gain, mass):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
+        `mass` [kg]; counts as a load."""
+        self.particles.push(numbers, gain)
+        self.add_impulse(mass * np.asarray(gain))
+
+    def add_impulse(self, impulse):
+        """Count an impulse (dim,) [N s] that a load gave the particles."""
+        self._loaded += impulse
+
+    # ---- clock and totals -------------------------------------------------------------------------------------
+
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+        self.time, self.steps, self.plastic_work, self.unconverged = 0.0, 0, 0.0, 0
+        self._loaded[:], self.weight_impulse[:], self.momentum_gain[:] = 0.0, 0.0, 0.0
+        if self.forcing:
+            self.forcing.restart()
+
+    def state(self):
+        """Particles, blocks, clock and totals by name; a method adds its own."""
+        return {
+            **self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes), "time": self.time,
+            "steps": self.steps, "loaded": self._loaded.copy(), "weight_impulse": self.weight_impulse.copy(),
+            "momentum_gain": self.momentum_gain.copy(),
+            "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
+            "forcing": self.forcing.state() if self.forcing else {},
+        }
+
+    def restore(self, state):
+        """Take over the `state()` of a solver of the same scene; loads are set apart.
+
+        Raises InputError when it does not fit.
+        """
+        self.frame.check(state["frame"])
+        self.particles.restore(state)
+        self.extremes = Extremes(**state["extremes"])
+        self.time, self.steps = state["time"], state["steps"]
+        self._loaded[:], self.weight_impulse[:] = state["loaded"], state["weight_impulse"]
+        self.momentum_gain[:] = state.get("momentum_gain", 0.0)
+        self.plastic_work, self.unconverged = state["plastic_work"], state["unconverged"]
+        self.n_plastic = state["n_plastic"]
+        if self.forcing:
+            self.forcing.restore(state["forcing"])

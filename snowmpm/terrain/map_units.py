@@ -1,0 +1,91 @@
+"""Units of elevation rasters: what turns their coordinates and heights into metres, or why nothing does."""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.terrain.reference_system import SCALE
+
+FOOT, SURVEY_FOOT = 0.3048, 1200.0 / 3937.0
+
+UNITS = {"m": 1.0, "ft": FOOT, "us-ft": SURVEY_FOOT}
+"""Metres in each unit that a scene may name."""
+
+SPELLINGS = {
+    1.0: ("m", "metre", "metres", "meter", "meters"),
+    FOOT: ("ft", "foot", "feet", "international foot", "international feet"),
+    SURVEY_FOOT: ("us-ft", "ftus", "us ft", "us foot", "us feet", "survey foot", "us survey foot", "us survey feet",
+                  "foot us", "foot_us", "us_survey_foot"),
+    0.1: ("dm", "decimetre", "decimeter"),
+    0.01: ("cm", "centimetre", "centimeter", "centimetres", "centimeters"),
+    0.001: ("mm", "millimetre", "millimeter", "millimetres", "millimeters"),
+    1000.0: ("km", "kilometre", "kilometer", "kilometres", "kilometers"),
+    0.0254: ("in", "inch", "inches"),
+}
+METRES = {spelling: metres for metres, spellings in SPELLINGS.items() for spelling in spellings}
+"""Metres in a unit of length, by how programs write it, in lower case."""
+
+STEEPEST = 10.0
+"""Height over extent in plan beyond which x and y without a system are degrees rather than metres."""
+
+
+def plan_metres(system, centre, where):
+    """Metres in a unit of x and y of a raster; 1 where it names no system.
+
+    centre: its middle, as it is in the file; where: how a message begins. InputError: degrees, or a projection whose
+    metres are not metres on the ground.
+    """
+    if system is None:
+        return 1.0
+    if system.is_geographic or not system.is_map:
+        what = "degrees" if system.is_geographic else "no projection"
+        raise InputError(f"{where}: is in {what} ({system.name}): project it to metres, as {_command(system, centre)}")
+    scale = system.scale(*centre)
+    if scale is not None and abs(scale - 1.0) > SCALE:
+        raise InputError(f"{where}: a metre on the ground is {scale:.3g} m of {system.name}: project it to metres on"
+                         f" the ground, as {_command(system, centre)}")
+    return system.metre
+
+
+def height_metres(given, band_unit, system, where):
+    """Metres in a unit of height: as the scene says (`given`, a key of UNITS), else the band, else the system; of a
+    file in metres that says nothing, metres. InputError: a unit that is no length, no word of heights beside feet."""
+    if given is not None:
+        return UNITS[given]
+    if band_unit:
+        metres = METRES.get(band_unit.strip().lower().replace(".", ""))
+        if metres is None:
+            raise InputError(f"{where}: its values are in {band_unit[:40]!r}: must be elevations, in a unit of length")
+        return metres
+    if system is None:
+        return 1.0
+    if system.height_metre is not None:
+        return system.height_metre
+    if system.metre != 1.0:
+        raise InputError(f"{where}: x and y are in {system.unit}, and it does not say in what its elevations are: give"
+                         f" terrain.elevation_unit, one of {', '.join(UNITS)}")
+    return 1.0
+
+
+def refuse_unnamed_degrees(raster, where):
+    """Refuse a raster without a system whose x and y can only be degrees: within 360 and 90, steeper than any ground.
+    InputError."""
+    east, north = np.abs(raster.x).max(), np.abs(raster.y).max()
+    extent = np.hypot(np.ptp(raster.x), np.ptp(raster.y))
+    height = np.nanmax(raster.z) - np.nanmin(raster.z)
+    if east <= 360.0 and north <= 90.0 and height > STEEPEST * extent:
+        raise InputError(f"{where}: is {height:.4g} m high on {extent:.4g} m in plan: x and y look like degrees;"
+                         " project it to metres")
+
+
+def converted(plan, height):
+    """What was converted, for a message: "" where nothing was."""
+    said = []
+    if plan != 1.0:
+        said.append(f"x and y are converted to metres ({plan:.10g} m a unit)")
+    if height != 1.0:
+        said.append(f"elevations are converted to metres ({height:.10g} m a unit)")
+    return "; ".join(said)
+
+
+def _command(system, centre):
+    return f"`rio warp FILE OUT.tif --dst-crs {system.projected_here(*centre)} --resampling bilinear` does"
