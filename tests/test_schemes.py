@@ -1,11 +1,11 @@
 """Every table that is keyed by a scheme has a row of each: a name that is forgotten must not become another."""
 
 import itertools
-from typing import get_args
 
 import pytest
 
 from snowmpm.measured.borders import shipped
+from snowmpm.methods import METHODS
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.scenes.numerics import Solver
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
@@ -14,9 +14,10 @@ from snowmpm.stepping.time_step import CRITICAL
 SCHEMES = list(itertools.product(BASES, GRADIENTS, TRANSFERS))
 
 
-@pytest.mark.parametrize(("key", "names"), [("kernel", BASES), ("gradient", GRADIENTS), ("transfer", TRANSFERS)])
+@pytest.mark.parametrize(("key", "names"), [("kernel", BASES), ("gradient", GRADIENTS), ("transfer", TRANSFERS),
+                                             ("method", METHODS)])
 def test_scenes_take_every_name(key, names):
-    assert get_args(Solver.model_fields[key].annotation) == tuple(names)
+    assert Solver.model_json_schema()["properties"][key]["enum"] == list(names)
 
 
 def test_every_basis_has_a_stencil_of_its_width():
