@@ -17,7 +17,7 @@ def likeness(chosen, solver, dt):
 
     chosen: the scene's table `solver`; solver: with the extremes of its last good step.
     """
-    for look in SYMPTOMS.get(chosen.method, ()):
+    for look in SYMPTOMS.get(chosen.method, ()):  # nothing is known of a method without a row
         found = look(chosen, solver, dt)
         if found:
             border, value = found
