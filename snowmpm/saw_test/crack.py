@@ -47,7 +47,7 @@ class CrackRecord:
         self.interval = max(self.bin / solver.particles.materials.wave_speed, scene.end_time / MOST_ROWS)
 
         x, total = population.positions, len(population.volumes)
-        spacing = dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        spacing = scene.solver.spacing(scene.dimension)
         weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
         middle = spec.slab_bottom + 0.5 * spec.slab_thickness
         slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)

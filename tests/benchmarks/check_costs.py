@@ -24,6 +24,7 @@ from snowmpm.compiler import runtime
 from snowmpm.measured import costs
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
+from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.build import build
 
 FIGURES = Path(__file__).parent / "figures"
@@ -145,7 +146,7 @@ class Run:
         scene = load_scene(row["scene"])
         model = build(scene)
         budget = Budget(SceneFacts(scene, model, model.solver()))
-        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, "flip" in scene.solver.transfer
+        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, TRANSFERS[scene.solver.transfer].flip
         self.watched = float(bool(scene.obstacles))
         plain = replace(budget.scheme, transfer="apic")
         self.bulk = costs.bulk(plain, budget.crowd)

@@ -19,5 +19,5 @@ def cautions(facts):
     """`Caution`s of a scene (`SceneFacts`), in the order of the rules."""
     method = facts.scene.solver.method
     if not RULES.get(method):
-        return [Caution("", "solver.method", f"nothing was measured of where {method} fails", "compare with another one")]
+        return [Caution("", "solver.method", f"where {method} fails was not measured", "compare it with another")]
     return [caution for rule in RULES[method] for caution in rule(facts)]
