@@ -56,6 +56,7 @@ class Aged(Elastic):
         return {"age": np.asarray(state)[..., 0]}
 
 
+@pytest.mark.filterwarnings("ignore:Pydantic serializer")  # the union does not know it
 def test_a_law_is_stored_reported_and_restored_as_it_declares(monkeypatch, tmp_path):
     monkeypatch.setitem(LAWS, "aged", Aged)
     scene = block(["age"]).model_copy(update={"materials": {"snow": Aged(**SNOW)}})
