@@ -15,9 +15,9 @@ from snowmpm.stages import counted
 
 def _definitions(wanted: bool):
     if wanted:
-        from snowmpm.quantities.table import HISTORY, NUMBERS, RASTERS
+        from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, RASTERS
 
-        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("history", HISTORY)):
+        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("impact", IMPACT), ("history", HISTORY)):
             print(f"\n{title}")
             for one in group:
                 print(f"  {one.name}: {one.label}{_unit(one)}")

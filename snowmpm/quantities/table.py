@@ -8,7 +8,7 @@ from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_S
 from snowmpm.quantities.quantity import Quantity
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
-MAPS, HAZARD = "snowmpm.results.maps", "snowmpm.results.hazard"
+MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
 
 HISTORY = (
     Quantity("mass", "mass in the domain", "kg", "Mass of all particles in the domain.", AUDIT),
@@ -122,6 +122,26 @@ NUMBERS = (
       for p in PRESSURES),
 )
 
+IMPACT = (
+    Quantity("impact_arrival", "arrival at the obstacle", "s", "When 1 % of the impulse along the load has been given.",
+             LOADS),
+    Quantity("impact_peak_force", "early peak of the force", "N", "Largest force of the snow on the obstacle along the "
+             "load, a mean over 2 % of the time that the load lasts. Per metre of width in 2-D.", LOADS),
+    Quantity("impact_peak_time", "time of the peak", "s", "When the early peak of the force begins.", LOADS),
+    Quantity("impact_peak_pressure", "early peak, over the wetted area", "Pa", "The early peak of the force, over the "
+             "wetted area at that time.", LOADS),
+    Quantity("impact_steady_force", "steady part of the force", "N", "Mean force along the load while the middle half "
+             "of the impulse is given. Per metre of width in 2-D.", LOADS),
+    Quantity("impact_steady_pressure", "steady part, over the wetted area", "Pa", "The steady part of the force, over "
+             "the mean wetted area of that time.", LOADS),
+    Quantity("impact_impulse", "impulse on the obstacle", "N s", "Impulse that the snow gave the obstacle along the "
+             "load. Per metre of width in 2-D.", LOADS),
+    Quantity("wetted_area", "wetted area, at most", "m2", "Area, seen along the load, of the part of the obstacle's "
+             "face that snow touches: where particles are closer than two of their spacings. In 2-D a length.", LOADS),
+    Quantity("face_area", "whole face of the obstacle", "m2", "Area of the whole obstacle seen along the load, what is "
+             "in the ground included. In 2-D a length.", LOADS),
+)
+
 RENAMED = {"runout": "front_distance"}
 """Columns of the history of older run files, and what they are called now."""
 
@@ -129,7 +149,7 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Numbers of hazard mapping in older run files, and what they are called now."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS)}
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT)}
 """All quantities by name."""
 
 
