@@ -82,8 +82,8 @@ RASTERS = (
 )
 
 NUMBERS = (
-    Quantity("release_area", "release area", "m2", "Plan area of the map cells with at least flow_depth of snow at the "
-             "start.", HAZARD),
+    Quantity("release_area", "release area", "m2", "Plan area of the snow at the start: of the polygons that it was "
+             "given by, or what its particles cover.", HAZARD),
     Quantity("release_volume", "release volume", "m3", "Volume of the snow at the start.", HAZARD),
     Quantity("release_mass", "release mass", "kg", "Mass of the snow at the start.", HAZARD),
     Quantity("affected_area", "affected area", "m2", "Plan area where the flow once was at least flow_depth deep.",
@@ -107,7 +107,7 @@ NUMBERS = (
     HISTORY[-1],  # momentum_share
     Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
              "terrain, over the mass at the start.", HAZARD),
-    Quantity("top", "height of the release's top", "m", "Largest height of the ground under the release.", HAZARD, 1),
+    Quantity("top", "height of the release's top", "m", "Height of the highest ground under the release.", HAZARD, 1),
     Quantity("runout", "run-out", "m", "Length in plan, along the thalweg, from the top of the release to the place "
              "that 99 % of the snow lies before at the end.", HAZARD),
     Quantity("fall", "fall", "m", "Height of the release's top above the ground at the run-out.", HAZARD),
@@ -117,9 +117,11 @@ NUMBERS = (
     Quantity("runout_y", "run-out point, north", "m", "Place of the run-out on the thalweg, in map coordinates.",
              HAZARD, 1),
     Quantity("runout_z", "run-out point, height", "m", "Height of the ground at the run-out.", HAZARD, 1),
+    Quantity("reach_of_flow", "reach of the flow", "m", "Length in plan, along the thalweg, from the top of the "
+             "release to the furthest corner of the affected area.", HAZARD),
     *(Quantity(f"reach_of_{p / 1e3:g}_kPa", f"reach of {p / 1e3:g} kPa", "m", "Length in plan, along the thalweg, from "
-               f"the top of the release to the furthest place where the peak pressure reached {p / 1e3:g} kPa.", HAZARD)
-      for p in PRESSURES),
+               "the top of the release to the furthest corner of the part of the affected area where the peak pressure "
+               f"reached {p / 1e3:g} kPa.", HAZARD) for p in PRESSURES),
 )
 
 IMPACT = (
