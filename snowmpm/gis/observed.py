@@ -42,7 +42,10 @@ class Observed:
 
 
 def read_observed(path, run):
-    """The outline in a .shp or .geojson file, carried into the projection of a `Run`. InputError as of a release."""
+    """The outline in a .shp, .geojson or .gpkg file, carried into the projection of a `Run`.
+
+    InputError as of a release.
+    """
     wkt = run.provenance.get("crs")
     system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
     regions = read_regions(path, "--observed", system)
