@@ -175,7 +175,9 @@ def _draw_lines(axes, run, observed):
         axes.plot(*closed.T, color="white", lw=3.4, zorder=5)
         axes.plot(*closed.T, color=OBSERVED, lw=2.0, zorder=6, label="observed" if k == 0 else None)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
+        # Above, in the middle, stands why a run is not final
+        place = "best" if status_of(run).final else "lower center"
+        axes.legend(loc=place, fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
 
 
 def runout_words(run):
