@@ -20,6 +20,7 @@ from snowmpm.running.failure import likeness
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.setup.build import build
+from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -62,8 +63,8 @@ class Simulation(Glance):
         if approve:
             approve(self)
         if resumed is None:
-            for load in overloaded(scene):
-                warnings.warn(str(load), stacklevel=2)
+            for doubt in (*doubts(self.model), *overloaded(scene)):
+                warnings.warn(str(doubt), stacklevel=2)
         if scene.initial.stress == "settle" and resumed is None:
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
