@@ -9,10 +9,10 @@ import ctypes
 import functools
 import threading
 
+import taichi as ti
 from taichi.lang import impl
-from taichi.lang._ndarray import Ndarray, ScalarNdarray
-from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
+from snowmpm.compiler import patches
 from snowmpm.compiler.settings import compiling
 from snowmpm.errors import EndedError
 
@@ -27,19 +27,26 @@ def watch_arrays():
 
     Taichi 1.7 keeps those of vectors and matrices to the end of the program, and a grid that grows with the avalanche
     makes new ones again and again; those of numbers it frees by an address that may be another array's by then.
+
+    This is the patch `array_lifetime`. Without it an array is not known to have ended with its Taichi.
     """
-    if "_start" in vars(Ndarray):
-        return
-    make = Ndarray.__init__
+    patches.apply("array_lifetime", _install)
+
+
+def _install():
+    from taichi.lang.matrix import MatrixNdarray, VectorNdarray
+
+    impl._ti_core.Program.delete_ndarray  # noqa: B018 (used later: it must be there)
+    make, replace = ti.Ndarray.__init__, functools.partial(patches.replace, "array_lifetime")
 
     def made(array):
         make(array)
         array._start = impl.get_runtime()
 
-    Ndarray._start = impl.get_runtime()  # of arrays that were there before
-    Ndarray.__init__ = made
-    for kind in (ScalarNdarray, VectorNdarray, MatrixNdarray):
-        kind.__del__ = _free
+    replace(ti.Ndarray, "_start", impl.get_runtime(), new=True)  # of arrays that were there before
+    replace(ti.Ndarray, "__init__", made)
+    for kind in (ti.ScalarNdarray, VectorNdarray, MatrixNdarray):
+        replace(kind, "__del__", _free, new=True)
 
 
 def _free(array):
@@ -47,6 +54,11 @@ def _free(array):
     runtime = impl.get_runtime() if impl is not None and impl.get_runtime is not None else None
     if runtime is not None and runtime.prog is not None and array._start is runtime and array.arr is not None:
         runtime.prog.delete_ndarray(array.arr)
+
+
+def start_of(array):
+    """The start of Taichi that an array belongs to; without the patch, the one that runs."""
+    return getattr(array, "_start", None) or impl.get_runtime()
 
 
 def current():

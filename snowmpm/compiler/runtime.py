@@ -11,7 +11,7 @@ from pathlib import Path
 import taichi as ti
 from taichi.lang import impl
 
-from snowmpm.compiler import array_memory, lifetime
+from snowmpm.compiler import array_memory, lifetime, patches, probe
 from snowmpm.compiler.settings import OWN, compiling, forget_threads, started_here
 from snowmpm.errors import InputError
 from snowmpm.materials import precision as floats
@@ -74,6 +74,7 @@ def _note(fine_grained, thread):
     array_memory.share(running == "cpu")
     if not _running:
         os.register_at_fork(after_in_child=_after_fork)
+    probe.probe(running, config.cpu_max_num_threads, config.offline_cache_file_path)
     _running.update(start=impl.get_runtime(), backend=running, threads=config.cpu_max_num_threads,
                     fine_grained=fine_grained or running == "cuda", thread=thread.ident)
 
@@ -141,9 +142,12 @@ def plain_compilation():
 
     Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
     on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
-    of a compiled kernel, so it must be the same at every launch.
+    of a compiled kernel, so it must be the same at every launch. This is the patch `plain_compilation`.
     """
     config = impl.current_cfg()
+    if not patches.apply("plain_compilation", lambda: config.advanced_optimization):
+        yield
+        return
     before = config.advanced_optimization
     config.advanced_optimization = False
     try:

@@ -18,6 +18,9 @@ from snowmpm.materials import compilation
 OWN = {"cfg_optimization": False}
 """What differs here from Taichi's defaults: this pass takes minutes for the longest kernels."""
 
+SPREAD = 512
+"""Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
+
 NUMBERS = {"default_fp": ti.f32, "default_ip": ti.i32, "default_up": ti.u32}
 """Types of literals; the first one is another in `snowmpm.materials.precision.working_precision`."""
 
