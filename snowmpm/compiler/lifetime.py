@@ -13,7 +13,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from snowmpm.compiler import patches
-from snowmpm.compiler.settings import compiling
+from snowmpm.compiler.settings import compiling, runs
 from snowmpm.errors import EndedError
 
 SPAWN = 'use multiprocessing.get_context("spawn")'
@@ -68,7 +68,7 @@ def current():
 
 def check(start, what="this simulation"):
     """Raises EndedError unless this start of Taichi still runs, in this process."""
-    if start is impl.get_runtime() and start.prog is not None:
+    if start is impl.get_runtime() and runs(start):
         return
     if any(start is runtime for runtime, *_ in _left):
         raise EndedError(f"{what} belongs to the process that this one was forked from, whose threads are not here:\n"

@@ -12,7 +12,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from snowmpm.compiler import array_memory, lifetime, patches, probe
-from snowmpm.compiler.settings import OWN, compiling, forget_threads, started_here
+from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
 from snowmpm.errors import InputError
 from snowmpm.materials import precision as floats
 
@@ -45,7 +45,7 @@ def start(backend="auto", threads=None, fine_grained=False):
     with compiling():
         if not is_started():
             lifetime.watch_arrays()
-            own = impl.get_runtime().prog is None
+            own = not runs(impl.get_runtime())
             if own:
                 _start(backend, threads)
             _note(fine_grained, threading.current_thread() if own else threading.main_thread())
@@ -133,7 +133,7 @@ def fine_grained():
 
 def is_started():
     """Whether Taichi runs, and as it was when `start` was called last."""
-    return impl.get_runtime().prog is not None and _running.get("start") is impl.get_runtime()
+    return runs(impl.get_runtime()) and _running.get("start") is impl.get_runtime()
 
 
 @contextlib.contextmanager
