@@ -20,7 +20,6 @@ GAINS = {
     "launch": "60 to 90 us a launch",
     "array_memory": "150 us a copy of a small table",
     "array_lifetime": "the memory of tables that are no longer used",
-    "plain_compilation": "15 s of compiling a kernel that works on packs of particles",
 }
 """What each patch saves."""
 

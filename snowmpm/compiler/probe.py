@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import taichi as ti
+from taichi.lang import impl
 
 from snowmpm.compiler import launch, lifetime, patches
-from snowmpm.compiler.settings import SPREAD
+from snowmpm.compiler.settings import NUMBERS, OWN, SPREAD
 from snowmpm.errors import InputError
 from snowmpm.materials.precision import DTYPES, working_precision
 
@@ -28,6 +29,10 @@ MOST = 100
 PATIENCE = 10_000_000, 5
 """Looks that one thread takes for the other, and how often it is tried: 0.1 s each where only one of them runs."""
 
+SETTINGS = ("advanced_optimization", *OWN)
+"""Of a compilation, without which results would be others."""
+OTHER_VERSION = "this version cannot be used; install taichi 1.7.3 or 1.7.4"
+
 _passed = set()
 """Lines of that file, of this process."""
 
@@ -36,8 +41,9 @@ def probe(backend, threads, folder):
     """Try the Taichi that runs; folder: of its compiled kernels.
 
     A patch that fails is undone with a warning (`snowmpm.compiler.patches`). Warns where loops are not shared among
-    threads. Raises InputError where a kernel does not compute in the float that is asked for.
+    threads. Raises InputError where a setting is missing or a kernel does not compute in the float that is asked for.
     """
+    try_settings()
     try_lifetime()
     line, file = _identity(backend, threads > 1), Path(folder).expanduser() / FILE
     if line in _passed or line in _lines(file):
@@ -104,6 +110,14 @@ def _expect(found, expected, what):
         raise patches.Misfit(f"{what} gives {np.asarray(found).tolist()} instead of {np.asarray(expected).tolist()}")
 
 
+def try_settings():
+    """Raises InputError where Taichi has no such setting as kernels here are compiled with."""
+    runtime, config = impl.get_runtime(), impl.current_cfg()
+    for keeper, name in [(runtime, name) for name in NUMBERS] + [(config, name) for name in SETTINGS]:
+        if not hasattr(keeper, name):
+            raise InputError(f"Taichi {_version()} has no setting {name}:\n{OTHER_VERSION}")
+
+
 def try_lifetime():
     """An array knows its Taichi, and gives its memory back without a word."""
 
@@ -134,7 +148,7 @@ def try_precision(name):
         _third()(found, 3)
     if found[0] != expected:
         raise InputError(f"Taichi {_version()} computes 1/3 as {found.item()!r} where {name} is asked for, not"
-                         f" {float(expected)!r}:\nthis version cannot be used; install taichi 1.7.3 or 1.7.4")
+                         f" {float(expected)!r}:\n{OTHER_VERSION}")
 
 
 def try_array_memory():

@@ -11,7 +11,7 @@ from pathlib import Path
 import taichi as ti
 from taichi.lang import impl
 
-from snowmpm.compiler import array_memory, lifetime, patches, probe
+from snowmpm.compiler import array_memory, lifetime, probe
 from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
 from snowmpm.errors import InputError
 from snowmpm.materials import precision as floats
@@ -142,12 +142,10 @@ def plain_compilation():
 
     Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
     on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
-    of a compiled kernel, so it must be the same at every launch. This is the patch `plain_compilation`.
+    of a compiled kernel, so it must be the same at every launch. It is no patch and has no switch: SPH rounds otherwise
+    with Taichi's passes.
     """
     config = impl.current_cfg()
-    if not patches.apply("plain_compilation", lambda: config.advanced_optimization):
-        yield
-        return
     before = config.advanced_optimization
     config.advanced_optimization = False
     try:

@@ -40,6 +40,12 @@ def test_another_float_than_asked_for_is_an_error(monkeypatch):
         probe.try_precision("f64")
 
 
+def test_a_taichi_without_a_setting_is_refused(monkeypatch):
+    monkeypatch.setattr(probe, "SETTINGS", ("cfg_optimization", "no_such_thing"))
+    with pytest.raises(InputError, match=r"has no setting no_such_thing:\nthis version cannot be used"):
+        probe.try_settings()
+
+
 def test_a_patch_that_gives_something_else_is_left_out(monkeypatch):
     monkeypatch.setattr(patches, "_patches", {"launch": patches.Patch("launch")})
     monkeypatch.setattr(launch, "taichi_kernel", lambda function: lambda *args: None)
