@@ -26,7 +26,7 @@ def test_a_factor_of_two_point_six_gets_a_word():
     apart = [one for one in pairs.values() if one.remark]
     assert [one.theory.predicted for one in apart] == ["critical_length_energy"]
     assert "critical length: a factor of 2.6 below energy, rigid weak layer (Heierli 2008)" in apart[0].remark
-    assert "Likely reason: an upper bound" in apart[0].remark
+    assert "Likely reason: it takes the weak layer for rigid" in apart[0].remark
 
 
 @pytest.mark.parametrize("factor", [0.9 / APART, 1.1 / APART, 0.9 * APART, 1.1 * APART])
