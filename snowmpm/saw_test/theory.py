@@ -164,13 +164,16 @@ def critical_length_by_strength(slab, sigma, tau, shear_strength, weak_layer_thi
     return float(reach / sigma * (np.sqrt(tau**2 + 2.0 * sigma * (shear_strength - tau)) - tau))
 
 
-def shear_strength(law, sigma):
-    """Largest shear stress [Pa] that a law bears beside the normal stress sigma, without strain along the layer."""
+def shear_strength(law, sigma, at_end=False):
+    """Largest shear stress [Pa] that a law bears beside the normal stress sigma, without strain along the layer;
+    at_end: at a free end of it, where nothing supports it along the layer."""
     state = np.array(law.initial_state())
-    lateral = law.lateral_pressure * sigma
+    along = across = law.lateral_pressure * sigma
+    if at_end:
+        along, across = 0.0, across / (1.0 + law.lateral_pressure)  # nu sigma, of plane strain
 
     def overload(tau):
-        stress = -np.diag([lateral, lateral, sigma])
+        stress = -np.diag([along, across, sigma])
         stress[0, 2] = stress[2, 0] = tau
         return float(law.yield_function(stress, state))
 

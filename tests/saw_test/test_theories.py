@@ -61,7 +61,7 @@ def test_critical_length_by_weac(slope_angle, expected):
 
     scene = snowmpm.load_scene("pst_2d", {
         "materials.weak_layer": {"card": "gaume_weak_layer"}, "materials.weak_layer.critical_slope": 1.8,
-        "saw_test.length": 4.0, "saw_test.slope_angle": slope_angle})
+        "saw_test.length": 4.0, "saw_test.slope_angle": slope_angle, "saw_test.ends": "normal"})
     _, law, thickness = column_of(scene)
     assert critical_length(scene, fracture_energy(law, thickness)) == pytest.approx(expected, abs=0.003)
     assert critical_length(scene, 1e9) is None
