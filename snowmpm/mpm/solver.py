@@ -181,8 +181,8 @@ class MpmSolver(Solver):
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial)
         for surface in self.surfaces:
             surface.bind(real, self.basis, self.flip, self._serial)
-        self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
-                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0, self._serial)
+        self._gather = gather_kernel(layout, real, self.materials.functions, self.atomic, self.flip, self.basis,
+                                     self._gradient, self._affine_share > 0.0, self._serial)
 
     def _meeting_bodies(self, population, friction):
         """`BodyContact` of a population with several velocity fields, else None."""

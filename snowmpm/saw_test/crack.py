@@ -20,6 +20,8 @@ from snowmpm.saw_test.prediction import elastic_predictions, predictions
 from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
+WORN = 0.1
+"""Damage from which on a particle of the weak layer is worn before the saw comes, so that a run says so."""
 MOST_BINS, MOST_ROWS = 400, 1500
 SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
 LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
@@ -66,6 +68,10 @@ class CrackRecord:
         self._rest = 0.0
         moved = self._moved()
         broken = self._broken(state)[0]
+        damage = np.broadcast_to(self._law.outputs(state).get("damage", 0.0), len(weak))
+        worst = int(np.argmax(damage)) if len(weak) else 0
+        self.worn_at_rest = (float(damage[worst]), float(along[weak[worst]])) if len(weak) else (0.0, 0.0)
+        """Largest damage in the weak layer at time zero [-], and where along the column [m]."""
         self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
                      "fracture_energy": np.full(len(self.x), np.nan),
                      "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0]),
@@ -82,6 +88,17 @@ class CrackRecord:
 
     def _bin_of(self, along):
         return np.clip((along / self.bin).astype(int), 0, len(self.x) - 1)
+
+    def before_the_saw(self):
+        """In words: what of the weak layer has gone before the saw begins."""
+        broken, (worn, place) = self.bins["broken_at_rest"].mean(), self.worn_at_rest
+        if broken > 0.0:
+            yield (f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight or its"
+                   " ends overload it")
+        elif worn > WORN:
+            yield (f"the weak layer has lost {worn:.0%} of its strength at x = {place:.2f} m before the saw begins: the"
+                   " critical length of a cut there is too short; vertical ends, a gentler slope or a lighter slab load"
+                   " it less")
 
     def watch(self):
         """After a step."""

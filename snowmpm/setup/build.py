@@ -9,6 +9,7 @@ from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
+from snowmpm.setup.obstacle_reach import refuse_unreachable
 from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.velocity_fields import velocity_fields
@@ -40,6 +41,7 @@ def build(scene, kept=None):
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles, shares, taken)
+    refuse_unreachable(model)
     if scene.dimension == 3:
         model.map_grid  # noqa: B018 (refuses a cell that cannot be, before anything is computed)
     with stage("initial stress"):

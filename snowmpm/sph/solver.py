@@ -92,7 +92,7 @@ class SphSolver(Solver):
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         serial = alone(PARTICLE_TIME[self.dim] * store.count)
         smoothing = self.width, scheme.kernel, self.radius
-        of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
+        of_particles = store.layout, layout, real, self.materials.functions
         self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
                                      scheme.artificial_stress, serial)
         self._showing = Showing(self.rows, store, showing_kernels(
