@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.methods import METHODS
 from snowmpm.solids.primitives import BALL, CYLINDER, SAMPLED
 
 ACROSS = 2.0
@@ -47,11 +48,11 @@ def refuse_unreachable(model):
 
 def doubts(model):
     """`Doubt`s about the obstacles of a `Model`."""
-    dx, method = model.scene.solver.dx, model.scene.solver.method
+    dx, on_grid = model.scene.solver.dx, METHODS[model.scene.solver.method].capabilities.grid
     for i, obstacle in enumerate(model.obstacles):
         key = f"obstacles.{i} ({obstacle.name})"
         width = across(obstacle)
-        if method == "mpm" and width < ACROSS * dx * (1.0 - 1e-6):
+        if on_grid and width < ACROSS * dx * (1.0 - 1e-6):
             yield Doubt(key, f"{width / dx:.2g} cells across: the force on what is thinner than {ACROSS:g} cells across"
                              " the flow depends on where it lies between the nodes, and may be 0",
                         f"solver.dx = {_rounded_down(width / ACROSS):g} or less")
