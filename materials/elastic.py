@@ -1,6 +1,6 @@
 """Hencky elasticity: the law of a material that never yields, and the trial state of every other law."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import taichi as ti
 
@@ -65,16 +65,20 @@ def small_elastic_trial(h, A):
     return h_trial, deviator, volume, deviator2, ti.select(near and determinant_of_step(A) > 0.0, 1, 0)
 
 
-def elastic_update(trial, failed):
-    """Update function (see `Law`) that makes its trial state by a function and reports a failure by a number.
+class ElasticParameters(NamedTuple):
+    """What the update of `Elastic` reads."""
 
-    prm: K, G.
-    """
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+
+
+def elastic_update(trial, failed):
+    """Update function (see `Law`) that makes its trial state by a function and reports a failure by a number."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
+    def update(prm: ti.template(), h, state, A, dt):
         h_new, deviator, volume, _, valid = trial(h, A)
-        tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
+        tau = plus_isotropic(2.0 * prm.G * deviator, prm.K * volume)
         return h_new, tau, state, 0.0, ti.select(valid == 1, 0, failed)
 
     return update
@@ -96,4 +100,4 @@ class Elastic(Law):
     lanes = staticmethod(elastic_update(small_elastic_trial, REDO))
 
     def parameters(self):
-        return self.bulk_modulus, self.shear_modulus
+        return ElasticParameters(self.bulk_modulus, self.shear_modulus)

@@ -1,5 +1,8 @@
 """The laws of a scene as the tables that kernels read."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 import taichi as ti
 
@@ -9,17 +12,32 @@ DENSITY = 0
 """Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
 
 
+class LawFunctions(NamedTuple):
+    """What a kernel is compiled for: the Taichi functions of a `Law`, None for what it lacks, and the names of its
+    numbers."""
+
+    update: Callable
+    lanes: Callable | None
+    stiffness: Callable | None
+    names: type
+
+    @classmethod
+    def of(cls, law):
+        """Those of a law."""
+        return cls(law.update, law.lanes, law.stiffness, type(law.parameters()))
+
+
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, which are (update, lanes,
-    stiffness) of each law, None for what it lacks.
+    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, the `LawFunctions` of the
+    scene.
     """
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
         # Laws that share functions count as one, so that they are compiled once; in an order of names, not of the scene
-        functions_of = [(law.update, law.lanes, law.stiffness) for law in self.laws]
+        functions_of = [LawFunctions.of(law) for law in self.laws]
         names = [(law.kind, law.model_dump_json()) for law in self.laws]
         first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
         self.functions = tuple(sorted(first_name, key=first_name.get))
@@ -27,8 +45,7 @@ class MaterialTable:
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
-        self.n_parameters = max(len(law.parameters()) for law in laws)
-        numbers = np.zeros((len(laws), 1 + self.n_parameters), DTYPES[precision][1])
+        numbers = np.zeros((len(laws), 1 + max(len(law.parameters()) for law in laws)), DTYPES[precision][1])
         for m, law in enumerate(laws):
             state, parameters = law.initial_state(), law.parameters()
             self.initial_state[m, : len(state)] = state

@@ -14,7 +14,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Background, Run, RunWriter
 from snowmpm.io.archive import write_text
 from snowmpm.io.status import Status
-from snowmpm.particles import fields
+from snowmpm.particles.fields import field_units
 from snowmpm.quantities.motion import Motion
 from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
@@ -61,7 +61,7 @@ class Recorder:
         drawings = {obstacle.name: obstacle.shape.drawing() for obstacle in self._obstacles}
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
-                         origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
+                         origin=self._origin, dimension=self._simulation.scene.dimension, units=field_units(),
                          saw_test=crack.description() if (crack := self._simulation.crack) else None)
 
     def _continued_file(self):

@@ -69,9 +69,9 @@ class Simulation(Glance):
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
         """What a saw test measures (`snowmpm.saw_test.crack`); None without one."""
-        if self.crack and resumed is None and (broken := self.crack.bins["broken_at_rest"].mean()) > 0.0:
-            warnings.warn(f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight"
-                          " or its ends overload it", stacklevel=2)
+        if self.crack and resumed is None:
+            for line in self.crack.before_the_saw():
+                warnings.warn(line, stacklevel=2)
         direction = None if scene.saw_test else self.model.direction
         self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions)
 
