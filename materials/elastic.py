@@ -41,17 +41,16 @@ def trial_state(h, A):
 def elastic_trial(h, A):
     """`trial_state` and its Hencky strain: h, deviator e, trace, e : e, and 1 if the step could be made.
 
-    Far from the identity the trace comes from the determinants of the state and of the step, which are known where that
-    of their product is round-off. A step to a strain that is not known even so is left out like an impossible one.
+    Far from the identity the trace comes from the determinants of the state and of the step where they are known better
+    than that of their product. A step to a strain that is not known even so is left out like an impossible one.
     """
     h_trial, valid = trial_state(h, A)
     deviator, volume, deviator2, near = log_series(h_trial)
     if not near:
         known = 0
         if valid == 1:
-            volume, known = log_volume(h, A)
-        if known == 1:
-            deviator, deviator2, known = strain_of_volume(h_trial, volume)
+            by_parts, error = log_volume(h, A)
+            deviator, volume, deviator2, known = strain_of_volume(h_trial, by_parts, error)
         if known == 0:
             h_trial, valid = h, 0
             deviator, volume, deviator2, known = hencky_strain(h)

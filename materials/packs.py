@@ -93,9 +93,15 @@ MOST_STEPS = 5
 """Steps of a stage for all lanes, after which those that want more are left to a law's `update`."""
 
 
+def in_stages(lanes):
+    """Whether a law's straight-line update comes in parts. A function, since compilers differ in what they make of the
+    name of a class in a kernel."""
+    return isinstance(lanes, Stages)
+
+
 def held_numbers(lanes, entries):
     """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
-    return lanes.numbers + 2 * entries if isinstance(lanes, Stages) else 0
+    return lanes.numbers + 2 * entries if in_stages(lanes) else 0
 
 
 @ti.func
@@ -106,7 +112,7 @@ def update_pack(lanes: ti.template(), prm: ti.template(), dt, h: ti.template(), 
     Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
     hold anything. held: `held_numbers` arrays or more.
     """
-    if ti.static(isinstance(lanes, Stages)):
+    if ti.static(in_stages(lanes)):
         for lane in range(LANES):
             numbers = lanes.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
             n, rest = ti.static(lanes.numbers - lanes.first, numbers.n - (lanes.numbers - lanes.first))

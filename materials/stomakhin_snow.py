@@ -7,7 +7,7 @@ import taichi as ti
 from pydantic import Field
 
 from .elastic import trial_state
-from .hencky import log_volume, round_off_of, smallest_of
+from .hencky import KNOWN, log_volume, round_off_of, smallest_of
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
 from .series import log1p_series
@@ -64,24 +64,28 @@ def principal(h, before, A):
     """Principal stretches − 1 of V = √(I + h), their directions, and 1 if they are more than round-off, else 0.
 
     h: of the trial state f b fᵀ, from `before` = b − I and A = f − I. The smallest stretch beside one that is much
-    larger follows from the volume, as in `strain_of_volume`.
+    larger follows from the volume where that is known better, as in `strain_of_volume`.
     """
     w, V = eigen(h)
     lifted = ti.max(w, round_off_of(w) - 1.0)
     d, known = lifted / (1.0 + ti.sqrt(1.0 + lifted)), 1
     if not (1.0 + w.min() > ti.static(UNLIKE) * (1.0 + w.max())):
-        volume, known = log_volume(before, A)
+        volume, error = log_volume(before, A)
         chosen, apart = 0, True
         if ti.static(h.n == 4):
             chosen, apart = smallest_of(ti.Vector([w[0], w[1]]))
         else:
             chosen, apart = smallest_of(w)
-        others = 1.0
+        others, smallest = 1.0, 0.0
         for i in ti.static(range(3)):
             others *= ti.select(i == chosen, 1.0, 1.0 + d[i])
-        for i in ti.static(range(3)):
-            d[i] = ti.select(i == chosen, ti.exp(volume) / others - 1.0, d[i])
-        known *= ti.select(apart, 1, 0)
+            smallest += ti.select(i == chosen, 1.0 + w[i], 0.0)
+        if round_off_of(w) < error * smallest:
+            error = round_off_of(w) / smallest
+        else:
+            for i in ti.static(range(3)):
+                d[i] = ti.select(i == chosen, ti.exp(volume) / others - 1.0, d[i])
+        known = ti.select(apart and error < 1.0 / KNOWN, 1, 0)
     return d, V, known
 
 
