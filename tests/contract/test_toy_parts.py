@@ -35,7 +35,7 @@ def block(fields=("velocity",), **solver):
 # ---- a law ----------------------------------------------------------------------------------------------------------
 
 @ti.func
-def aged_update(prm, h, state, A, dt):
+def aged_update(prm: ti.template(), h, state, A, dt):
     h_new, tau, state_new, dissipation, iterations = elastic_update(prm, h, state, A, dt)
     state_new[0] = state[0] + dt
     return h_new, tau, state_new, dissipation, iterations
