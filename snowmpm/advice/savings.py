@@ -123,8 +123,7 @@ def _stiff(budget):
 
 
 def _softer(budget, name, factor):
-    modulus = getattr(budget.facts.scene.materials[name], "youngs_modulus", None)
-    return float(f"{modulus / factor:.3g}") if modulus else None
+    return float(f"{budget.facts.scene.materials[name].youngs_modulus / factor:.3g}")
 
 
 def _domain(budget):
@@ -145,7 +144,7 @@ def _domain(budget):
 def _return_maps(budget):
     """A return map that is more accurate than the step it is used with."""
     for name, law in zip(budget.facts.scene.materials, budget.facts.model.laws, strict=True):
-        if getattr(law, "return_map", None) == "substepped":
+        if law.integration == "substepped":
             kind = f"{law.kind}, substepped"
             more = costs.law(budget.scheme, kind) - costs.law(budget.scheme, law.kind)
             yield from _worth(budget, f"materials.{name}.return_map", '"implicit": sub-stepping pays where a step'

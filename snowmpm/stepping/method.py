@@ -35,8 +35,8 @@ class Solver(Method):
         self.materials = self.particles.materials
         self.gravity = np.asarray(gravity, float)
         self._gravity = real_array(self.gravity)
-        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
-                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
+                                 *self.materials.first_extremes(population))
         self.time, self.steps, self.keep = 0.0, 0, 1.0
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = None

@@ -6,8 +6,8 @@ import taichi as ti
 from parameter_sets import SETS, W1, A, B, C, diagonal, isotropic
 
 from snowmpm.materials import Elastic, Leg, LoadingError, MaterialPoint, MixedControl
-from snowmpm.materials.leg import COMPONENTS, deformation_of
-from snowmpm.materials.symmetric import PAIRS
+from snowmpm.materials.leg import deformation_of
+from snowmpm.materials.symmetric import COMPONENTS, PAIRS
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
 LATERAL = ("xx", "yy")
