@@ -17,7 +17,6 @@ all at intervals in which neither a wave nor a crack can cross more than a bin, 
 import numpy as np
 
 from snowmpm.saw_test.prediction import elastic_predictions, predictions, uncounted_by_theories
-from snowmpm.saw_test.probe import Probe
 from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
@@ -47,14 +46,14 @@ class CrackRecord:
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))
         self._count_bins(spec.length, max(2.0 * dx, spec.length / MOST_BINS), spec.width_in(scene.dimension))
-        self.interval = max(self.bin / solver.materials.wave_speed, scene.end_time / MOST_ROWS)
+        self.interval = max(self.bin / solver.particles.materials.wave_speed, scene.end_time / MOST_ROWS)
 
         x, total = population.positions, len(population.volumes)
-        spacing = dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        spacing = scene.solver.spacing(scene.dimension)
         weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
         middle = spec.slab_bottom + 0.5 * spec.slab_thickness
         slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)
-        self._probe = Probe(solver, np.concatenate([weak, slab]), total)
+        self._probe = solver.particles.probe(np.concatenate([weak, slab]), total)
         self._weak, self._slab = slice(len(weak)), slice(len(weak), None)  # its parts
         along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
         self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
@@ -114,7 +113,7 @@ class CrackRecord:
         moved, velocity = self._moved(), self._probe.column("velocity", self._slab)
         row["time"].append(time)
         row["saw"].append(self._saw.cut_to)
-        row["plastic_work"].append(self._solver.plastic_work)
+        row["plastic_work"].append(self._solver.totals.plastic_work)
         for name, values in (("settlement", -moved[:, -1]), ("settling_speed", -velocity[:, -1]),
                              ("slip", moved[:, 0]), ("slip_speed", velocity[:, 0])):
             row[name].append(self._mean(values).astype(np.float32))
@@ -158,7 +157,7 @@ class CrackRecord:
 
     def _stress_power(self, stress):
         """tau : sym grad v [W/m3] (n,)."""
-        dim = self._solver.dim
+        dim = self._solver.frame.dim
         d = self._probe.column("affine", self._weak).reshape(-1, dim, dim)
         # Tensor axes of the stress are those of the scene: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz
         pairs = [(0, 0, 0), (1, 1, 1), (0, 1, 3)] if dim == 2 else [
