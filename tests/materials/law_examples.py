@@ -16,7 +16,7 @@ EXAMPLES = {
     "modified Cam-Clay": B,
     "cohesive Cam-Clay": A,
     "soft Cam-Clay": C,
-    "exponential Cam-Clay": changed(C, hardening=3.0, hardening_law="exponential"),
+    "exponential Cam-Clay": changed(C, hardening=1.0, hardening_law="exponential"),
     "perfect Cam-Clay": changed(A, hardening=0.0),
     "frozen Cam-Clay": changed(A, return_map="frozen"),
     "substepped Cam-Clay": changed(A, return_map="substepped"),

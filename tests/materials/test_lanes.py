@@ -15,7 +15,11 @@ from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane,
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 
-LAWS = {"faint Cam-Clay": changed(A, p0=10.0, hardening=10.0), **{name: EXAMPLES[name] for name in STRAIGHT}}
+LAWS = {
+    **{name: EXAMPLES[name] for name in STRAIGHT},
+    "exponential Cam-Clay": changed(EXAMPLES["exponential Cam-Clay"], hardening=3.0),
+    "faint Cam-Clay": changed(A, p0=10.0, hardening=10.0),
+}
 ELASTIC = EXAMPLES["elastic"]
 LEFT_TO_UPDATE = {"modified Cam-Clay": 0.15, "faint Cam-Clay": 0.02, "weak layer 2": 0.05, "DP softening": 0.5}
 """Largest share of ordinary steps that are beyond the straight line, where it is not 1 %: those that are many times the
