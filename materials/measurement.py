@@ -5,10 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .leg import COMPONENTS
 from .material_point import path_of
 from .mixed_control import stress_free_start
-from .symmetric import invariants
+from .symmetric import COMPONENTS, invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
 ROUND_OFF = 1e-6  # of the largest stress
@@ -152,7 +151,7 @@ class Measurement:
         deviator = self.path.cauchy[row] + p[row] * np.eye(3)
         direction = deviator / q[row] if q[row] > 1e-3 * scale else TRIAXIAL
 
-        fails = getattr(self.law, "failure_function", None)
+        fails = self.law.failure_function
 
         def function(stress, state):
             admissible = self.law.yield_function(stress, state)

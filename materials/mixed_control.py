@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .leg import COMPONENTS, Leg, LoadingError, deformation_of
+from .leg import Leg, LoadingError, deformation_of
 from .stress_update import StressUpdate
-from .symmetric import pack
+from .symmetric import COMPONENTS, pack
 
 PERTURBATION = {"f32": 3e-5, "f64": 1e-7}  # of a strain, for differences: square root of its rounding, about
 RELATIVE = {"f32": 1e-5, "f64": 1e-11}  # accuracy of a prescribed stress, of the largest stress there is

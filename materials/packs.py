@@ -105,7 +105,7 @@ def held_numbers(lanes, entries):
 
 
 @ti.func
-def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.template(), A: ti.template(),
+def update_pack(lanes: ti.template(), prm: ti.template(), dt, h: ti.template(), state: ti.template(), A: ti.template(),
                 tau: ti.template(), work: ti.template(), iterations: ti.template(), held: ti.template()):  # fmt: skip
     """`lanes`, a law's straight-line update, for all lanes, which share their parameters.
 
@@ -173,8 +173,8 @@ def _write_result(lane, h_new, stress, state_new, dissipation, count, h: ti.temp
 
 
 @ti.func
-def update_lane(update: ti.template(), lane, prm, dt, h: ti.template(), state: ti.template(), A: ti.template(),
-                tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
+def update_lane(update: ti.template(), lane, prm: ti.template(), dt, h: ti.template(), state: ti.template(),
+                A: ti.template(), tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
     """`update`, a law's update of one particle, for one lane."""
     h_new, stress, state_new, dissipation, count = update(
         prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt

@@ -1,4 +1,4 @@
-"""What the solvers of both methods are: particles with a clock, totals, loads, and a step that must not be too long."""
+"""What methods of particles among surfaces share: a clock, totals, loads, settling, limits of a step, their state."""
 
 from dataclasses import asdict, replace
 
@@ -8,18 +8,20 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import FLIGHT_LIMIT, Extremes, stable_step
 
 
-class Solver:
-    """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`.
+class Solver(Method):
+    """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`, which add the step, contact and what goes with them.
 
     particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
     [N s], `plastic_work` [J], `unconverged` return maps; `momentum_gain` [N s2], the time integral of all momentum that
     came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
     share of the velocity kept each step, below 1 only while an initial state settles.
 
-    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `cfl` and `critical_cfl`, then calls `_begin`.
+    A solver sets `dim`, `dx`, `precision`, `frame`, `surfaces`, `particles`, `cfl`, `critical_cfl` and `scheme_name`,
+    then calls `_begin`.
     """
 
     BAD = ""
@@ -33,8 +35,8 @@ class Solver:
         self.materials = self.particles.materials
         self.gravity = np.asarray(gravity, float)
         self._gravity = real_array(self.gravity)
-        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
-                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
+                                 *self.materials.first_extremes(population))
         self.time, self.steps, self.keep = 0.0, 0, 1.0
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = None
@@ -73,7 +75,18 @@ class Solver:
         """Impulse that terrain, sides and loads gave [N s], (dim,)."""
         return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
 
+    @property
+    def totals(self):
+        """`Totals` as they are now."""
+        return Totals(self.impulse, self.weight_impulse.copy(), self.momentum_gain.copy(), self.plastic_work,
+                      self.contact_work, self.n_plastic)
+
     # ---- the step ---------------------------------------------------------------------------------------------
+
+    @property
+    def limits(self):
+        """`StepLimits`."""
+        return StepLimits(self.cfl, self.critical_cfl, self.scheme_name)
 
     def stable_dt(self):
         """-> (step for now [s], what limits it), with the margin of cfl."""
@@ -129,6 +142,27 @@ class Solver:
         `mass` [kg]; counts as a load."""
         self.particles.push(numbers, gain)
         self.add_impulse(mass * np.asarray(gain))
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
+        stress, and the law's severed `state`; -> how many."""
+        return self.particles.sever(line, radius, numbers, state)
+
+    def damp(self, kept):
+        """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of
+        terrain and sides that totals count."""
+        if kept < 1.0 and self.keep == 1.0:
+            self._begin_damping()
+        elif kept == 1.0 and self.keep < 1.0:
+            self._end_damping()
+        self.keep = kept
+        return kept if self.DAMPED_IMPULSE else 1.0
+
+    def _begin_damping(self):
+        """Before the first damped step."""
+
+    def _end_damping(self):
+        """After the last one."""
 
     def add_impulse(self, impulse):
         """Count an impulse (dim,) [N s] that a load gave the particles."""
