@@ -10,6 +10,11 @@ def column_of(scene):
     return slab, laws[test.weak_layer.material], test.weak_layer.thickness
 
 
+def uncounted_by_theories(scene):
+    """Keys of a scene that act on its saw test and are in no theory of it."""
+    return [name for name in ("forces", "damping", "events", "obstacles") if getattr(scene, name)]
+
+
 def elastic_predictions(scene):
     """What needs no strength, by name: load on the weak layer [Pa], its shear without a sign, and wave speeds of the
     slab [m/s]."""
