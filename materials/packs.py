@@ -13,7 +13,7 @@ the place of h and state.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import taichi as ti
 
@@ -65,8 +65,7 @@ def part(a, first: ti.template(), n: ti.template()):
     return ti.Vector([a[k] for k in ti.static(range(first, first + n))])
 
 
-@dataclass(frozen=True)
-class Stages:
+class Stages(NamedTuple):
     """A straight-line update in parts, each a loop over the lanes of a pack, for which some numbers of a lane are held.
 
         begin(prm, h, state, A, dt)       -> what is held from number `first` on, as a vector
@@ -93,15 +92,9 @@ MOST_STEPS = 5
 """Steps of a stage for all lanes, after which those that want more are left to a law's `update`."""
 
 
-def in_stages(lanes):
-    """Whether a law's straight-line update comes in parts. A function, since compilers differ in what they make of the
-    name of a class in a kernel."""
-    return isinstance(lanes, Stages)
-
-
 def held_numbers(lanes, entries):
     """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
-    return lanes.numbers + 2 * entries if in_stages(lanes) else 0
+    return lanes.numbers + 2 * entries if isinstance(lanes, Stages) else 0
 
 
 @ti.func
@@ -112,7 +105,7 @@ def update_pack(lanes: ti.template(), prm: ti.template(), dt, h: ti.template(), 
     Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
     hold anything. held: `held_numbers` arrays or more.
     """
-    if ti.static(in_stages(lanes)):
+    if ti.static(isinstance(lanes, Stages)):
         for lane in range(LANES):
             numbers = lanes.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
             n, rest = ti.static(lanes.numbers - lanes.first, numbers.n - (lanes.numbers - lanes.first))
