@@ -61,6 +61,7 @@ class Law(BaseModel):
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     lanes: ClassVar = None  # Taichi function like `update`, see above
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
 
@@ -119,6 +120,12 @@ class Law(BaseModel):
     def initial_state(self):
         """Initial value of each STATE variable."""
         return ()
+
+    @property
+    def bonds_last_below(self):
+        """Value of the state variable BONDS from which on all bonds are broken; −inf without bonds that break. Material
+        that yields below it is breaking."""
+        return -np.inf
 
     def severed_state(self):
         """STATE of material whose bonds are cut (saw cut, removed support), or None where the law has no such state.

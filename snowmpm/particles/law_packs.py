@@ -11,7 +11,7 @@ from snowmpm.particles.response import response_functions
 
 def most_held(laws, entries, width=LANES):
     """Numbers a lane that the laws of a scene hold in `pack["held"]`. entries: of a symmetric tensor."""
-    return max(held_numbers(lanes, entries) for _, lanes, _ in laws) if width == LANES else 0
+    return max(held_numbers(lanes, entries) for _, lanes, *_ in laws) if width == LANES else 0
 
 
 @functools.cache
@@ -19,14 +19,15 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
     """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
 
     width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
-    laws: (update, lanes, stiffness) of each, the last two None where a law has none. pack: arrays of a number a lane
-    by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2; held: `most_held`
-    arrays for the laws themselves.
+    laws: `MaterialTable.functions`. pack: arrays of a number a lane by name; read: h, state, A; written: h, state, tau
+    and, where a law stiffens, strain and wave2, where one has bonds, breaks; held: `most_held` arrays for the laws
+    themselves.
     """
-    n_laws, updates, lanes, stiffnesses = len(laws), *zip(*laws, strict=True)
+    n_laws, updates, lanes, stiffnesses, bonds = len(laws), *zip(*laws, strict=True)
     has_lanes, some_stiffen = ([function is not None and width == LANES for function in lanes],
                                any(function is not None for function in stiffnesses))
-    particle = response_functions(layout, real, stiffnesses, n_parameters)
+    some_bonded = any(index is not None for index in bonds)
+    particle = response_functions(layout, real, stiffnesses, n_parameters, bonds)
 
     @ti.func
     def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
@@ -46,7 +47,7 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
         left = 0
         for lane in range(width):
             left += ti.select(iterations[lane] == REDO, 1, 0)
-        some_left = left > 0 or ti.static(some_stiffen)
+        some_left = left > 0 or ti.static(some_stiffen or some_bonded)
         for lane in range(ti.select(some_left, count, 0)):
             own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):
@@ -58,5 +59,8 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
                         strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
                                                         read_lane(pack["tau"], lane), read_lane(pack["state"], lane))
                         pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
+                    if ti.static(some_bonded):
+                        pack["breaks"][0][lane] = particle.breaks(k, materials, own, read_lane(pack["state"], lane),
+                                                                  iterations[lane])
 
     return apply_laws

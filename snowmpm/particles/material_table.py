@@ -12,14 +12,15 @@ DENSITY = 0
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, which are (update, lanes,
-    stiffness) of each law, None for what it lacks.
+    numbers[m]: density, the law's own parameters, last `Law.bonds_last_below`; law_of[m]: index into `functions`, which
+    are (update, lanes, stiffness, BONDS) of each law, None for what it lacks.
     """
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
         # Laws that share functions count as one, so that they are compiled once; in an order of names, not of the scene
-        functions_of = [(law.update, law.lanes, law.stiffness) for law in self.laws]
+        functions_of = [(law.update, law.lanes, law.stiffness, law.BONDS if law.bonds_last_below > 0.0 else None)
+                        for law in self.laws]
         names = [(law.kind, law.model_dump_json()) for law in self.laws]
         first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
         self.functions = tuple(sorted(first_name, key=first_name.get))
@@ -28,16 +29,21 @@ class MaterialTable:
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
         self.n_parameters = max(len(law.parameters()) for law in laws)
-        numbers = np.zeros((len(laws), 1 + self.n_parameters), DTYPES[precision][1])
+        numbers = np.zeros((len(laws), 2 + self.n_parameters), DTYPES[precision][1])
         for m, law in enumerate(laws):
             state, parameters = law.initial_state(), law.parameters()
             self.initial_state[m, : len(state)] = state
-            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
+            numbers[m, : 1 + len(parameters)], numbers[m, -1] = (law.density, *parameters), law.bonds_last_below
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
         law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)
+
+    def n_bonded(self, material):
+        """How many particles have bonds that break; material (n,): index of each."""
+        bonded = [law.bonds_last_below > 0.0 for law in self.laws]
+        return int(np.array(bonded)[material].sum())
 
     def elastic_energy(self, material, stress, state, volume):
         """Recoverable energy [J] of particles: material (n,), Kirchhoff stress (n, 4) or (n, 6) [Pa], state of the laws

@@ -14,11 +14,13 @@ sees no deformation then either, so that what it has to close again and J stay t
 
 
 @functools.cache
-def response_functions(layout, real, stiffnesses, n_parameters):
-    """Taichi functions of one particle. stiffnesses: that of each law, None where it is constant."""
+def response_functions(layout, real, stiffnesses, n_parameters, bonds=()):
+    """Taichi functions of one particle. stiffnesses: that of each law, None where it is constant; bonds: `Law.BONDS` of
+    each, for `breaks`."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
     stiffens = [function is not None for function in stiffnesses]
+    breakable, bonds_at = [index is not None for index in bonds], [index or 0 for index in bonds]
 
     @ti.func
     def deform(L, ratio, dt):
@@ -45,6 +47,15 @@ def response_functions(layout, real, stiffnesses, n_parameters):
         return strain, wave2
 
     @ti.func
+    def breaks(k: ti.template(), materials: ti.template(), material, state, iterations):
+        """1 where a particle of law k lost bonds in the step that led to `state`, and has some left; else 0."""
+        found = ti.cast(0.0, real)
+        if ti.static(breakable[k]):
+            lasting = state[ti.static(bonds_at[k])] < materials[material, 1 + n_parameters]
+            found = ti.select((iterations != 0) & lasting, ti.cast(1.0, real), found)
+        return found
+
+    @ti.func
     def blend(velocity, changed, flip_ratio):
         """Velocity of FLIP or AFLIP from that on the grid and the particle's own with its change."""
         return velocity + flip_ratio * (changed - velocity)
@@ -69,5 +80,5 @@ def response_functions(layout, real, stiffnesses, n_parameters):
         response[2 * sym_size + layout.state_size] = ratio
         access.store(reals, places, p, at["elastic"], response)
 
-    return SimpleNamespace(deform=deform, parameters_of=parameters_of, extremes_of_law=extremes_of_law, blend=blend,
-                           store_motion=store_motion, store_response=store_response)
+    return SimpleNamespace(deform=deform, parameters_of=parameters_of, extremes_of_law=extremes_of_law, breaks=breaks,
+                           blend=blend, store_motion=store_motion, store_response=store_response)

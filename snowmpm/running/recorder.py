@@ -24,7 +24,7 @@ from snowmpm.solids.loads import LoadHistory
 from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import system_beside
 
-CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
+CAUSES = ("elastic", "breaking", "advective", "deformation", "fixed", "output")
 """What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
 
 

@@ -24,7 +24,7 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
     dim, sym_size, access, at = layout.dim, layout.sym_size, accessors(layout), layout.offsets
     pair, inverse = pair_functions(row_layout), inverse_function(dim, real)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
-    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    stiffnesses = tuple(stiffness for _, _, stiffness, _ in laws)
     stiffens = [function is not None for function in stiffnesses]
     particle = response_functions(layout, real, stiffnesses, n_parameters)
     store_row = row_functions(layout, row_layout, real, form, epsilon)

@@ -33,6 +33,7 @@ from snowmpm.sph.showing import Showing, showing_kernels
 from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report as report_of
 from snowmpm.stepping.method import Solver
+from snowmpm.stepping.time_step import BREAKING_CFL
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
 """Of a step on one thread [s], about, by dimension."""
@@ -54,7 +55,8 @@ class SphSolver(Solver):
 
         scheme: what `snowmpm.scenes.Sph` has. terrain: object with `query(points) -> distance, normal` in scene
         coordinates, or None. sides: (dim, 2) names of `contact.CODES` or "periodic". obstacles: `solids.Obstacle`s.
-        cfl: share of dx that a wave or a particle may cross in a step. width: lanes of a pack, as the backend asks.
+        cfl: share of dx that a wave or a particle may cross in a step, by default the usual one, less while bonds
+        break. width: lanes of a pack, as the backend asks.
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
@@ -62,6 +64,7 @@ class SphSolver(Solver):
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
         self.cfl = cfl or usual_cfl(self.critical_cfl)
+        self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
         frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)

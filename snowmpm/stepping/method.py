@@ -8,7 +8,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report as report_of
-from snowmpm.stepping.time_step import FLIGHT_LIMIT, Extremes, stable_step
+from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step
 
 
 class Solver:
@@ -19,7 +19,8 @@ class Solver:
     came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
     share of the velocity kept each step, below 1 only while an initial state settles.
 
-    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `cfl` and `critical_cfl`, then calls `_begin`.
+    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `critical_cfl`, `cfl` and `breaking_cfl`, the C of its
+    steps while no bonds break and while some do, then calls `_begin`.
     """
 
     BAD = ""
@@ -36,6 +37,7 @@ class Solver:
         self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
                                  elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
         self.time, self.steps, self.keep = 0.0, 0, 1.0
+        self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = None
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
@@ -76,8 +78,11 @@ class Solver:
     # ---- the step ---------------------------------------------------------------------------------------------
 
     def stable_dt(self):
-        """-> (step for now [s], what limits it), with the margin of cfl."""
-        return self._step_at(self.cfl, self.cfl)
+        """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
+        if not self.extremes.breaking > self._many_break:
+            return self._step_at(self.cfl, self.cfl)
+        dt, cause = self._step_at(self.breaking_cfl, self.cfl)
+        return dt, "breaking" if cause == "elastic" and self.breaking_cfl < self.cfl else cause
 
     def expected_dt(self):
         """-> (step that a run takes about [s], what limits it): the first one, but where all laws stiffen without their
@@ -105,7 +110,8 @@ class Solver:
             self._fail(int(report[report_of.BAD]) - 1)
         self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
                                  elastic_deviation=report[report_of.STRAIN] ** 0.5,
-                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+                                 wave_speed=report[report_of.WAVE2] ** 0.5,
+                                 breaking=int(report[report_of.BREAKING]))
         self.plastic_work += report[report_of.DISSIPATION]
         self.unconverged += int(report[report_of.UNCONVERGED])
         self.n_plastic = int(report[report_of.PLASTIC])

@@ -23,14 +23,14 @@ from snowmpm.mpm.transfer.gather_packs import pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
+from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
 
 
 def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True,
                   serial=False):
     """Kernel of the second half of a step.
 
-    laws: (update, lanes, stiffness) of each, the last two None where a law has none.
+    laws: `MaterialTable.functions`.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
     beside a grad v of the shape functions; serial: by one thread.
     """
@@ -44,11 +44,11 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
-    n_laws, updates, _, stiffnesses = len(laws), *zip(*laws, strict=True)
+    n_laws, updates, _, stiffnesses, bonds = len(laws), *zip(*laws, strict=True)
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
-    particle = response_functions(layout, real, stiffnesses, n_parameters)
+    particle = response_functions(layout, real, stiffnesses, n_parameters, bonds)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -69,18 +69,20 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
         h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
         state = access.load(reals, places, p, at["state"], layout.state_size)
         work, iterations = ti.cast(0.0, real), 0
-        strain, wave2 = ti.cast(0.0, real), ti.cast(0.0, real)
+        strain, wave2, breaks = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
         for k in ti.static(range(n_laws)):
             if law_of[material[p]] == k:
                 parameters = particle.parameters_of(materials, material[p])
                 h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
                 strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
+                breaks = particle.breaks(k, materials, material[p], state, iterations)
         access.store(reals, places, p, at["position"], x)
         particle.store_motion(p, reals, places, velocity, C)
         particle.store_response(p, reals, places, h, tau, state, ratio)
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
+        report[BREAKING] = breaks
         return report
 
     @taichi_kernel

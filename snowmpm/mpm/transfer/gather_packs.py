@@ -21,7 +21,7 @@ from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
+from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
 
 
 @functools.cache
@@ -30,8 +30,9 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine,
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
-    stiffnesses = tuple(stiffness for _, _, stiffness in laws)
+    stiffnesses = tuple(stiffness for _, _, stiffness, _ in laws)
     some_stiffen = any(function is not None for function in stiffnesses)
+    some_bonded = any(index is not None for *_, index in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
@@ -41,7 +42,8 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine,
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
-               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("held", most_held(laws, sym_size)))
+               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
+               ("held", most_held(laws, sym_size)))
     n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
@@ -139,6 +141,8 @@ def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine,
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            if ti.static(some_bonded):
+                one[BREAKING] = pack["breaks"][0][lane]
             used = lane < count
             worst[lane] = ti.select(used & (one[BAD] > 0.0), first + lane + 1, worst[lane])
             for c in ti.static(range(N_REPORT)):
