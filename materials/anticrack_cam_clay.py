@@ -88,6 +88,11 @@ class AnticrackCamClay(CriticalStateLaw):
     def bonds_last_below(self):
         return 1.0
 
+    @property
+    def bond_energy(self):
+        """That of an isotropic collapse, ½ p₀ ζ₀ / α."""
+        return 0.5 * self.p0 * self.initial_zeta / self.softening
+
     def severed_state(self):
         return 0.0, 1.0
 

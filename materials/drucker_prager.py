@@ -236,6 +236,10 @@ class DruckerPrager(Law):
     def bonds_last_below(self):
         return -np.inf if self.softening_strain is None else strain_of_loss(self.softening_strain)
 
+    @property
+    def bond_energy(self):
+        return (self.cohesion - self.residual_cohesion) * (self.softening_strain or 0.0)
+
     def severed_state(self):
         if self.softening_strain is None:
             return None

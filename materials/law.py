@@ -123,9 +123,13 @@ class Law(BaseModel):
 
     @property
     def bonds_last_below(self):
-        """Value of the state variable BONDS from which on all bonds are broken; −inf without bonds that break. Material
-        that yields below it is breaking."""
+        """Value of the state variable BONDS from which on all bonds are broken; −inf without bonds that break."""
         return -np.inf
+
+    @property
+    def bond_energy(self):
+        """Plastic work per volume that breaks all bonds, about [J/m³]; 0 without bonds that break."""
+        return 0.0
 
     def severed_state(self):
         """STATE of material whose bonds are cut (saw cut, removed support), or None where the law has no such state.

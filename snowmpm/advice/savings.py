@@ -10,7 +10,6 @@ from snowmpm.measured import costs
 from snowmpm.measured.borders import shipped
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
-from snowmpm.stepping.time_step import usual_cfl
 
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
@@ -88,7 +87,7 @@ def _crowded(budget):
 def _short(budget):
     """A cfl or dt below the usual one."""
     scene, solver = budget.facts.scene, budget.facts.solver
-    usual = usual_cfl(solver.critical_cfl)
+    usual = solver.usual_cfl
     own = scene.solver.cfl
     if scene.solver.dt:
         own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / solver.critical_cfl)

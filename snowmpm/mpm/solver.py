@@ -52,7 +52,8 @@ class MpmSolver(Solver):
         stiffness = max(grain_stiffness(law, dim) for law in laws)
         self.scheme_name = f"{transfer} ({kernel} kernel, {gradient} gradient, {dim}-D, these materials)"
         self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
-        self.cfl = cfl or usual_cfl(self.critical_cfl)
+        self.usual_cfl = usual_cfl(self.critical_cfl)
+        self.cfl = cfl or self.usual_cfl
         self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
         frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim

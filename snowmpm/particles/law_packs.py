@@ -61,6 +61,6 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
                         pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
                     if ti.static(some_bonded):
                         pack["breaks"][0][lane] = particle.breaks(k, materials, own, read_lane(pack["state"], lane),
-                                                                  iterations[lane])
+                                                                  work[lane])
 
     return apply_laws

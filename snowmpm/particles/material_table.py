@@ -8,12 +8,17 @@ from snowmpm.compiler.runtime import DTYPES
 DENSITY = 0
 """Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
 
+BREAKING_RATE = 1e-3
+"""Share of `Law.bond_energy` that the plastic work of a step must reach for bonds to count as breaking: what creeps at
+its yield stress, or yields by round-off, keeps its bonds for longer than a crack takes to pass."""
+
 
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, the law's own parameters, last `Law.bonds_last_below`; law_of[m]: index into `functions`, which
-    are (update, lanes, stiffness, BONDS) of each law, None for what it lacks.
+    numbers[m]: density, the law's own parameters, last `Law.bonds_last_below` and the plastic work of a step [J/m3]
+    from which on bonds count as breaking; law_of[m]: index into `functions`, which are (update, lanes, stiffness,
+    BONDS) of each law, None for what it lacks.
     """
 
     def __init__(self, laws, precision):
@@ -29,11 +34,12 @@ class MaterialTable:
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
         self.n_parameters = max(len(law.parameters()) for law in laws)
-        numbers = np.zeros((len(laws), 2 + self.n_parameters), DTYPES[precision][1])
+        numbers = np.zeros((len(laws), 3 + self.n_parameters), DTYPES[precision][1])
         for m, law in enumerate(laws):
             state, parameters = law.initial_state(), law.parameters()
             self.initial_state[m, : len(state)] = state
-            numbers[m, : 1 + len(parameters)], numbers[m, -1] = (law.density, *parameters), law.bonds_last_below
+            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
+            numbers[m, -2:] = law.bonds_last_below, BREAKING_RATE * law.bond_energy
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
         law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)

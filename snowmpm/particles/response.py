@@ -47,12 +47,14 @@ def response_functions(layout, real, stiffnesses, n_parameters, bonds=()):
         return strain, wave2
 
     @ti.func
-    def breaks(k: ti.template(), materials: ti.template(), material, state, iterations):
-        """1 where a particle of law k lost bonds in the step that led to `state`, and has some left; else 0."""
+    def breaks(k: ti.template(), materials: ti.template(), material, state, work):
+        """1 where a particle of law k lost bonds in the step that led to `state`, by its plastic work per volume, and
+        has some left; else 0."""
         found = ti.cast(0.0, real)
         if ti.static(breakable[k]):
             lasting = state[ti.static(bonds_at[k])] < materials[material, 1 + n_parameters]
-            found = ti.select((iterations != 0) & lasting, ti.cast(1.0, real), found)
+            breaking = lasting & (work > materials[material, 2 + n_parameters])
+            found = ti.select(breaking, ti.cast(1.0, real), found)
         return found
 
     @ti.func

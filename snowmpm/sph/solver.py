@@ -63,7 +63,8 @@ class SphSolver(Solver):
         self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
-        self.cfl = cfl or usual_cfl(self.critical_cfl)
+        self.usual_cfl = usual_cfl(self.critical_cfl)
+        self.cfl = cfl or self.usual_cfl
         self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
         frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim

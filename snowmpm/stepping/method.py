@@ -19,8 +19,8 @@ class Solver:
     came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
     share of the velocity kept each step, below 1 only while an initial state settles.
 
-    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `critical_cfl`, `cfl` and `breaking_cfl`, the C of its
-    steps while no bonds break and while some do, then calls `_begin`.
+    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `critical_cfl`, `usual_cfl` of a scene that gives none,
+    `cfl` and `breaking_cfl`, the C of its steps while no bonds break and while some do, then calls `_begin`.
     """
 
     BAD = ""

@@ -75,7 +75,7 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
                 parameters = particle.parameters_of(materials, material[p])
                 h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
                 strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
-                breaks = particle.breaks(k, materials, material[p], state, iterations)
+                breaks = particle.breaks(k, materials, material[p], state, work)
         access.store(reals, places, p, at["position"], x)
         particle.store_motion(p, reals, places, velocity, C)
         particle.store_response(p, reals, places, h, tau, state, ratio)
