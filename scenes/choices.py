@@ -35,8 +35,10 @@ THIN_BEAM = Choice({"kernel": "cubic", "gradient": "shape"}, "a thin elastic bod
 
 
 def choices(scene):
-    """`Choice`s for a validated scene."""
+    """`Choice`s for a scene whose tables are validated, each by itself."""
     if scene.solver.method != "mpm" or scene.saw_test:
+        return []
+    if any(body.material not in scene.materials for body in scene.bodies):  # which is refused
         return []
     found = [GRAINS_AT_RANDOM, GRAINS_CALM] if _columns_of_grains(scene) else [THIN_BEAM] if _bends_far(scene) else []
     given = scene.solver.model_fields_set

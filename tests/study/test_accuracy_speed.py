@@ -65,7 +65,7 @@ def test_shorter_steps_pay_only_where_bonds_break(rows):
             work[problem.kind].setdefault(name, []).append(ratio)
     for kind in ("elastic", "granular", "impact"):
         assert np.nanmedian(work[kind]["C = 0.4"]) > 1.5
-        assert not np.nanmedian(work[kind]["C = 0.2"]) < 3.0  # or nowhere as good
+        assert all(not ratio < 2.5 for ratio in work[kind]["C = 0.2"])  # nan: never as good
     errors = {name: line(rows, "anticrack", name)[-1].error for name in ("program", "C = 0.2", "C = 0.4", "C = 0.56")}
     assert errors["C = 0.2"] < 0.8 * errors["C = 0.4"] and errors["C = 0.4"] < 0.9 * errors["C = 0.56"]
     assert errors["program"] < 1.1 * errors["C = 0.4"]
