@@ -1,7 +1,7 @@
 """The Cam-Clay family: one yield ellipse and one return map, whose hardening variable ζ evolves in one of two ways."""
 
 import functools
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -24,24 +24,40 @@ from .substepping import substeps
 from .symmetric import contract
 
 
+class CriticalStateParameters(NamedTuple):
+    """What the functions of the Cam-Clay family read."""
+
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+    xi: float  # hardening rate ξ [-]
+    beta: float  # β of intact bonds [-]
+    p_fixed: float  # part of p₀ that does not harden [Pa]
+    shear_stiffness: float  # 3G/M² [Pa]
+    shear_square: float  # 6G²/M²: (q/M)² over e : e [Pa²]
+    alpha: float  # bonds lost per plastic volume change, 0 where nothing softens [-]
+    per_K: float  # 1/K [1/Pa]
+    scale: float  # S of `hardening.py` [Pa]
+    offset: float  # o of `hardening.py` [-]
+    end: float  # ζ at which the strength is gone; a number, however far [-]
+    tolerance: float  # error of a substep, of p₀ [-]
+    per_alpha: float  # 1/α, 0 where nothing softens [-]
+
+
 @functools.cache
 def critical_state_update(return_map):
-    """Update function (see `Law`) of a return map by name.
-
-    prm: `CriticalStateLaw.parameters`; state: ζ, and for a weak layer whether it has collapsed.
-    """
+    """Update function (see `Law`) of a return map by name. state: ζ, and for a weak layer whether it has collapsed."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
+    def update(prm: ti.template(), h, state, A, dt):
         h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-        p_trial = -prm[0] * volume
+        p_trial = -prm.K * volume
         zeta, collapsed = state[0], collapsed_of(prm, state)
         work, n_substeps = 0.0, 0
         if ti.static(return_map == "substepped"):
             w, radius, shear2, beta, _, _ = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, "")
             if valid == 1 and is_outside(w, radius, shear2, beta):
                 deviator, volume, zeta, work, n_substeps = substeps(prm, h_new, A, deviator, volume, zeta, collapsed)
-                p_trial, deviator2 = -prm[0] * volume, contract(deviator, deviator)
+                p_trial, deviator2 = -prm.K * volume, contract(deviator, deviator)
         p, ratio, zeta_new, collapsed_new, iterations, yielded = critical_state_return(
             prm, p_trial, deviator2, zeta, collapsed, return_map == "frozen"
         )
@@ -49,8 +65,8 @@ def critical_state_update(return_map):
         if yielded + n_substeps > 0:
             state_new = state_of(prm, state, zeta_new, collapsed_new)
             work += plastic_work(prm, p_trial, p, deviator2, ratio)
-            h_new = h_of_invariants(prm[8], deviator, deviator2, p, ratio)
-        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+            h_new = h_of_invariants(prm.per_K, deviator, deviator2, p, ratio)
+        tau = stress_of_invariants(prm.G, deviator, p, ratio)
         found = valid == 1 and iterations >= 0
         return h_new, tau, state_new, work, ti.select(found, iterations + n_substeps, -1)
 
@@ -58,28 +74,28 @@ def critical_state_update(return_map):
 
 
 @ti.func
-def collapsed_of(prm, state):
+def collapsed_of(prm: ti.template(), state):
     """1 where the bonds of a weak layer are gone, else 0."""
     collapsed = 0.0
     if ti.static(state.n > 1):
-        collapsed = ti.select(prm[7] > 0.0, state[1], 0.0)
+        collapsed = ti.select(prm.alpha > 0.0, state[1], 0.0)
     return collapsed
 
 
 @ti.func
-def state_of(prm, state, zeta, collapsed):
+def state_of(prm: ti.template(), state, zeta, collapsed):
     """`state` with its new variables."""
     state_new = state
     state_new[0] = zeta
     if ti.static(state.n > 1):
-        state_new[1] = ti.select(prm[7] > 0.0, collapsed, state[1])
+        state_new[1] = ti.select(prm.alpha > 0.0, collapsed, state[1])
     return state_new
 
 
 @ti.func
-def plastic_work(prm, p_trial, p, deviator2, ratio):
+def plastic_work(prm: ti.template(), p_trial, p, deviator2, ratio):
     """τ : Δε_plastic of a return from p_trial and e to p and ratio e."""
-    return p * (p_trial - p) * prm[8] + 2.0 * prm[1] * deviator2 * ratio * (1.0 - ratio)
+    return p * (p_trial - p) * prm.per_K + 2.0 * prm.G * deviator2 * ratio * (1.0 - ratio)
 
 
 @functools.cache
@@ -96,10 +112,10 @@ def critical_state_lanes(return_map, hardening, weak):
     numbers = PROBLEM + (10 if special else 5)
 
     @ti.func
-    def begin(prm, h, state, A, dt):
+    def begin(prm: ti.template(), h, state, A, dt):
         h_trial, deviator, volume, deviator2, possible = small_elastic_trial(h, A)
-        valid = ti.select(possible == 1 and in_reach(prm[2] * state[0], prm[10]), 1.0, 0.0)
-        p_trial = -prm[0] * volume
+        valid = ti.select(possible == 1 and in_reach(prm.xi * state[0], prm.offset), 1.0, 0.0)
+        p_trial = -prm.K * volume
         collapsed = collapsed_of(prm, state) if ti.static(weak) else 0.0
         yielded, separated, zeta0, rate, collapsed, beta, p_fixed, value, side, start, end = return_problem(
             prm, p_trial, deviator2, state[0], collapsed, frozen, hardening, weak
@@ -113,26 +129,27 @@ def critical_state_lanes(return_map, hardening, weak):
             ]
         )  # fmt: skip
         found = joined(joined(trial, part(problem, 0, ti.static(numbers - PROBLEM))), joined(h_trial, deviator))
-        return joined(first_iterate(going, start, value, prm[10]), found)
+        return joined(first_iterate(going, start, value, prm.offset), found)
 
     @ti.func
-    def special_of(prm, state, held):
+    def special_of(prm: ti.template(), state, held):
         """ζ₀, dζ/dΔz, `collapsed` after the step, β, p_fixed."""
-        found = ti.Vector([state[0], 1.0, 0.0, prm[3], prm[4]])
+        found = ti.Vector([state[0], 1.0, 0.0, prm.beta, prm.p_fixed])
         if ti.static(special):
             found = part(held, PROBLEM + 5, 5)
         return found
 
     @ti.func
-    def equation(prm, rate, beta, held):
+    def equation(prm: ti.template(), rate, beta, held):
         """What `straight_step` and `straight_point` are to solve: p_trial, e², K, κ, dt/dΔz, S."""
-        shape, growth, scale = 1.0 + 2.0 * beta, prm[2] * rate, prm[9]
+        shape, growth, scale = 1.0 + 2.0 * beta, prm.xi * rate, prm.scale
         if ti.static(frozen):
             growth, scale = 0.0, 0.0
-        return held[TRIAL + 1], shape * prm[6] * held[TRIAL + 2], prm[0], shape * prm[5], growth, scale
+        e2, kappa = shape * prm.shear_square * held[TRIAL + 2], shape * prm.shear_stiffness
+        return held[TRIAL + 1], e2, prm.K, kappa, growth, scale
 
     @ti.func
-    def step(prm, state, held):
+    def step(prm: ti.template(), state, held):
         _, rate, _, beta, p_fixed = special_of(prm, state, held)
         p_trial, e2, bulk, kappa, growth, scale = equation(prm, rate, beta, held)
         return straight_step(
@@ -141,7 +158,7 @@ def critical_state_lanes(return_map, hardening, weak):
         )  # fmt: skip
 
     @ti.func
-    def end(prm, state, held, yields: ti.template()):
+    def end(prm: ti.template(), state, held, yields: ti.template()):
         entries = ti.static((held.n - numbers) // 2)
         h_new, deviator = part(held, numbers, entries), part(held, ti.static(held.n - entries), entries)
         valid, p_trial, deviator2 = held[TRIAL] > 0.0, held[TRIAL + 1], held[TRIAL + 2]
@@ -156,14 +173,14 @@ def critical_state_lanes(return_map, hardening, weak):
             collapsed = collapsed_of(prm, state) if ti.static(weak) else 0.0
             zeta, collapsed = internal_variables(prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen)
             p, ratio = ti.select(yielded, p, p_trial), ti.select(yielded, ratio, 1.0)
-            h_plastic, near = deviation_of_small_strain(deviator, -p * prm[8], deviator2, ratio)
+            h_plastic, near = deviation_of_small_strain(deviator, -p * prm.per_K, deviator2, ratio)
             h_new = ti.select(yielded, h_plastic, h_new)
             state_new = ti.select(yielded, state_of(prm, state, zeta, collapsed), state)
             work = ti.select(yielded, plastic_work(prm, p_trial, p, deviator2, ratio), 0.0)
             converged = held[ITERATE] == 0.0 and held[ITERATE + 5] >= 0.0
-            valid = valid and (not yielded or (converged and near and in_reach(prm[2] * zeta, prm[10])))
+            valid = valid and (not yielded or (converged and near and in_reach(prm.xi * zeta, prm.offset)))
             iterations = ti.cast(held[ITERATE + 5], ti.i32)
-        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+        tau = stress_of_invariants(prm.G, deviator, p, ratio)
         return h_new, tau, state_new, work, ti.select(valid, iterations, REDO)
 
     return Stages(
@@ -272,14 +289,23 @@ class CriticalStateLaw(Law):
         return {"p0": p0, "damage": 1.0 - np.clip(left, 0.0, 1.0)}
 
     def parameters(self):
-        """K, G, ξ, β, p_fixed, 3G/M², 6G²/M², α, 1/K, S, o, ζ at the end of the strength, tolerance of a substep, 1/α.
-
-        1/α is 0 where nothing softens.
-        """
         K, G, slope2, part = self.bulk_modulus, self.shear_modulus, self.critical_slope**2, self.hardening_part
-        surface = K, G, part.rate, self.beta, part.fixed, 3.0 * G / slope2, 6.0 * G * G / slope2, self.alpha, 1.0 / K
-        softening = 1.0 / max(self.alpha, 1e-30) if self.alpha > 0.0 else 0.0
-        return *surface, part.scale, part.offset, max(part.end, -1e20), self.substep_tolerance, softening
+        return CriticalStateParameters(
+            K=K,
+            G=G,
+            xi=part.rate,
+            beta=self.beta,
+            p_fixed=part.fixed,
+            shear_stiffness=3.0 * G / slope2,
+            shear_square=6.0 * G * G / slope2,
+            alpha=self.alpha,
+            per_K=1.0 / K,
+            scale=part.scale,
+            offset=part.offset,
+            end=max(part.end, -1e20),
+            tolerance=self.substep_tolerance,
+            per_alpha=1.0 / max(self.alpha, 1e-30) if self.alpha > 0.0 else 0.0,
+        )
 
     def initial_state(self):
         return (self.initial_zeta,)

@@ -1,7 +1,7 @@
 """Hypoplasticity that knows its density: dense sand is strong and softens, loose sand is weak, to one void ratio."""
 
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -17,31 +17,51 @@ STRONGEST_ANGLE = 60.0  # friction angle [deg] of the densest state that the den
 LOOSEST_FACTOR = 2.0  # upper bound of the density factor
 
 
+class CriticalStateRateParameters(NamedTuple):
+    """What the functions of `CriticalStateHypoplastic` read: first those of `RateParameters`."""
+
+    apex: float
+    log_floor: float
+    void_ratio: float
+    tolerance: float
+    c1: float
+    c2: float
+    c3: float
+    c4: float
+    critical_limit: float  # p₁: critical void ratio at high pressure [-]
+    critical_drop: float  # p₂: what is above it at p = 0 [-]
+    per_pressure: float  # −p₃: 1 over the pressure scale of e_crt [1/Pa]
+    density_effect: float  # −q₂ [-]
+    per_effect_pressure: float  # −q₃ [1/Pa]
+    least_void_ratio: float  # e_min [-]
+    least_factor: float  # smallest f_d [-]
+
+
 @ti.func
-def density_factor(prm, log_p, void_ratio):
-    """f_d, bounded; prm[8:]: `CriticalStateHypoplastic.parameters`."""
+def density_factor(prm: ti.template(), log_p, void_ratio):
+    """f_d, bounded."""
     total = 3.0 * ti.exp(log_p)
-    critical = prm[8] + prm[9] * ti.exp(-total * prm[10])
-    change = prm[11] * ti.exp(-total * prm[12])
-    share = (critical - void_ratio) / (critical - prm[13])
-    return ti.max(prm[14], ti.min(1.0 - change * share, LOOSEST_FACTOR))
+    critical = prm.critical_limit + prm.critical_drop * ti.exp(-total * prm.per_pressure)
+    change = prm.density_effect * ti.exp(-total * prm.per_effect_pressure)
+    share = (critical - void_ratio) / (critical - prm.least_void_ratio)
+    return ti.max(prm.least_factor, ti.min(1.0 - change * share, LOOSEST_FACTOR))
 
 
 @ti.func
-def critical_state_rate(prm, r, log_p, void_ratio, direction):
-    """G of `CriticalStateHypoplastic`, see rate_integration.py; prm[4:8]: C1 .. C4."""
+def critical_state_rate(prm: ti.template(), r, log_p, void_ratio, direction):
+    """G of `CriticalStateHypoplastic`, see rate_integration.py."""
     deviator = plus_isotropic(r, ti.static(-1.0 / 3.0))
-    friction = prm[6] * squared(r) + prm[7] * squared(deviator)
-    linear = prm[4] * direction + (prm[5] * contract(r, direction)) * r
+    friction = prm.c3 * squared(r) + prm.c4 * squared(deviator)
+    linear = prm.c1 * direction + (prm.c2 * contract(r, direction)) * r
     return linear + density_factor(prm, log_p, void_ratio) * friction
 
 
 @ti.func
-def critical_state_modulus(prm, share, log_p, void_ratio):
+def critical_state_modulus(prm: ti.template(), share, log_p, void_ratio):
     """Stiffness of unloading over 3p, see `rate_stiffness`."""
     square, rest = share * share, (share - ti.static(1.0 / 3.0)) ** 2
-    friction = ti.abs(prm[6]) * square + ti.abs(prm[7]) * rest
-    return ti.abs(prm[4]) + ti.abs(prm[5]) * square + density_factor(prm, log_p, void_ratio) * friction
+    friction = ti.abs(prm.c3) * square + ti.abs(prm.c4) * rest
+    return ti.abs(prm.c1) + ti.abs(prm.c2) * square + density_factor(prm, log_p, void_ratio) * friction
 
 
 class CriticalStateHypoplastic(RateLaw):
@@ -122,14 +142,13 @@ class CriticalStateHypoplastic(RateLaw):
         )
 
     def parameters(self):
-        """Those of `RateLaw`, p₁, p₂, −p₃, −q₂, −q₃, e_min, smallest f_d."""
-        return (
-            *super().parameters(),
-            self.critical_void_ratio_limit,
-            self.critical_void_ratio_drop,
-            1.0 / self.pressure_scale,
-            self.density_effect,
-            1.0 / self.density_effect_scale,
-            self.least_void_ratio,
-            self.least_factor,
+        return CriticalStateRateParameters(
+            **super().parameters()._asdict(),
+            critical_limit=self.critical_void_ratio_limit,
+            critical_drop=self.critical_void_ratio_drop,
+            per_pressure=1.0 / self.pressure_scale,
+            density_effect=self.density_effect,
+            per_effect_pressure=1.0 / self.density_effect_scale,
+            least_void_ratio=self.least_void_ratio,
+            least_factor=self.least_factor,
         )

@@ -8,15 +8,15 @@ from .precision import by_precision, larger
 
 
 @ti.func
-def ellipse_at(prm, p, deviator2, zeta, collapsed, straight: ti.template()):
+def ellipse_at(prm: ti.template(), p, deviator2, zeta, collapsed, straight: ti.template()):
     """Ellipse of a state: w = p − c, half-axis r [Pa], 6G²/M² e:e, β, p₀ and v; it is w² + (1 + 2β) 6G²/M² e:e = r².
 
     straight: see `hardening_value`.
     """
-    beta = ti.select(collapsed == 0.0, prm[3], 0.0)
-    value = hardening_value(prm[2] * zeta, prm[10], straight)
-    p0 = prm[4] + prm[9] * value
-    return p - 0.5 * (1.0 - beta) * p0, 0.5 * (1.0 + beta) * p0, prm[6] * deviator2, beta, p0, value
+    beta = ti.select(collapsed == 0.0, prm.beta, 0.0)
+    value = hardening_value(prm.xi * zeta, prm.offset, straight)
+    p0 = prm.p_fixed + prm.scale * value
+    return p - 0.5 * (1.0 - beta) * p0, 0.5 * (1.0 + beta) * p0, prm.shear_square * deviator2, beta, p0, value
 
 
 @ti.func
@@ -26,26 +26,26 @@ def is_outside(w, radius, shear2, beta):
 
 
 @ti.func
-def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template(), straight: ti.template(),
-                   weak: ti.template()):  # fmt: skip
+def return_problem(prm: ti.template(), p_trial, deviator2, zeta, collapsed, frozen: ti.template(),
+                   straight: ti.template(), weak: ti.template()):  # fmt: skip
     """What the return map has to solve, should the state yield.
 
-    prm: `CriticalStateLaw.parameters`; deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of
-    the step, ζ changes by Δz (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
+    deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of the step, ζ changes by Δz
+    (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
     frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`. weak: whether α may be more
     than 0; where it cannot, what belongs to it is not compiled.
 
     Returns 1 if the state yields, 1 if it is then separated, free of stress; ζ₀ and dζ/dΔz; `collapsed` after the step;
     β, p_fixed, v at the start; side (+1 compacting, −1 dilating) and the Δz between which the answer lies.
     """
-    K, alpha, per_K = prm[0], prm[7] if ti.static(weak) else 0.0, prm[8]
+    K, alpha, per_K = prm.K, prm.alpha if ti.static(weak) else 0.0, prm.per_K
     w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, straight)
     yielded = ti.select(is_outside(w, radius, shear2, beta), 1, 0)
     softens = alpha > 0.0 and collapsed == 0.0
     side = ti.select(w > 0.0, 1.0, -1.0)
-    collapse = zeta * prm[13]  # |Δz| of complete softening
+    collapse = zeta * prm.per_alpha  # |Δz| of complete softening
     # `gap` is the Δz at which a dilating ellipse has shrunk to a point: beyond it p₀ = 0, and no stress is left
-    gap = ti.select(softens, -collapse, prm[11] - zeta)
+    gap = ti.select(softens, -collapse, prm.end - zeta)
     separated = p_trial <= K * gap
     # A compacting weak layer may use up its bonds within the step: it is then solved as collapsed, without cohesion.
     # Separated snow that is compacted first closes its gap, without stress.
@@ -58,7 +58,7 @@ def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template
         zeta0, rate = ti.select(softens, collapse, zeta), 1.0
         collapsed_new = ti.select(softens, 1.0, collapsed)
     value, beta = ti.select(through, 0.0, value), ti.select(through, 0.0, beta)
-    p_fixed = prm[4]
+    p_fixed = prm.p_fixed
     if ti.static(frozen):
         p_fixed = p0
         end = w * per_K  # p₀ does not change: p = c is reached there, wherever the bonds end
@@ -68,18 +68,18 @@ def return_problem(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template
 
 
 @ti.func
-def internal_variables(prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen: ti.template()):
+def internal_variables(prm: ti.template(), p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen: ti.template()):
     """ζ and `collapsed` of a state that yielded and came to p."""
-    zeta = zeta0 + rate * ((p_trial - p) * prm[8])
+    zeta = zeta0 + rate * ((p_trial - p) * prm.per_K)
     if ti.static(frozen):  # noqa: SIM102 (one is compile time)
         # ζ may have gone past the end of the bonds, which the surface of the start did not know
-        if prm[7] > 0.0 and collapsed == 0.0 and collapsed_new == 0.0 and zeta <= 0.0:
+        if prm.alpha > 0.0 and collapsed == 0.0 and collapsed_new == 0.0 and zeta <= 0.0:
             zeta, collapsed_new = 0.0, 1.0
     return zeta, collapsed_new
 
 
 @ti.func
-def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.template()):
+def critical_state_return(prm: ti.template(), p_trial, deviator2, zeta, collapsed, frozen: ti.template()):
     """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
 
     Arguments: see `return_problem`.
@@ -93,12 +93,12 @@ def critical_state_return(prm, p_trial, deviator2, zeta, collapsed, frozen: ti.t
         if separated == 1:
             p, ratio = 0.0, 0.0
         else:
-            shape, xi, scale = 1.0 + 2.0 * beta, prm[2], prm[9]
+            shape, xi, scale = 1.0 + 2.0 * beta, prm.xi, prm.scale
             if ti.static(frozen):
                 xi, scale = 0.0, 0.0
             p, ratio, iterations = return_to_ellipse(
-                p_trial, shape * prm[6] * deviator2, prm[0], shape * prm[5], xi, beta, p_fixed, scale, prm[10], zeta0,
-                rate, value, side, start, end
+                p_trial, shape * prm.shear_square * deviator2, prm.K, shape * prm.shear_stiffness, xi, beta, p_fixed,
+                scale, prm.offset, zeta0, rate, value, side, start, end
             )  # fmt: skip
         zeta_new, collapsed_end = internal_variables(
             prm, p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen

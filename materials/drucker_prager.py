@@ -1,6 +1,6 @@
 """Drucker-Prager plasticity: friction, dilation and cohesion on a circular cone, with separation at its apex."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -16,25 +16,43 @@ from .von_mises import PLASTIC_STRAIN
 NEVER = 1e30  # a plastic strain that no material reaches, within float32
 
 
+class DruckerPragerParameters(NamedTuple):
+    """What the update of `DruckerPrager` reads."""
+
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+    return_stiffness: float  # 3G + K α α_ψ: fall of the yield function per plastic shear strain [Pa]
+    alpha: float  # slope of the cone [-]
+    alpha_psi: float  # slope of dilation [-]
+    per_3G: float  # 1/(3G) [1/Pa]
+    k_left: float  # k that softening leaves [Pa]
+    k_loss: float  # k that softening takes [Pa]
+    per_strain: float  # 1/κ_c, 0 without softening [-]
+    strain_of_loss: float  # κ at which no cohesion is left; `NEVER` where some stays [-]
+    per_K: float  # 1/K [1/Pa]
+    six_G2: float  # 6G²: q² over e : e [Pa²]
+    p_per_k: float  # −1/α: p at the apex over k [-]
+
+
 @ti.func
-def _strength(prm, strain, straight: ti.template()):
+def _strength(prm: ti.template(), strain, straight: ti.template()):
     """k(κ) [Pa]; no exponential where nothing softens, and none in a straight line."""
-    k = prm[6]
+    k = prm.k_left
     if ti.static(not straight):  # noqa: SIM102 (one is compile time)
-        if prm[7] > 0.0:
-            k += prm[7] * strength_share(strain, prm[8])[0]
+        if prm.k_loss > 0.0:
+            k += prm.k_loss * strength_share(strain, prm.per_strain)[0]
     return k
 
 
 @ti.func
-def drucker_prager_return(prm, p_trial, q_trial, strain, gap, straight: ti.template()):
+def drucker_prager_return(prm: ti.template(), p_trial, q_trial, strain, gap, straight: ti.template()):
     """Return map in (p, q): p, q, plastic strain κ, gap, dissipation, iterations (0: elastic).
 
-    prm: `DruckerPrager.parameters`; the trial state lies behind the gap that was there (see separation.py).
+    The trial state lies behind the gap that was there (see separation.py).
     straight: in a straight line, −1 iterations where the strength softens.
     """
-    K, alpha, alpha_psi = prm[0], prm[3], prm[4]
-    k_left, k_loss, per_strain = prm[6], prm[7], prm[8]
+    K, alpha, alpha_psi = prm.K, prm.alpha, prm.alpha_psi
+    k_left, k_loss, per_strain = prm.k_left, prm.k_loss, prm.per_strain
     p, q, kappa, opened, dissipation, iterations = p_trial, q_trial, strain, gap, 0.0, 0
     # The strength that softening leaves tells most states, inside as well as in compression, without an exponential
     drive = q_trial - alpha * p_trial - k_left
@@ -42,7 +60,7 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap, straight: ti.templ
     if yields and k_loss > 0.0:
         yields = drive > _strength(prm, strain, straight) - k_left
     if yields:
-        shear = q_trial * prm[5]  # plastic shear strain that leaves no q
+        shear = q_trial * prm.per_3G  # plastic shear strain that leaves no q
         p_without = p_trial + K * alpha_psi * shear
         torn = alpha * p_without + k_left < 0.0
         if torn and k_loss > 0.0:
@@ -51,7 +69,7 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap, straight: ti.templ
             # Still in tension when all shear has flowed: the apex. Opening beyond dilation breaks bonds like shear does
             opening = -p_without - k_left / alpha
             more, iterations = softening_multiplier(opening, K, k_loss / alpha, strain + shear, per_strain, straight)
-            bonds = ti.max(prm[9] - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
+            bonds = ti.max(prm.strain_of_loss - strain - shear, 0.0)  # what of it still breaks some; the rest is a gap
             opened = gap + ti.max(more - bonds, 0.0)
             kappa = strain + shear + ti.select(k_loss > 0.0, ti.min(more, bonds), 0.0)
             k = _strength(prm, kappa, straight)
@@ -59,27 +77,27 @@ def drucker_prager_return(prm, p_trial, q_trial, strain, gap, straight: ti.templ
             q = 0.0
             dissipation = -p * (alpha_psi * shear + more)
         else:
-            gamma, iterations = softening_multiplier(drive, prm[2], k_loss, strain, per_strain, straight)
+            gamma, iterations = softening_multiplier(drive, prm.return_stiffness, k_loss, strain, per_strain, straight)
             kappa = strain + gamma
             k = _strength(prm, kappa, straight)
             # p not below the apex and q from the surface: admissible to round-off, however far away the trial state is
-            p = ti.max(p_trial + K * alpha_psi * gamma, prm[12] * k)
+            p = ti.max(p_trial + K * alpha_psi * gamma, prm.p_per_k * k)
             q = alpha * p + k
             dissipation = gamma * ((alpha - alpha_psi) * p + k)
     return p, q, kappa, opened, dissipation, iterations
 
 
 def drucker_prager_update(form):
-    """Update function (see `Law`) in a `Form`. prm: `DruckerPrager.parameters`; state: plastic strain, gap."""
+    """Update function (see `Law`) in a `Form`. state: plastic strain, gap."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
-        h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm[0], state[1])
+    def update(prm: ti.template(), h, state, A, dt):
+        h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm.K, state[1])
         state_new = state
         state_new[1] = gap
         dissipation, iterations, changed = 0.0, 0, factor < 1.0
         if valid == 1 and factor > 0.0:
-            q_trial = factor * ti.sqrt(prm[11] * deviator2)
+            q_trial = factor * ti.sqrt(prm.six_G2 * deviator2)
             p_new, q, kappa, opened, work, count = drucker_prager_return(
                 prm, p, q_trial, state[0], gap, form.straight
             )
@@ -90,9 +108,9 @@ def drucker_prager_update(form):
                 state_new[0], state_new[1] = kappa, opened
                 dissipation, iterations = work, count
         if changed:
-            h_new, near = form.h(prm[10], deviator, deviator2, p, factor)
+            h_new, near = form.h(prm.per_K, deviator, deviator2, p, factor)
             valid *= near
-        tau = stress_of_invariants(prm[1], deviator, p, factor)
+        tau = stress_of_invariants(prm.G, deviator, p, factor)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1 and iterations >= 0, iterations, form.failed)
 
     return update
@@ -206,27 +224,25 @@ class DruckerPrager(Law):
         return {"plastic_strain": state[..., 0], "gap": state[..., 1], "damage": lost}
 
     def parameters(self):
-        """K, G, 3G + K α α_ψ, α, α_ψ, 1/(3G), residual k, k lost on the way to it, 1/κ_c, κ at which no cohesion is
-        left, 1/K, 6G², −1/α."""
         K, G, alpha, softens = self.bulk_modulus, self.shear_modulus, self.alpha, self.softening_strain is not None
         left = self._least_cohesion * self._k_per_cohesion
         broken = NEVER if self._least_cohesion > 0.0 else 0.0
         if softens and broken == 0.0 and self.cohesion > 0.0:
             broken = strain_of_loss(self.softening_strain)
-        return (
-            K,
-            G,
-            3.0 * G + K * alpha * self.alpha_psi,
-            alpha,
-            self.alpha_psi,
-            1.0 / (3.0 * G),
-            left,
-            self.k - left,
-            1.0 / self.softening_strain if softens else 0.0,
-            broken,
-            1.0 / K,
-            6.0 * G * G,
-            -1.0 / alpha if alpha > 0.0 else -NEVER,
+        return DruckerPragerParameters(
+            K=K,
+            G=G,
+            return_stiffness=3.0 * G + K * alpha * self.alpha_psi,
+            alpha=alpha,
+            alpha_psi=self.alpha_psi,
+            per_3G=1.0 / (3.0 * G),
+            k_left=left,
+            k_loss=self.k - left,
+            per_strain=1.0 / self.softening_strain if softens else 0.0,
+            strain_of_loss=broken,
+            per_K=1.0 / K,
+            six_G2=6.0 * G * G,
+            p_per_k=-1.0 / alpha if alpha > 0.0 else -NEVER,
         )
 
     def initial_state(self):

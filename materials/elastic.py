@@ -1,6 +1,6 @@
 """Hencky elasticity: the law of a material that never yields, and the trial state of every other law."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import taichi as ti
 
@@ -40,17 +40,16 @@ def trial_state(h, A):
 def elastic_trial(h, A):
     """`trial_state` and its Hencky strain: h, deviator e, trace, e : e, and 1 if the step could be made.
 
-    Far from the identity the trace comes from the determinants of the state and of the step, which are known where that
-    of their product is round-off. A step to a strain that is not known even so is left out like an impossible one.
+    Far from the identity the trace comes from the determinants of the state and of the step where they are known better
+    than that of their product. A step to a strain that is not known even so is left out like an impossible one.
     """
     h_trial, valid = trial_state(h, A)
     deviator, volume, deviator2, near = log_series(h_trial)
     if not near:
         known = 0
         if valid == 1:
-            volume, known = log_volume(h, A)
-        if known == 1:
-            deviator, deviator2, known = strain_of_volume(h_trial, volume)
+            by_parts, error = log_volume(h, A)
+            deviator, volume, deviator2, known = strain_of_volume(h_trial, by_parts, error)
         if known == 0:
             h_trial, valid = h, 0
             deviator, volume, deviator2, known = hencky_strain(h)
@@ -66,16 +65,20 @@ def small_elastic_trial(h, A):
     return h_trial, deviator, volume, deviator2, ti.select(near and determinant_of_step(A) > 0.0, 1, 0)
 
 
-def elastic_update(trial, failed):
-    """Update function (see `Law`) that makes its trial state by a function and reports a failure by a number.
+class ElasticParameters(NamedTuple):
+    """What the update of `Elastic` reads."""
 
-    prm: K, G.
-    """
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+
+
+def elastic_update(trial, failed):
+    """Update function (see `Law`) that makes its trial state by a function and reports a failure by a number."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
+    def update(prm: ti.template(), h, state, A, dt):
         h_new, deviator, volume, _, valid = trial(h, A)
-        tau = plus_isotropic(2.0 * prm[1] * deviator, prm[0] * volume)
+        tau = plus_isotropic(2.0 * prm.G * deviator, prm.K * volume)
         return h_new, tau, state, 0.0, ti.select(valid == 1, 0, failed)
 
     return update
@@ -97,4 +100,4 @@ class Elastic(Law):
     lanes = staticmethod(elastic_update(small_elastic_trial, REDO))
 
     def parameters(self):
-        return self.bulk_modulus, self.shear_modulus
+        return ElasticParameters(self.bulk_modulus, self.shear_modulus)

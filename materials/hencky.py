@@ -83,7 +83,7 @@ def _log_spectral(h):
 
 @ti.func
 def log_volume(h, A):
-    """½ ln det(f b fᵀ) of b = I + h and f = I + A, and 1 where both determinants are more than round-off.
+    """½ ln det(f b fᵀ) of b = I + h and f = I + A from their own determinants, and its error (of round-off).
 
     b and f are tame where their product is not: sheared by γ, it has eigenvalues of about γ² and γ⁻².
     """
@@ -97,11 +97,12 @@ def log_volume(h, A):
     b = plus_isotropic(h, 1.0)
     for i in ti.static(range(3)):
         largest *= b[i]
-    step, start = f.determinant(), determinant(b)
-    noise, tiny = ti.static(KNOWN * by_precision(6e-8, 1e-16)), ti.static(by_precision(1e-37, 1e-300))
-    # Ordered comparisons, because a NaN fails them
-    known = step > noise * ti.sqrt(sides) and start > noise * largest and step < ti.static(by_precision(1e30, 1e100))
-    return 0.5 * ti.log(ti.max(start, tiny)) + ti.log(ti.max(step, tiny)), ti.select(known, 1, 0)
+    tiny = ti.static(by_precision(1e-37, 1e-300))
+    step, start = ti.max(f.determinant(), tiny), ti.max(determinant(b), tiny)
+    error = ti.static(by_precision(6e-8, 1e-16)) * (ti.sqrt(sides) / step + largest / start)
+    # An ordered comparison, because a NaN fails it
+    sound = error < 1.0 and step < ti.static(by_precision(1e30, 1e100))
+    return 0.5 * ti.log(start) + ti.log(step), ti.select(sound, error, 1.0)
 
 
 @ti.func
@@ -118,27 +119,35 @@ def smallest_of(w):
 
 
 @ti.func
-def strain_of_volume(h, volume):
-    """Deviator e of ½ ln(I + h) whose trace is known from elsewhere, e : e, and 1 if e is more than round-off, else 0.
+def strain_of_volume(h, volume, error):
+    """Deviator e and trace of ½ ln(I + h), e : e, and 1 if they are more than round-off, else 0; `volume`, known from
+    elsewhere to `error`, takes the place of the trace where it is known better.
 
-    The smallest eigenvalue, which beside a large one is nothing but round-off, follows from the other two: so a step
-    that shears by γ = 1e4 keeps its volume in float32, and a law does not take it for torn apart.
+    The smallest eigenvalue, which beside a large one is nothing but round-off, then follows from the other two: so a
+    step that shears by γ = 1e4 keeps its volume in float32, and a law does not take it for torn apart.
     """
     w, V = eigen(h)
-    e = 0.5 * ti.log(ti.max(1.0 + w, round_off_of(w)))
+    noise = round_off_of(w)
+    e = 0.5 * ti.log(ti.max(1.0 + w, noise))
     chosen, known = 0, True
     if ti.static(h.n == 4):
         chosen, known = smallest_of(ti.Vector([w[0], w[1]]))
     else:
         chosen, known = smallest_of(w)
-    total = e.sum()
+    total, smallest = e.sum(), 0.0
     for i in ti.static(range(3)):
-        e[i] = ti.select(i == chosen, volume - (total - e[i]), e[i])
-    e -= volume / 3.0
+        smallest += ti.select(i == chosen, 1.0 + w[i], 0.0)
+    if noise < error * smallest:
+        error = noise / smallest
+    else:
+        for i in ti.static(range(3)):
+            e[i] = ti.select(i == chosen, volume - (total - e[i]), e[i])
+        total = volume
+    e -= total / 3.0
     deviator2 = e.norm_sqr()
-    # An ordered comparison, because a NaN fails it
-    sound = known and deviator2 + volume * volume < ti.static(by_precision(1e30, 1e100))
-    return compose(e, V, h), deviator2, ti.select(sound, 1, 0)
+    # Ordered comparisons, because a NaN fails them
+    sound = known and error < 1.0 / KNOWN and deviator2 + total * total < ti.static(by_precision(1e30, 1e100))
+    return compose(e, V, h), total, deviator2, ti.select(sound, 1, 0)
 
 
 @ti.func

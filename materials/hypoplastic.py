@@ -1,7 +1,7 @@
 """Hypoplasticity: the stress rate as a function of stress and stretching, without yield surface or elastic range."""
 
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -24,18 +24,31 @@ FARTHEST_RATIO = 100.0  # principal over mean stress, above which a stress has f
 VOID_RATIO = StateVariable("void_ratio", "-", "e: volume of the pores over that of the grains")
 
 
+class RateParameters(NamedTuple):
+    """What the functions of every rate law read."""
+
+    apex: float  # tension by which η = σ − apex I is translated [Pa]
+    log_floor: float  # lowest ln p, p in Pa
+    void_ratio: float  # initial e [-]
+    tolerance: float  # of a sub-step [-]
+    c1: float  # coefficients of the rate [-]
+    c2: float
+    c3: float
+    c4: float
+
+
 @ti.func
-def linear_rate(prm, r, log_p, void_ratio, direction):
-    """G of `Hypoplastic`, see rate_integration.py; prm[4:8]: c1 .. c4."""
+def linear_rate(prm: ti.template(), r, log_p, void_ratio, direction):
+    """G of `Hypoplastic`, see rate_integration.py."""
     doubled = plus_isotropic(2.0 * r, ti.static(-1.0 / 3.0))  # r + dev r
-    factor = prm[5] * trace(direction) + prm[6] * contract(r, direction)
-    return prm[4] * direction + factor * r + prm[7] * doubled
+    factor = prm.c2 * trace(direction) + prm.c3 * contract(r, direction)
+    return prm.c1 * direction + factor * r + prm.c4 * doubled
 
 
 @ti.func
-def linear_modulus(prm, share, log_p, void_ratio):
+def linear_modulus(prm: ti.template(), share, log_p, void_ratio):
     """Stiffness of unloading over 3p, see `rate_stiffness`."""
-    return -(prm[4] + share * (prm[5] + prm[6] * share) + prm[7] * (2.0 * share - ti.static(1.0 / 3.0)))
+    return -(prm.c1 + share * (prm.c2 + prm.c3 * share) + prm.c4 * (2.0 * share - ti.static(1.0 / 3.0)))
 
 
 class RateLaw(Law):
@@ -175,13 +188,8 @@ class RateLaw(Law):
         return (1.0 + np.asarray(state, float)[..., 0]) / (1.0 + self.void_ratio)
 
     def parameters(self):
-        """Apex tension, ln of the pressure floor, initial e, tolerance, the four coefficients."""
-        return (
-            self.tensile_apex,
-            float(np.log(self.pressure_floor)),
-            self.void_ratio,
-            self.tolerance,
-            *self.coefficients,
+        return RateParameters(
+            self.tensile_apex, float(np.log(self.pressure_floor)), self.void_ratio, self.tolerance, *self.coefficients
         )
 
     def initial_state(self):

@@ -36,7 +36,7 @@ class Law(BaseModel):
 
         update(prm, h, state, A, dt) -> (h, τ, state, dissipation, iterations)
 
-    prm          vector that starts with the numbers of `parameters()` (longer is allowed: a table of several laws)
+    prm          the numbers of `parameters()` by name, see `parameters.named`; the argument must be `ti.template()`
     h            symmetric tensor b − I at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py)
     state        vector that starts with the STATE variables (longer is allowed; the rest is returned untouched)
     A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. It must be
@@ -114,7 +114,8 @@ class Law(BaseModel):
         return self.poisson_ratio / (1.0 - self.poisson_ratio)
 
     def parameters(self):
-        """Numbers that `update` reads from its vector `prm`, in a fixed order and number for the class."""
+        """NamedTuple of the numbers that `update` and the other Taichi functions read as `prm`, of one class for the
+        class of the law (see parameters.py)."""
         raise NotImplementedError
 
     def initial_state(self):

@@ -1,6 +1,6 @@
 """Mohr-Coulomb plasticity: friction, dilation and cohesion on the six faces of a pyramid, its edges and its apex."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -16,29 +16,52 @@ from .von_mises import PLASTIC_STRAIN
 NEVER = 1e30  # tensile strength [Pa] that nothing reaches, within float32
 
 
+class MohrCoulombParameters(NamedTuple):
+    """What the update of `MohrCoulomb` reads."""
+
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+    sin_phi: float  # sin φ [-]
+    sin_psi: float  # sin ψ [-]
+    apex: float  # c cot φ, at most `NEVER` [Pa]
+    strength: float  # 2 c cos φ [Pa]
+    per_face: float  # 1/a [1/Pa]
+    per_compression_edge: float  # 1/(a + b) where σ₂ = σ₃ [1/Pa]
+    per_largest: float  # 1/(1 + sin ψ/3): multiplier that leaves no deviator, from the largest strain [-]
+    per_smallest: float  # 1/(1 − sin ψ/3): the same from the smallest [-]
+    dilation_pressure: float  # 2 λ sin ψ: λ tr of the plastic strain, per multiplier [Pa]
+    per_extension_edge: float  # 1/(a + b) where σ₁ = σ₂ [1/Pa]
+    per_K: float  # 1/K [1/Pa]
+    inner_alpha: float  # α of the cone inscribed in the pyramid [-]
+    inner_k: float  # k of that cone [Pa]
+    six_G2: float  # 6G²: q² over e : e [Pa²]
+    per_2G: float  # 1/(2G) [1/Pa]
+    cohesionless: float  # 1 if nothing is cohesive, else 0
+
+
 @ti.func
-def mohr_coulomb_return(prm, strain, p_trial):
+def mohr_coulomb_return(prm: ti.template(), strain, p_trial):
     """Return map for principal values, tension positive, largest first.
 
-    prm: `MohrCoulomb.parameters`; strain: deviatoric principal Hencky strains of the trial state, p_trial [Pa].
+    strain: deviatoric principal Hencky strains of the trial state, p_trial [Pa].
     Principal stresses [Pa], dissipation, opening at the apex beyond dilation, and 1 if the state yields.
     """
-    G, sin_phi, sin_psi, apex = prm[1], prm[2], prm[3], prm[4]
+    G, sin_phi, sin_psi, apex = prm.G, prm.sin_phi, prm.sin_psi, prm.apex
     s = 2.0 * G * strain - p_trial
     work, opened, yielded = 0.0, 0.0, 0
-    excess = (s[0] - s[2]) + (s[0] + s[2]) * sin_phi - prm[5]
+    excess = (s[0] - s[2]) + (s[0] + s[2]) * sin_phi - prm.strength
     if excess > 0.0:
         yielded = 1
         # Multiplier that leaves no deviator, and the opening that is left over when its dilation has taken place
-        without = ti.max(strain[0] * prm[8], -strain[2] * prm[9])
-        opened = -(p_trial + apex) * prm[12] - 2.0 * sin_psi * without
+        without = ti.max(strain[0] * prm.per_largest, -strain[2] * prm.per_smallest)
+        opened = -(p_trial + apex) * prm.per_K - 2.0 * sin_psi * without
         if opened > 0.0:
             s = ti.Vector([apex, apex, apex])
             work = apex * (2.0 * sin_psi * without + opened)
         else:
             opened = 0.0
-            gamma = excess * prm[6]
-            volume = prm[10] * gamma  # λ tr of the plastic strain γ (1 + sin ψ, 0, −(1 − sin ψ))
+            gamma = excess * prm.per_face
+            volume = prm.dilation_pressure * gamma  # λ tr of the plastic strain γ (1 + sin ψ, 0, −(1 − sin ψ))
             face = s - volume
             face[0] -= 2.0 * G * gamma * (1.0 + sin_psi)
             face[2] += 2.0 * G * gamma * (1.0 - sin_psi)
@@ -46,30 +69,30 @@ def mohr_coulomb_return(prm, strain, p_trial):
                 # An edge: the middle face (1, 2) yields too (σ₂ = σ₃ at the end), or (2, 3) does (σ₁ = σ₂)
                 right = (1.0 - sin_psi) * s[0] - 2.0 * s[1] + (1.0 + sin_psi) * s[2] > 0.0
                 a, b = ti.select(right, s[0], s[1]), ti.select(right, s[1], s[2])
-                other = (a - b) + (a + b) * sin_phi - prm[5]
-                gamma = (excess + other) * ti.select(right, prm[7], prm[11])
+                other = (a - b) + (a + b) * sin_phi - prm.strength
+                gamma = (excess + other) * ti.select(right, prm.per_compression_edge, prm.per_extension_edge)
                 # The smallest stress; of two equal ones the mean, which does not change with how their faces share γ
-                face[2] = ti.select(right, 0.5 * (s[1] + s[2]), s[2]) - prm[10] * gamma
+                face[2] = ti.select(right, 0.5 * (s[1] + s[2]), s[2]) - prm.dilation_pressure * gamma
                 face[2] += ti.select(right, 1.0, 2.0) * G * gamma * (1.0 - sin_psi)
                 face[1] = ti.select(right, -NEVER, NEVER)
             # The largest stress from the smallest: on the surface to round-off, however far away the trial state is
             s[2] = ti.min(face[2], apex)
-            s[0] = (s[2] * (1.0 - sin_phi) + prm[5]) / (1.0 + sin_phi)
+            s[0] = (s[2] * (1.0 - sin_phi) + prm.strength) / (1.0 + sin_phi)
             s[1] = ti.min(ti.max(face[1], s[2]), s[0])
-            work = gamma * (prm[5] - (s[0] + s[2]) * (sin_phi - sin_psi))
+            work = gamma * (prm.strength - (s[0] + s[2]) * (sin_phi - sin_psi))
     return s, work, opened, yielded
 
 
 @ti.func
-def mohr_coulomb_update(prm, h, state, A, dt):
-    """See `Law`. prm: `MohrCoulomb.parameters`; state: plastic strain, gap."""
-    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(elastic_trial, h, A, prm[0], state[1])
+def mohr_coulomb_update(prm: ti.template(), h, state, A, dt):
+    """See `Law`. state: plastic strain, gap."""
+    h_new, deviator, deviator2, p, factor, gap, valid = trial_behind_gap(elastic_trial, h, A, prm.K, state[1])
     state_new = state
     state_new[1] = gap
     dissipation, iterations, changed = 0.0, 0, factor < 1.0
     # Within the cone inscribed in the pyramid nothing yields: no eigenvectors for most of a body at rest
-    inner = ti.max(prm[13] * p + prm[14], 0.0)
-    if valid == 1 and factor > 0.0 and prm[15] * factor * factor * deviator2 >= inner * inner:
+    inner = ti.max(prm.inner_alpha * p + prm.inner_k, 0.0)
+    if valid == 1 and factor > 0.0 and prm.six_G2 * factor * factor * deviator2 >= inner * inner:
         w, V = eigen_of_deviator(deviator, deviator2)
         w *= factor
         s, work, opened, yielded = mohr_coulomb_return(prm, w, p)
@@ -78,13 +101,13 @@ def mohr_coulomb_update(prm, h, state, A, dt):
             iterations = 1
             dissipation = work
             p = -(s[0] + s[1] + s[2]) / 3.0
-            after = (s + p) * prm[16]
+            after = (s + p) * prm.per_2G
             state_new[0] += ti.sqrt((w - after).norm_sqr() * ti.static(2.0 / 3.0))
-            state_new[1] = gap + opened * prm[17]
+            state_new[1] = gap + opened * prm.cohesionless
             deviator, deviator2, factor = compose(after, V, deviator), after.norm_sqr(), 1.0
     if changed:
-        h_new = h_of_invariants(prm[12], deviator, deviator2, p, factor)
-    tau = stress_of_invariants(prm[1], deviator, p, factor)
+        h_new = h_of_invariants(prm.per_K, deviator, deviator2, p, factor)
+    tau = stress_of_invariants(prm.G, deviator, p, factor)
     return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
 
 
@@ -153,8 +176,6 @@ class MohrCoulomb(Law):
         return {"plastic_strain": state[..., 0], "gap": state[..., 1]}
 
     def parameters(self):
-        """K, G, sin φ, sin ψ, c cot φ, 2 c cos φ, 1/a, 1/(a + b) with +, 1/(1 + sin ψ/3), 1/(1 − sin ψ/3),
-        2 λ sin ψ, 1/(a + b) with −, 1/K, α and k of the inscribed cone, 6G², 1/(2G), and 1 if nothing is cohesive."""
         K, G, c = self.bulk_modulus, self.shear_modulus, self.cohesion
         s, t = (float(np.sin(np.radians(angle))) for angle in (self.friction_angle, self.dilation_angle))
         cos = float(np.cos(np.radians(self.friction_angle)))
@@ -162,25 +183,25 @@ class MohrCoulomb(Law):
         a = 4.0 * G * (1.0 + s * t / 3.0) + both
         right, left = (2.0 * G * (1.0 + side * (s + t) - s * t / 3.0) + both for side in (1.0, -1.0))
         inner = 3.0 / float(np.sqrt(3.0 + s * s))
-        return (
-            K,
-            G,
-            s,
-            t,
-            min(self.tensile_apex, NEVER),
-            2.0 * c * cos,
-            1.0 / a,
-            1.0 / (a + right),
-            1.0 / (1.0 + t / 3.0),
-            1.0 / (1.0 - t / 3.0),
-            2.0 * (K - 2.0 / 3.0 * G) * t,
-            1.0 / (a + left),
-            1.0 / K,
-            inner * s,
-            inner * c * cos,
-            6.0 * G * G,
-            0.5 / G,
-            0.0 if c > 0.0 else 1.0,
+        return MohrCoulombParameters(
+            K=K,
+            G=G,
+            sin_phi=s,
+            sin_psi=t,
+            apex=min(self.tensile_apex, NEVER),
+            strength=2.0 * c * cos,
+            per_face=1.0 / a,
+            per_compression_edge=1.0 / (a + right),
+            per_largest=1.0 / (1.0 + t / 3.0),
+            per_smallest=1.0 / (1.0 - t / 3.0),
+            dilation_pressure=2.0 * (K - 2.0 / 3.0 * G) * t,
+            per_extension_edge=1.0 / (a + left),
+            per_K=1.0 / K,
+            inner_alpha=inner * s,
+            inner_k=inner * c * cos,
+            six_G2=6.0 * G * G,
+            per_2G=0.5 / G,
+            cohesionless=0.0 if c > 0.0 else 1.0,
         )
 
     def initial_state(self):

@@ -1,6 +1,6 @@
 """μ(I) rheology: Drucker-Prager friction that grows with the shear rate, for dense granular flow."""
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -13,12 +13,25 @@ from .separation import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 
+class MuIParameters(NamedTuple):
+    """What the update of `MuI` reads."""
+
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+    six_G2: float  # 6G²: q² over e : e [Pa²]
+    static_slope: float  # √3 μ_s: q/p at rest [-]
+    limit_slope: float  # √3 μ₂: q/p in the limit of fast shear [-]
+    rate_scale: float  # √3 G I₀/(d √ρ_s): a over dt √p [√Pa/s]
+    per_3G: float  # 1/(3G) [1/Pa]
+    per_K: float  # 1/K [1/Pa]
+
+
 def mu_i_update(form):
-    """Update function (see `Law`) in a `Form`. prm: `MuI.parameters`; state: plastic strain, gap, shear rate."""
+    """Update function (see `Law`) in a `Form`. state: plastic strain, gap, shear rate."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
-        h_new, deviator, deviator2, p_trial, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm[0], state[1])
+    def update(prm: ti.template(), h, state, A, dt):
+        h_new, deviator, deviator2, p_trial, factor, gap, valid = trial_behind_gap(form.trial, h, A, prm.K, state[1])
         p = p_trial
         state_new = state
         dissipation, iterations, changed = 0.0, 0, factor < 1.0
@@ -26,12 +39,12 @@ def mu_i_update(form):
             p = ti.max(p_trial, 0.0)
             state_new[1], state_new[2] = gap, 0.0
         if valid == 1 and factor > 0.0:
-            q_trial = factor * ti.sqrt(prm[2] * deviator2)
-            at_rest, limit = prm[3] * p, prm[4] * p
+            q_trial = factor * ti.sqrt(prm.six_G2 * deviator2)
+            at_rest, limit = prm.static_slope * p, prm.limit_slope * p
             if p_trial < 0.0 or q_trial > at_rest:
                 # q² − (q_tr + q₂ + a) q + (q₂ q_tr + q₁ a) = 0 with q₁, q₂ the strengths at rest and in the limit and
                 # a = √3 G dt γ̇ at I = I₀; the smaller root, written without a difference of large numbers
-                a = prm[5] * dt * ti.sqrt(p)
+                a = prm.rate_scale * dt * ti.sqrt(p)
                 product = limit * q_trial + at_rest * a
                 half = 0.5 * (q_trial + limit + a)
                 # half² − product as a sum of squares and products that are not negative where q_trial > at_rest
@@ -39,18 +52,18 @@ def mu_i_update(form):
                 root = ti.sqrt(spread * spread + 0.25 * a * a + a * (0.5 * (q_trial + limit) - at_rest))
                 q = product / ti.max(half + root, ti.static(by_precision(1e-30, 1e-200)))
                 q = ti.min(ti.max(q, at_rest), q_trial)
-                shear = (q_trial - q) * prm[6]
+                shear = (q_trial - q) * prm.per_3G
                 changed = True
                 iterations = 1
                 factor *= ti.select(q > 0.0, q / ti.max(q_trial, q), 0.0)
                 state_new[0] = state[0] + shear
-                state_new[1] = gap + ti.max(-p_trial, 0.0) * prm[7]
+                state_new[1] = gap + ti.max(-p_trial, 0.0) * prm.per_K
                 state_new[2] = ti.static(3.0**0.5) * shear / ti.max(dt, ti.static(by_precision(1e-30, 1e-200)))
                 dissipation = q * shear
         if changed:
-            h_new, near = form.h(prm[7], deviator, deviator2, p, factor)
+            h_new, near = form.h(prm.per_K, deviator, deviator2, p, factor)
             valid *= near
-        tau = stress_of_invariants(prm[1], deviator, p, factor)
+        tau = stress_of_invariants(prm.G, deviator, p, factor)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
 
     return update
@@ -123,19 +136,18 @@ class MuI(Law):
         return {name: np.asarray(state)[..., i] for i, name in enumerate(self.OUTPUTS)}
 
     def parameters(self):
-        """K, G, 6G², √3 μ_s, √3 μ₂, √3 G I₀/(d √ρ_s), 1/(3G), 1/K."""
         K, G = self.bulk_modulus, self.shear_modulus
         root = float(np.sqrt(3.0))
         rate = self.inertial_number / (self.grain_diameter * float(np.sqrt(self.grain_density)))
-        return (
-            K,
-            G,
-            6.0 * G * G,
-            root * self.static_friction,
-            root * self.limit_friction,
-            root * G * rate,
-            1.0 / (3.0 * G),
-            1.0 / K,
+        return MuIParameters(
+            K=K,
+            G=G,
+            six_G2=6.0 * G * G,
+            static_slope=root * self.static_friction,
+            limit_slope=root * self.limit_friction,
+            rate_scale=root * G * rate,
+            per_3G=1.0 / (3.0 * G),
+            per_K=1.0 / K,
         )
 
     def initial_state(self):

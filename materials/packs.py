@@ -93,20 +93,26 @@ MOST_STEPS = 5
 """Steps of a stage for all lanes, after which those that want more are left to a law's `update`."""
 
 
+def in_stages(lanes):
+    """Whether a law's straight-line update comes in parts. A function, since compilers differ in what they make of the
+    name of a class in a kernel."""
+    return isinstance(lanes, Stages)
+
+
 def held_numbers(lanes, entries):
     """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
-    return lanes.numbers + 2 * entries if isinstance(lanes, Stages) else 0
+    return lanes.numbers + 2 * entries if in_stages(lanes) else 0
 
 
 @ti.func
-def update_pack(lanes: ti.template(), prm, dt, h: ti.template(), state: ti.template(), A: ti.template(),
+def update_pack(lanes: ti.template(), prm: ti.template(), dt, h: ti.template(), state: ti.template(), A: ti.template(),
                 tau: ti.template(), work: ti.template(), iterations: ti.template(), held: ti.template()):  # fmt: skip
     """`lanes`, a law's straight-line update, for all lanes, which share their parameters.
 
     Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
     hold anything. held: `held_numbers` arrays or more.
     """
-    if ti.static(isinstance(lanes, Stages)):
+    if ti.static(in_stages(lanes)):
         for lane in range(LANES):
             numbers = lanes.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
             n, rest = ti.static(lanes.numbers - lanes.first, numbers.n - (lanes.numbers - lanes.first))
@@ -167,8 +173,8 @@ def _write_result(lane, h_new, stress, state_new, dissipation, count, h: ti.temp
 
 
 @ti.func
-def update_lane(update: ti.template(), lane, prm, dt, h: ti.template(), state: ti.template(), A: ti.template(),
-                tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
+def update_lane(update: ti.template(), lane, prm: ti.template(), dt, h: ti.template(), state: ti.template(),
+                A: ti.template(), tau: ti.template(), work: ti.template(), iterations: ti.template()):  # fmt: skip
     """`update`, a law's update of one particle, for one lane."""
     h_new, stress, state_new, dissipation, count = update(
         prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt

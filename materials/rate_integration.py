@@ -47,7 +47,7 @@ def rotated(sigma, A, deviator, volume, deviator2):
 
 
 @ti.func
-def slopes(rate: ti.template(), prm, r, log_p, void_ratio, direction):
+def slopes(rate: ti.template(), prm: ti.template(), r, log_p, void_ratio, direction):
     """dr and d ln p per unit of |ln V| s."""
     G = rate(prm, r, log_p, void_ratio, direction)
     growth = trace(G)
@@ -55,7 +55,7 @@ def slopes(rate: ti.template(), prm, r, log_p, void_ratio, direction):
 
 
 @ti.func
-def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size, volume):
+def integrate(rate: ti.template(), prm: ti.template(), r, log_p, start, solid, direction, size, volume):
     """Follow the stretching from s = `start` to 1, or until p falls to its floor.
 
     solid: 1 + e at s = 0. Returns r, ln p, s at the end, ∫ J σ : ln V ds with J = 1 at s = 0, and the number of
@@ -63,13 +63,13 @@ def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size,
     """
     s, attempts, steps, work = start, 0, 0, 0.0
     k1, g1 = slopes(rate, prm, r, log_p, solid * ti.exp(volume * s) - 1.0, direction)
-    tolerance = prm[3]
+    tolerance = prm.tolerance
     # First guess: r relaxes about as fast as ln p grows, and the error is a cube of that times the way r has to go
     turning = ti.sqrt(contract(k1, k1))
     pace = ti.abs(g1) + turning + ti.static(by_precision(1e-30, 1e-100))
     step = ti.pow(10.0 * tolerance / (turning / pace + tolerance), 1.0 / 3.0) / (size * pace)
     along = contract(r, direction)
-    power = ti.exp(volume * s) * (prm[0] * volume - 3.0 * size * ti.exp(log_p) * along)
+    power = ti.exp(volume * s) * (prm.apex * volume - 3.0 * size * ti.exp(log_p) * along)
     running = 1
     while running == 1 and attempts < MAX_ATTEMPTS:
         attempts += 1
@@ -93,11 +93,11 @@ def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size,
         # Ordered comparisons, because a NaN fails them
         if error <= tolerance and log_new < HIGHEST_LOG_PRESSURE:
             steps += 1
-            if log_new < prm[1]:
-                step *= (log_p - prm[1]) / (log_p - log_new)
+            if log_new < prm.log_floor:
+                step *= (log_p - prm.log_floor) / (log_p - log_new)
                 running = 0
             along = contract(r_new, direction)
-            power_new = grown * (prm[0] * volume - 3.0 * size * ti.exp(log_new) * along)
+            power_new = grown * (prm.apex * volume - 3.0 * size * ti.exp(log_new) * along)
             work += 0.5 * step * (power + power_new)
             s, r, log_p, k1, g1, power = s + step, r_new, log_new, k4, g4, power_new
             if last:
@@ -107,13 +107,13 @@ def integrate(rate: ti.template(), prm, r, log_p, start, solid, direction, size,
 
 
 @ti.func
-def advance(rate: ti.template(), prm, h, state, A):
+def advance(rate: ti.template(), prm: ti.template(), h, state, A):
     """The update of `rate_update`."""
     _, deviator, volume, deviator2, valid = elastic_trial(ti.Vector.zero(float, h.n), A)
     size = ti.sqrt(deviator2 + volume * volume * ti.static(1.0 / 3.0))
     isotropic = plus_isotropic(ti.Vector.zero(float, h.n), ti.static(1.0 / 3.0))
     solid = 1.0 + state[0]
-    eta = plus_isotropic(h, -prm[0])
+    eta = plus_isotropic(h, -prm.apex)
     gap, start = state[1] + volume, 0.0
     if state[1] > 0.0:
         # A gap that is still open lets the whole step pass; one that closes, the share of the step before
@@ -127,23 +127,23 @@ def advance(rate: ti.template(), prm, h, state, A):
         direction = plus_isotropic(deviator, volume * ti.static(1.0 / 3.0)) / size
         total = trace(eta)
         p = -total / 3.0
-        floor = ti.exp(prm[1])
+        floor = ti.exp(prm.log_floor)
         # Contact begins at the floor, isotropic. (A NaN goes on to the integrator and is found out there)
         at_floor = p < floor
         r = ti.select(at_floor, isotropic, eta / ti.select(at_floor, 1.0, total))
-        log_p = ti.select(at_floor, prm[1], ti.log(ti.select(at_floor, floor, p)))
+        log_p = ti.select(at_floor, prm.log_floor, ti.log(ti.select(at_floor, floor, p)))
         r, log_p, s, work, steps = integrate(rate, prm, r, log_p, start, solid, direction, size, volume)
         eta = (-3.0 * ti.exp(log_p)) * r
         gap = 0.0
-        if log_p < prm[1]:
+        if log_p < prm.log_floor:
             eta = (-3.0 * floor) * isotropic
-            if prm[0] == 0.0:  # without cohesion: separated
+            if prm.apex == 0.0:  # without cohesion: separated
                 eta.fill(0.0)
                 gap = ti.max((1.0 - s) * volume, 0.0)
-        dissipation = work * solid / (1.0 + prm[2])
-    h_new, state_new = plus_isotropic(eta, prm[0]), state
-    largest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[1])
-    smallest = (1.0 + prm[2]) * ti.static(GROWTH_LIMITS[0])
+        dissipation = work * solid / (1.0 + prm.void_ratio)
+    h_new, state_new = plus_isotropic(eta, prm.apex), state
+    largest = (1.0 + prm.void_ratio) * ti.static(GROWTH_LIMITS[1])
+    smallest = (1.0 + prm.void_ratio) * ti.static(GROWTH_LIMITS[0])
     # e + (1 + e)(det f − 1), so that float32 keeps small changes
     near = ti.max(-0.04, ti.min(volume, 0.04))
     grown = ti.select(near == volume, expm1_series(near), ti.exp(volume) - 1.0)
@@ -152,7 +152,7 @@ def advance(rate: ti.template(), prm, h, state, A):
     sound = h_new.norm_sqr() < ti.static(by_precision(3e38, 1e60))
     if not sound or steps < 0 or valid == 0:
         h_new, state_new, dissipation, steps = h, state, 0.0, -1
-    tau = ((1.0 + state_new[0]) / (1.0 + prm[2])) * h_new
+    tau = ((1.0 + state_new[0]) / (1.0 + prm.void_ratio)) * h_new
     return h_new, tau, state_new, dissipation, steps
 
 
@@ -160,12 +160,12 @@ def rate_update(rate):
     """The stress update (see `Law`) of the law whose G is the Taichi function rate(prm, r, ln p, e, direction).
 
     The tensor that the solver carries, h, is the Cauchy stress σ [Pa].
-    prm begins with: apex tension [Pa] by which η = σ − apex I is translated, lowest ln p, initial e, tolerance.
+    prm: apex, log_floor, void_ratio and tolerance are read here, see `RateParameters`; the rest is that of `rate`.
     State: void ratio e, and the gap of separated material (see separation.py).
     """
 
     @ti.func
-    def update(prm, h, state, A, dt):
+    def update(prm: ti.template(), h, state, A, dt):
         return advance(rate, prm, h, state, A)
 
     return update
@@ -178,10 +178,10 @@ def rate_stiffness(modulus):
     """
 
     @ti.func
-    def stiffness(prm, tau, state):
-        J = (1.0 + state[0]) / (1.0 + prm[2])
-        eta = plus_isotropic(tau / J, -prm[0])
-        p = ti.max(-trace(eta) / 3.0, ti.exp(prm[1]))
+    def stiffness(prm: ti.template(), tau, state):
+        J = (1.0 + state[0]) / (1.0 + prm.void_ratio)
+        eta = plus_isotropic(tau / J, -prm.apex)
+        p = ti.max(-trace(eta) / 3.0, ti.exp(prm.log_floor))
         deviator = plus_isotropic(eta, p)
         share = (1.0 + ti.sqrt(ti.static(2.0 / 3.0) * contract(deviator, deviator)) / p) / 3.0
         return 3.0 * p * J * modulus(prm, share, ti.log(p), state[0])

@@ -1,13 +1,13 @@
 """Stomakhin's snow: fixed-corotated elasticity, clamped principal stretches, stiffness that follows the compaction."""
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
 from pydantic import Field
 
 from .elastic import trial_state
-from .hencky import log_volume, round_off_of, smallest_of
+from .hencky import KNOWN, log_volume, round_off_of, smallest_of
 from .law import Law, NonNegative, Positive, StateVariable
 from .precision import by_precision
 from .series import log1p_series
@@ -20,6 +20,17 @@ TOLERANCE = (5e-7, 1e-12)  # of a stretch (float32, float64): below it a trial s
 SERIES_ORDER = (5, 12)
 UNLIKE = 0.05  # least over largest eigenvalue of b, from which on down the volume tells the least
 SERIES_RADIUS = 0.05  # |h| up to which √(I + h) is summed: first term left out below 1e-2 |h|^order
+
+
+class StomakhinParameters(NamedTuple):
+    """What the functions of `StomakhinSnow` read."""
+
+    mu: float  # μ at J_P = 1 [Pa]
+    lam: float  # λ at J_P = 1 [Pa]
+    xi: float  # hardening ξ [-]
+    compression: float  # θ_c [-]
+    stretch: float  # θ_s [-]
+    near2: float  # |h|² below which no threshold is near and √(I + h) is a series [-]
 
 
 @ti.func
@@ -53,24 +64,28 @@ def principal(h, before, A):
     """Principal stretches − 1 of V = √(I + h), their directions, and 1 if they are more than round-off, else 0.
 
     h: of the trial state f b fᵀ, from `before` = b − I and A = f − I. The smallest stretch beside one that is much
-    larger follows from the volume, as in `strain_of_volume`.
+    larger follows from the volume where that is known better, as in `strain_of_volume`.
     """
     w, V = eigen(h)
     lifted = ti.max(w, round_off_of(w) - 1.0)
     d, known = lifted / (1.0 + ti.sqrt(1.0 + lifted)), 1
     if not (1.0 + w.min() > ti.static(UNLIKE) * (1.0 + w.max())):
-        volume, known = log_volume(before, A)
+        volume, error = log_volume(before, A)
         chosen, apart = 0, True
         if ti.static(h.n == 4):
             chosen, apart = smallest_of(ti.Vector([w[0], w[1]]))
         else:
             chosen, apart = smallest_of(w)
-        others = 1.0
+        others, smallest = 1.0, 0.0
         for i in ti.static(range(3)):
             others *= ti.select(i == chosen, 1.0, 1.0 + d[i])
-        for i in ti.static(range(3)):
-            d[i] = ti.select(i == chosen, ti.exp(volume) / others - 1.0, d[i])
-        known *= ti.select(apart, 1, 0)
+            smallest += ti.select(i == chosen, 1.0 + w[i], 0.0)
+        if round_off_of(w) < error * smallest:
+            error = round_off_of(w) / smallest
+        else:
+            for i in ti.static(range(3)):
+                d[i] = ti.select(i == chosen, ti.exp(volume) / others - 1.0, d[i])
+        known = ti.select(apart and error < 1.0 / KNOWN, 1, 0)
     return d, V, known
 
 
@@ -88,15 +103,15 @@ def log_ratio(d_trial, d):
 
 
 @ti.func
-def stomakhin_update(prm, h, state, A, dt):
-    """See `Law`. prm: `StomakhinSnow.parameters`; state: J_P."""
-    mu, lam = prm[0], prm[1]
+def stomakhin_update(prm: ti.template(), h, state, A, dt):
+    """See `Law`. state: J_P."""
+    mu, lam = prm.mu, prm.lam
     h_new, valid = trial_state(h, A)
     state_new = state
-    factor = hardening_factor(prm[2], state[0])
+    factor = hardening_factor(prm.xi, state[0])
     tau = h_new
     dissipation, plastic = 0.0, 0
-    if contract(h_new, h_new) < prm[5]:  # cannot reach a threshold, whatever its directions
+    if contract(h_new, h_new) < prm.near2:  # cannot reach a threshold, whatever its directions
         stretch, j = stretch_deviation(h_new)
         tau = plus_isotropic((2.0 * mu * factor) * (h_new - stretch), lam * factor * (1.0 + j) * j)
     else:
@@ -105,7 +120,7 @@ def stomakhin_update(prm, h, state, A, dt):
             # Left out: the state as it was
             valid, h_new = 0, h
             trial, V, known = principal(h, h, 0.0 * ti.Matrix.identity(float, A.n))
-        d = ti.max(-prm[3], ti.min(trial, prm[4]))
+        d = ti.max(-prm.compression, ti.min(trial, prm.stretch))
         if (ti.abs(trial - d) > ti.static(by_precision(*TOLERANCE))).any():
             plastic = 1
             h_new = compose(d * (2.0 + d), V, h_new)
@@ -118,7 +133,7 @@ def stomakhin_update(prm, h, state, A, dt):
             ratio = state[0] * ti.exp(flow.sum())
             state_new[0] = ti.max(ti.static(VOLUME_RATIOS[0]), ti.min(ratio, ti.static(VOLUME_RATIOS[1])))
             before = factor
-            factor = hardening_factor(prm[2], state_new[0])
+            factor = hardening_factor(prm.xi, state_new[0])
             energy = mu * d.norm_sqr() + 0.5 * lam * j * j
             dissipation = factor * stress.dot(flow) - (factor - before) * energy
         tau = compose(factor * stress, V, tau)
@@ -128,13 +143,14 @@ def stomakhin_update(prm, h, state, A, dt):
 
 
 @ti.func
-def stomakhin_stiffness(prm, tau, state):
+def stomakhin_stiffness(prm: ti.template(), tau, state):
     """ρ₀ c² [Pa], see `StomakhinSnow.wave_speed_at`."""
-    squeezed, drawn = 1.0 - prm[3], 1.0 + prm[4]
+    squeezed, drawn = 1.0 - prm.compression, 1.0 + prm.stretch
     ratio, drawn2 = squeezed * squeezed * squeezed, drawn * drawn
-    elastic = drawn2 * (2.0 * prm[0] + prm[1] * drawn2 * drawn2)
-    plastic = (2.0 * prm[0] * squeezed * prm[3] + prm[1] * ratio * (1.0 - ratio)) * (1.0 + prm[2] * state[0])
-    return hardening_factor(prm[2], state[0]) * ti.max(elastic, plastic)
+    elastic = drawn2 * (2.0 * prm.mu + prm.lam * drawn2 * drawn2)
+    plastic = 2.0 * prm.mu * squeezed * prm.compression + prm.lam * ratio * (1.0 - ratio)
+    plastic *= 1.0 + prm.xi * state[0]
+    return hardening_factor(prm.xi, state[0]) * ti.max(elastic, plastic)
 
 
 class StomakhinSnow(Law):
@@ -188,16 +204,15 @@ class StomakhinSnow(Law):
         return np.exp(np.clip(exponent, -MAX_EXPONENT, MAX_EXPONENT))
 
     def parameters(self):
-        """μ, λ, ξ, θ_c, θ_s, |h|² below which no threshold is near and √(I + h) is a series."""
         compressed = 1.0 - (1.0 - self.critical_compression) ** 2
         near = min(compressed, (1.0 + self.critical_stretch) ** 2 - 1.0, SERIES_RADIUS)
-        return (
-            self.shear_modulus,
-            self.lame_modulus,
-            self.hardening,
-            self.critical_compression,
-            self.critical_stretch,
-            near**2,
+        return StomakhinParameters(
+            mu=self.shear_modulus,
+            lam=self.lame_modulus,
+            xi=self.hardening,
+            compression=self.critical_compression,
+            stretch=self.critical_stretch,
+            near2=near**2,
         )
 
     def initial_state(self):

@@ -8,6 +8,7 @@ import taichi as ti
 
 from .law import REDO
 from .packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane, write_matrix_lane
+from .parameters import named
 from .precision import DTYPES, working_precision
 from .symmetric import size
 
@@ -16,10 +17,11 @@ STRETCH = 32
 
 
 @functools.cache
-def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
+def _update_kernel(update, lanes, names, dimension, precision, n_state):
     """One kernel per law, dimension and precision; shapes and parameters are run-time values.
 
-    lanes: straight-line form of `update`, with which points are taken in packs, or None.
+    lanes: straight-line form of `update`, with which points are taken in packs, or None. names: class of the law's
+    parameters.
     """
     real = DTYPES[precision][0]
     # Vector entries, not longer shapes: their strides are then known when the kernel is compiled
@@ -42,11 +44,13 @@ def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
     ):
         # A stretch of points an iteration: Taichi calls a function for each, which costs as much as a simple law
         for stretch in range((increments.shape[0] + STRETCH - 1) // STRETCH):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
+            numbers = ti.Vector([parameters[k] for k in ti.static(range(len(names._fields)))])
             for i in range(stretch * STRETCH, ti.min(increments.shape[0], (stretch + 1) * STRETCH)):
                 h_i, state_i = h[i], state[i]
                 for step in range(increments.shape[1]):
-                    h_i, tau, state_i, work, count = update(prm, h_i, state_i, increments[i, step], dt)
+                    h_i, tau, state_i, work, count = update(
+                        named(names, numbers), h_i, state_i, increments[i, step], dt
+                    )
                     h_path[i, step] = h_i
                     stress[i, step] = tau
                     state_path[i, step] = state_i
@@ -67,7 +71,7 @@ def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
         iterations: ti.types.ndarray(dtype=ti.i32, ndim=2),
     ):
         for pack in range((increments.shape[0] + LANES - 1) // LANES):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
+            numbers = ti.Vector([parameters[k] for k in ti.static(range(len(names._fields)))])
             first = pack * LANES
             count = ti.min(increments.shape[0] - first, LANES)
             h_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
@@ -82,10 +86,12 @@ def _update_kernel(update, lanes, dimension, precision, n_parameters, n_state):
             for step in range(increments.shape[1]):
                 for lane in range(count):
                     write_matrix_lane(A_p, lane, increments[first + lane, step])
-                update_pack(lanes, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
+                update_pack(lanes, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
                 for lane in range(count):
                     if count_p[lane] == REDO:
-                        update_lane(update, lane, prm, dt, h_p, state_p, A_p, tau_p, work_p, count_p)
+                        update_lane(
+                            update, lane, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p
+                        )
                 for lane in range(count):
                     h_path[first + lane, step] = read_lane(h_p, lane)
                     stress[first + lane, step] = read_lane(tau_p, lane)
@@ -139,7 +145,7 @@ class StressUpdate:
             np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
-            self.law.update, self._lanes, self.dimension, self.precision, len(self._parameters), self.n_state
+            self.law.update, self._lanes, type(self._parameters), self.dimension, self.precision, self.n_state
         )
 
         def run():

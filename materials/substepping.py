@@ -45,14 +45,14 @@ def turned_start(h_trial, A):
 
 
 @ti.func
-def flow(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
+def flow(prm: ti.template(), deviator, volume, zeta, collapsed, d_deviator, d_volume):
     """Plastic flow over a strain: γ m, dz, dζ, plastic work, and 1 where the equations are well posed."""
-    K, alpha = prm[0], prm[7]
+    K, alpha = prm.K, prm.alpha
     deviator2 = contract(deviator, deviator)
     w, radius, _, beta, _, value = ellipse_at(prm, -K * volume, deviator2, zeta, collapsed, "")
     rate = ti.select(alpha > 0.0 and collapsed == 0.0, -alpha * ti.select(w > 0.0, 1.0, -1.0), 1.0)
-    dp0 = prm[9] * prm[2] * ti.sqrt(prm[10] + value * value)
-    c, m = (1.0 + 2.0 * beta) * prm[6], (1.0 + 2.0 * beta) * 2.0 * prm[5]
+    dp0 = prm.scale * prm.xi * ti.sqrt(prm.offset + value * value)
+    c, m = (1.0 + 2.0 * beta) * prm.shear_square, (1.0 + 2.0 * beta) * 2.0 * prm.shear_stiffness
     load = 2.0 * (c * contract(deviator, d_deviator) - w * K * d_volume)
     ideal = 4.0 * w * w * K + 2.0 * c * m * deviator2
     stiffness = ideal + 2.0 * w * rate * ((1.0 - beta) * w + (1.0 + beta) * radius) * dp0
@@ -60,17 +60,17 @@ def flow(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
     sound = stiffness > STEEP * ideal and ideal > tiny
     gamma = ti.select(sound, ti.max(load, 0.0) / ti.max(stiffness, tiny), 0.0)
     dz = 2.0 * w * gamma
-    work = -K * volume * dz + 2.0 * prm[1] * gamma * m * deviator2
+    work = -K * volume * dz + 2.0 * prm.G * gamma * m * deviator2
     return gamma * m, dz, rate * dz, work, ti.select(sound, 1, 0)
 
 
 @ti.func
-def elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
+def elastic_share(prm: ti.template(), deviator, volume, zeta, collapsed, d_deviator, d_volume):
     """Share of a straight path of strain up to the surface, from a state on it or inside to one outside."""
-    K = prm[0]
+    K = prm.K
     w, radius, shear2, beta, _, _ = ellipse_at(prm, -K * volume, contract(deviator, deviator), zeta, collapsed, "")
     shape = 1.0 + 2.0 * beta
-    c = shape * prm[6]
+    c = shape * prm.shear_square
     a = (K * d_volume) ** 2 + c * contract(d_deviator, d_deviator)
     half_b = c * contract(deviator, d_deviator) - w * K * d_volume
     inside = ti.min(w * w + shape * shear2 - radius * radius, 0.0)
@@ -82,13 +82,13 @@ def elastic_share(prm, deviator, volume, zeta, collapsed, d_deviator, d_volume):
 
 
 @ti.func
-def substeps(prm, h_trial, A, deviator_trial, volume_trial, zeta, collapsed):
+def substeps(prm: ti.template(), h_trial, A, deviator_trial, volume_trial, zeta, collapsed):
     """Follow a step that yields: trial deviator, volume and ζ for the return map that ends it, plastic work, substeps.
 
     That return map only takes out the drift from the surface, and what was left to it.
     """
-    K, tolerance = prm[0], prm[12]
-    to_q = 2.0 * prm[1] * ti.static(1.5**0.5)
+    K, tolerance = prm.K, prm.tolerance
+    to_q = 2.0 * prm.G * ti.static(1.5**0.5)
     start, followed = turned_start(h_trial, A)
     deviator, volume, _, _ = hencky_strain(start)
     d_deviator, d_volume = deviator_trial - deviator, volume_trial - volume

@@ -1,6 +1,6 @@
 """Von Mises plasticity: a limit to shear stress alone."""
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -11,27 +11,39 @@ from .law import Law, NonNegative, Positive, StateVariable
 PLASTIC_STRAIN = StateVariable("plastic_strain", "-", "accumulated plastic shear strain ε_s = ∫ √(2/3 dε^p : dε^p)")
 
 
+class VonMisesParameters(NamedTuple):
+    """What the update of `VonMises` reads."""
+
+    K: float  # bulk modulus [Pa]
+    G: float  # shear modulus [Pa]
+    yield_stress: float  # σ_y [Pa]
+    H: float  # hardening modulus [Pa]
+    per_return: float  # 1/(3G + H) [1/Pa]
+    per_K: float  # 1/K [1/Pa]
+    six_G2: float  # 6G²: q² over e : e [Pa²]
+
+
 def von_mises_update(form):
-    """Update function (see `Law`) in a `Form`. prm: `VonMises.parameters`; state: accumulated plastic strain."""
+    """Update function (see `Law`) in a `Form`. state: accumulated plastic strain."""
 
     @ti.func
-    def update(prm, h, state, A, dt):
+    def update(prm: ti.template(), h, state, A, dt):
         h_new, deviator, volume, deviator2, valid = form.trial(h, A)
-        p = -prm[0] * volume
-        q_trial = ti.sqrt(prm[6] * deviator2)
+        p = -prm.K * volume
+        q_trial = ti.sqrt(prm.six_G2 * deviator2)
         state_new = state
         ratio, dissipation, iterations = 1.0, 0.0, 0
-        strength = prm[2] + prm[3] * state[0]
+        strength = prm.yield_stress + prm.H * state[0]
         if valid == 1 and q_trial > strength:
-            gamma = (q_trial - strength) * prm[4]
+            gamma = (q_trial - strength) * prm.per_return
             # From the strength, not from q_trial: the surface is met to round-off, however far away the trial state is
-            q = strength + prm[3] * gamma
+            q = strength + prm.H * gamma
             ratio = q / q_trial
             state_new[0] = state[0] + gamma
             dissipation = q * gamma
             iterations = 1
-            h_new, valid = form.h(prm[5], deviator, deviator2, p, ratio)
-        tau = stress_of_invariants(prm[1], deviator, p, ratio)
+            h_new, valid = form.h(prm.per_K, deviator, deviator2, p, ratio)
+        tau = stress_of_invariants(prm.G, deviator, p, ratio)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
 
     return update
@@ -70,9 +82,11 @@ class VonMises(Law):
         return {"plastic_strain": np.asarray(state)[..., 0]}
 
     def parameters(self):
-        """K, G, σ_y, H, 1/(3G + H), 1/K, 6G²."""
         K, G, H = self.bulk_modulus, self.shear_modulus, self.hardening_modulus
-        return K, G, self.yield_stress, H, 1.0 / (3.0 * G + H), 1.0 / K, 6.0 * G * G
+        return VonMisesParameters(
+            K=K, G=G, yield_stress=self.yield_stress, H=H, per_return=1.0 / (3.0 * G + H), per_K=1.0 / K,
+            six_G2=6.0 * G * G,
+        )  # fmt: skip
 
     def initial_state(self):
         return (0.0,)

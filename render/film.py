@@ -4,6 +4,7 @@ A film that is interrupted is kept as FILM.unfinished.mp4 or .gif, as far as it 
 """
 
 import io
+import re
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,10 +12,11 @@ import imageio.v2 as imageio
 from PIL import Image
 
 from snowmpm.draft import draft
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 from snowmpm.render.mp4 import film_so_far, open_mp4, unfinished
 
 FILMS = (".mp4", ".gif")
+FRAME = re.compile(r"frame_(\d{5,})\.png")
 
 
 def output_kind(output):
@@ -29,13 +31,13 @@ def output_kind(output):
 def open_film(output, fps):
     """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end.
 
-    Raises OSError when it cannot be written, and KeyboardInterrupt that names what was kept of a film.
+    Raises InputError for a folder that holds other files, OSError when it cannot be written, and KeyboardInterrupt that
+    names what was kept of a film.
     """
     path, kind = Path(output), output_kind(output)
     if kind == "":
-        path.mkdir(parents=True, exist_ok=True)
-        count = iter(range(10**9))
-        yield lambda picture: _write_picture(picture, path / f"frame_{next(count):05d}.png")
+        with _open_folder(path) as show:
+            yield show
     elif kind == ".png":
         yield lambda picture: _write_picture(picture, path)
     elif kind == ".gif":
@@ -44,6 +46,29 @@ def open_film(output, fps):
     else:
         with open_mp4(path, fps) as show:
             yield show
+
+
+@contextmanager
+def _open_folder(path):
+    """One PNG a picture; those of a longer film that was drawn there before are taken away at the end."""
+    path.mkdir(parents=True, exist_ok=True)
+    others = sorted(file.name for file in path.iterdir() if not FRAME.fullmatch(file.name))
+    if others:
+        named = ", ".join([*map(shown_line, others[:3]), *["..."] * (len(others) > 3)])
+        raise InputError(f"{path}: holds other files ({named}): name a folder of its own for the pictures, or"
+                         " a .mp4, .gif or .png file in it")
+    count = 0
+
+    def show(picture):
+        nonlocal count
+        _write_picture(picture, path / f"frame_{count:05d}.png")
+        count += 1
+
+    yield show
+    for file in path.iterdir():
+        found = FRAME.fullmatch(file.name)
+        if found and int(found[1]) >= count:
+            file.unlink()
 
 
 @contextmanager

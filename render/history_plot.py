@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-from snowmpm.io.impact import impact
+from snowmpm.io.impact import impacts
 from snowmpm.io.status import cautions
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
@@ -44,8 +44,9 @@ def history_figure(run, dpi=130):
         (_draw_steps, history.keys() & {"steps", "dt"}),
     ]
     drawn = [draw for draw, there in panels if there]
-    if any(impact(obstacle) for obstacle in run.obstacles.values()):
-        drawn.append(_draw_pressures)
+    pressed = {name: one for name, one in impacts(run).items() if "impact_peak_pressure" in one.numbers}
+    if pressed:
+        drawn.append(_pressure_panel(pressed))
     for name, obstacle in run.obstacles.items():
         if len(obstacle.time):
             drawn += [_force_panel(name, obstacle), _moment_panel(name, obstacle)]
@@ -149,19 +150,24 @@ def _force_panel(name, obstacle):
     return draw
 
 
-def _draw_pressures(axes, run):
-    """Pressure on each obstacle over time, with its early peak and its steady part."""
-    found = {name: impact(obstacle) for name, obstacle in run.obstacles.items()}
-    found = {name: one for name, one in found.items() if one}
-    scale, unit = prefixed(*(np.array([one.peak]) for one in found.values()))
-    for colour, (name, one) in zip(COLOURS, found.items(), strict=False):
-        obstacle = run.obstacles[name]
-        ends, force = _between_frames(run, obstacle, obstacle.impulse)
-        label = f"{name}: peak {one.peak / scale:.3g}, steady {one.steady / scale:.3g} {unit}"
-        axes.stairs(force @ one.direction / one.area / scale, ends, baseline=None, color=colour, lw=1.6, label=label)
-        axes.plot(one.peak_time, one.peak / scale, "o", color=colour, ms=4)
-    axes.legend(**LEGEND)
-    _named(axes, "pressure: force over the front of the obstacle", f"[{unit}]")
+def _pressure_panel(found):
+    """Force over the wetted area of each obstacle over time, with its early peak and its steady part."""
+    def draw(axes, run):
+        peaks = {name: one.numbers["impact_peak_pressure"] for name, one in found.items()}
+        scale, unit = prefixed(np.array([*peaks.values()]))
+        for colour, (name, one) in zip(COLOURS, found.items(), strict=False):
+            obstacle = run.obstacles[name]
+            ends, force = _between_frames(run, obstacle, obstacle.impulse)
+            wetted = one.wetted_at(0.5 * (ends[1:] + ends[:-1]))
+            pressure = np.where(wetted > 0.0, force @ one.direction / np.where(wetted > 0.0, wetted, 1.0), 0.0)
+            steady = one.numbers["impact_steady_pressure"]
+            label = f"{name}: peak {peaks[name] / scale:.3g}, steady {steady / scale:.3g} {unit}"
+            axes.stairs(pressure / scale, ends, baseline=None, color=colour, lw=1.6, label=label)
+            axes.plot(one.numbers["impact_peak_time"], peaks[name] / scale, "o", color=colour, ms=4)
+        axes.legend(**LEGEND)
+        _named(axes, "pressure where snow touches the obstacle", f"[{unit}]")
+
+    return draw
 
 
 def _moment_panel(name, obstacle):

@@ -64,7 +64,8 @@ def render_pair(first, second, output, *, color=None, camera=None, time=None, si
 
     Frames are those of the run that lasts longer; the other shows its nearest frame, at last its end.
     """
-    size = checked_wishes(output, size, time, fps)
+    longer = max(first, second, key=lambda run: run.times[-1] if len(run) else 0.0)
+    size = checked_wishes(output, size, time, fps, longer)
     view = PairView(first, second, size, color, camera, cutaway)
     return write_pictures(view, view.times, output, time, fps, progress)
 

@@ -153,7 +153,10 @@ def _thin(run, raster):
 def _draw_lines(axes, run, observed):
     """Release, thalweg, run-out line and observed outline, each where there is one, and a legend."""
     release, profile, line = run.maps.get("release_depth"), run.hazard.get("profile"), run.hazard.get("runout_line")
-    if release is not None and np.nanmax(release.values, initial=0.0) > 0.0:
+    outlines = [ring for part in run.hazard.get("release") or () for ring in part]
+    for k, ring in enumerate(outlines):
+        axes.plot(*np.array(ring).T, color=RELEASE, lw=1.6, zorder=5, label="release" if k == 0 else None)
+    if not outlines and release is not None and np.nanmax(release.values, initial=0.0) > 0.0:
         # Ten values a cell, so that the line follows the edges of the cells
         there = np.kron(np.pad((np.nan_to_num(release.values) > 0.0).astype(float), 1), np.ones((10, 10)))
         west, east, south, north = _extent(run, release)
@@ -172,7 +175,9 @@ def _draw_lines(axes, run, observed):
         axes.plot(*closed.T, color="white", lw=3.4, zorder=5)
         axes.plot(*closed.T, color=OBSERVED, lw=2.0, zorder=6, label="observed" if k == 0 else None)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="best", fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
+        # Above, in the middle, stands why a run is not final
+        place = "best" if status_of(run).final else "lower center"
+        axes.legend(loc=place, fontsize=8, framealpha=0.85, edgecolor="none").set_zorder(7)
 
 
 def runout_words(run):

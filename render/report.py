@@ -11,13 +11,13 @@ from PIL import Image
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-from snowmpm.io.impact import impact
+from snowmpm.io.impact import impacts, loaded
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.remarks import remarks
 from snowmpm.io.status import status_of
 from snowmpm.quantities.quantity import written
-from snowmpm.quantities.table import quantity
+from snowmpm.quantities.table import IMPACT, quantity
 from snowmpm.render import page
 from snowmpm.render.document import (
     Columns,
@@ -207,11 +207,10 @@ def _areas(run):
 
 
 def _impacts(run):
-    for name, obstacle in run.obstacles.items():
-        one = impact(obstacle)
-        if one:
-            yield Table({"obstacle": name, "arrival": written(one.arrival, "s"), "early peak": written(one.peak, "Pa"),
-                         "of the peak": written(one.peak_time, "s"), "steady part": written(one.steady, "Pa")})
+    for name, one in impacts(run).items():
+        texts = one.texts()
+        yield Table({"obstacle": name, **{quantity(number).label: text for number, text in texts.items()}},
+                    {quantity(number).label: quantity(number) for number in texts})
 
 
 def _last_row(run):
@@ -227,7 +226,8 @@ def _table(values, units=None):
 
 def _told(run):
     """The quantities of the report that have a definition, each once."""
-    names = dict.fromkeys([*run.hazard.get("numbers", {}), *run.maps, *_last_row(run)])
+    pressed = (one.name for one in IMPACT if any(map(loaded, run.obstacles.values())))
+    names = dict.fromkeys([*run.hazard.get("numbers", {}), *run.maps, *_last_row(run), *pressed])
     return tuple(one for one in map(quantity, names) if one.definition)
 
 

@@ -43,17 +43,20 @@ def render_run(
     Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
-    size = checked_wishes(output, size, time, fps)
+    size = checked_wishes(output, size, time, fps, run)
     return write_pictures(view_of(run, size, color, camera, cutaway), run.times, output, time, fps, progress)
 
 
-def checked_wishes(output, size, time, fps):
-    """The size [px] to draw in. Raises InputError for what does not go together, before anything is drawn."""
+def checked_wishes(output, size, time, fps, run):
+    """The size [px] to draw in. Raises InputError for what does not go together, before anything is drawn; run: the
+    `Run` that has to reach `time`."""
     kind = output_kind(output)
     if not fps > 0:
         raise InputError.at("fps", fps, "must be > 0")
     if time is not None and kind != ".png":
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
+    if time is not None and len(run) and not 0.0 <= time <= run.times[-1] * (1.0 + 1e-9):
+        raise InputError.at("time", time, f"{run.path} goes from 0 to {run.times[-1]:g} s")
     return checked_size(size, even=kind == ".mp4")
 
 

@@ -1,6 +1,6 @@
 """What happens to a body at a given time: a saw cut, a load, a removal."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -11,6 +11,8 @@ from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
 class Cut(Spec):
     """A saw drawn through a body along a path: what it passes loses its cohesion."""
 
+    NEEDS: ClassVar = "cuts"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
     kind: Literal["cut"]
     body: str
     """name of the body that is cut"""
@@ -27,6 +29,8 @@ class Cut(Spec):
 class Load(Spec):
     """A force on a part of a body around a point, such as the weight of a skier, or on all of it, such as new snow."""
 
+    NEEDS: ClassVar = "loads"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
     kind: Literal["load"]
     body: str
     """name of the body that is loaded"""
@@ -59,6 +63,8 @@ class Load(Spec):
 class Remove(Spec):
     """A body taken away, such as a support."""
 
+    NEEDS: ClassVar = "removal"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
     kind: Literal["remove"]
     body: str
     """name of the body that is removed"""

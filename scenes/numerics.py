@@ -5,15 +5,19 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from snowmpm.materials import LAWS
+from snowmpm.methods import METHODS
+from snowmpm.quantities.particle_fields import UNITS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, Vector, by_type, dimension
-from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
-OF_EVERY_SCENE = ("velocity", "density", "material", "body", "mass", "volume", "stress", "p", "q", "J", "id")
-OF_LAWS = tuple(sorted({name for law in LAWS.values() for name in law.OUTPUTS}))
-FieldName = Literal[(*OF_EVERY_SCENE, *OF_LAWS)]
+
+
+def field_names():
+    """Fields that a frame may hold beside the position: of every particle, and what laws report of their state."""
+    return [name for name in UNITS if name != "position"] + sorted({n for law in LAWS.values() for n in law.OUTPUTS})
 
 
 class Output(Spec):
@@ -21,7 +25,7 @@ class Output(Spec):
 
     interval: Positive = 0.05
     """time between frames [s]"""
-    fields: tuple[FieldName, ...] = ("velocity", "density")
+    fields: tuple[one_of(field_names), ...] = ("velocity", "density")
     """particle fields of each frame, beside the position"""
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
@@ -98,7 +102,7 @@ class Sph(Spec):
 class Solver(Spec):
     """The method and its discretisation."""
 
-    method: Literal["mpm", "sph"] = "mpm"
+    method: one_of(lambda: METHODS) = "mpm"
     dx: Positive
     """grid spacing (mpm) or particle spacing (sph) [m]"""
     kernel: Literal[tuple(BASES)] = "quadratic"
@@ -106,7 +110,7 @@ class Solver(Spec):
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
     cubic kernel and flip, the classical scheme). affine is closer to the exact stress and tears later; shape suits thin
     bodies that bend far, whose ends affine lets hang too low"""
-    transfer: Literal[tuple(TRANSFERS)] = "apic"
+    transfer: one_of(lambda: TRANSFERS) = "apic"
     """errors fall as dx^2 with apic, flip and aflip of every kernel and gradient, with pic as dx at best; the spacing
     of particles ends that at some thousandths of a displacement with 4 in a cell, at a third of it with 9"""
     flip_ratio: Fraction = 0.97
@@ -128,7 +132,7 @@ class Solver(Spec):
     @property
     def filling(self):
         """Particles in a full cell at the start."""
-        return 1 if self.method == "sph" else self.particles_per_cell
+        return METHODS[self.method].capabilities.filling or self.particles_per_cell
 
     def spacing(self, dimension):
         """Mean distance of particles at the start [m]."""

@@ -41,7 +41,7 @@ class PlanFile(Spec):
     """Polygons of a shapefile or GeoJSON, in the terrain's coordinates (3-D)."""
 
     file: FileName
-    """.shp or .geojson file, relative to the scene file"""
+    """.shp, .geojson or .gpkg file, relative to the scene file"""
 
     @model_validator(mode="after")
     def _is_3d(self):

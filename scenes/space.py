@@ -76,7 +76,7 @@ def _check_file(value):
         raise refuse("must be the name of a file")
     base_dir = _surroundings.get().base_dir
     if base_dir is not None and not (path := base_dir / Path(value).expanduser()).is_file():
-        raise refuse(f"no such file (looked for {path}){nearest_file(path)}")
+        raise refuse(f"no such file (looked for {path}, from the scene's folder){nearest_file(path)}")
     return value
 
 

@@ -3,8 +3,8 @@
 import reprlib
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema
+from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
 
 class Spec(BaseModel):
@@ -50,6 +50,28 @@ Positive = Annotated[Number, Field(gt=0.0)]
 NonNegative = Annotated[Number, Field(ge=0.0)]
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=100)]
+
+
+def one_of(names):
+    """Type of a key that names an entry of a registry. names: `names()` -> what there is, asked whenever a scene is
+    read, so that what is registered later is known; messages are those of a Literal."""
+
+    def check(value):
+        known = list(names())
+        if not isinstance(value, str) or value not in known:
+            quoted = [repr(name) for name in known]
+            listed = " or ".join([part for part in (", ".join(quoted[:-1]), quoted[-1]) if part])
+            raise PydanticKnownError("literal_error", {"expected": listed})
+        return value
+
+    def schema(source, handler):
+        return core_schema.no_info_plain_validator_function(
+            check, serialization=core_schema.to_string_ser_schema())
+
+    def json_schema(core, handler):
+        return {"enum": list(names()), "type": "string"}
+
+    return Annotated[str, GetPydanticSchema(schema, json_schema)]
 
 
 def refuse(allowed, key=None, value=None):

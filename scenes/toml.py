@@ -38,6 +38,11 @@ def table_text(data):
     return "\n".join(_table(data, ())).strip() + "\n"
 
 
+def value_text(value):
+    """A value as TOML text on one line."""
+    return _value(value)
+
+
 def _absolute(value, base_dir):
     if isinstance(value, dict):
         return {

@@ -24,12 +24,12 @@ FOLDERS = {
 }
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
-GROUND = {"errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities"}
+GROUND = {"errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities", "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "terrain", "seeding", "solids", "forcing", "saw_test"}
 MAY_IMPORT = {
-    **{key: set() for key in ("errors", "draft", "schemes", "stages", "glance", "amounts", "quantities")},
+    **{key: set() for key in ("errors", "draft", "schemes", "methods", "stages", "glance", "amounts", "quantities")},
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "comparison": {*GROUND, "materials", "io"},
     "render": {*GROUND, "results", "io"},
     "compiler": {"materials", "errors"},
-    "particles": {"compiler", "materials", "errors"},  # the laws declare what a particle carries and reports
+    "particles": {*GROUND, "compiler", "materials"},  # the laws declare what a particle carries and reports
     "stepping": {*GROUND, "compiler", "particles"},
     "terrain": {*GROUND, "compiler"},
     "seeding": {*GROUND, "terrain"},
@@ -50,7 +50,7 @@ MAY_IMPORT = {
     "results": {*GROUND, "compiler", "particles"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
-    "setup": {*GROUND, *SHARED, *SCENE, "io", "results", "mpm", "sph"},
+    "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "running": {*GROUND, *SHARED, *SCENE, "setup", "io", "measured", "results"},
     "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "setup", "running", "io", "measured", "render"},
     "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "running", "measured", "study"},

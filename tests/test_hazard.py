@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from snowmpm.quantities.table import NUMBERS
 from snowmpm.results import hazard
 
 CELL, SLOPE = 5.0, 0.5
+RELEASE = shapely.box(21.0, 80.0, 59.0, 120.0)
+"""A metre narrower at its upper and lower end than the map cells that it touches."""
 
 
 def ground(plan):
@@ -28,27 +31,29 @@ def straight_avalanche(lone_grain=False):
         maps["peak_depth"][150, 20] = maps["deposit_depth"][150, 20] = 0.02
     path = np.column_stack([np.linspace(45.0, 480.0, 50), np.full(50, 102.5)])
     momentum = np.concatenate([[0.0], np.full(48, 1e6), [1e3]])
-    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, {"moving_share": 0.0}, ground)
+    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, {"moving_share": 0.0}, ground,
+                         RELEASE)
 
 
 def test_run_out_and_travel_angle():
     found = straight_avalanche().numbers
-    # From the highest cell of the release, at x = 22.5 m, along the path to 99 % of the way through the deposit
-    assert found["runout"] == pytest.approx(460.0 + 0.99 * 40.0 - 22.5, abs=0.6 * CELL)
-    assert found["fall"] == pytest.approx(SLOPE * (400.0 - 22.5))
+    # From the upper edge of the release, at x = 21 m, along the path to 99 % of the way through the deposit
+    assert found["runout"] == pytest.approx(460.0 + 0.99 * 40.0 - 22.0, abs=0.6 * CELL)
+    assert found["fall"] == pytest.approx(SLOPE * (400.0 - 21.0))
     angle = np.degrees(np.arctan2(found["fall"], found["runout"]))
     assert found["travel_angle"] == pytest.approx(angle) and 20.0 < angle < 23.0
-    assert found["top"] == pytest.approx(1000.0 - SLOPE * 22.5) and found["runout_z"] == pytest.approx(800.0)
+    assert found["top"] == pytest.approx(1000.0 - SLOPE * 21.0) and found["runout_z"] == pytest.approx(800.0)
 
 
 def test_areas_and_volumes():
     found = straight_avalanche().numbers
-    assert found["release_area"] == 40.0 * 40.0 and found["release_volume"] == found["deposit_volume"] == 1600.0
+    assert found["release_area"] == 38.0 * 40.0 and found["release_volume"] == found["deposit_volume"] == 1600.0
     assert found["affected_area"] == 480.0 * 40.0 and found["deposit_area"] == 1600.0
     # rho v^2 >= 10 kPa where v >= 6.32 m/s: x <= 468 m
     assert found["area_above_10_kPa"] == pytest.approx(40.0 * (470.0 - 20.0))
     assert found["area_above_30_kPa"] < found["area_above_10_kPa"] < found["area_above_1_kPa"]
-    assert found["reach_of_10_kPa"] == pytest.approx(467.5 - 22.5, abs=CELL)
+    assert found["reach_of_10_kPa"] == pytest.approx(470.0 - 22.0, abs=1.0)
+    assert found["reach_of_flow"] == pytest.approx(500.0 - 22.0, abs=1.0)
     assert found["largest_flow_pressure"] == pytest.approx(250.0 * 400.0)
     assert set(found) <= {one.name for one in NUMBERS}
 
@@ -86,7 +91,8 @@ def test_nothing_moved():
             ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
     for name in ("release_depth", "peak_depth", "deposit_depth"):
         maps[name][4:6, 4:6] = 1.0
-    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), {}, ground)
+    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), {}, ground,
+                          shapely.box(20.0, 20.0, 30.0, 30.0))
     assert "runout" not in found.numbers and found.line is None and found.profile == {}
     assert found.numbers["affected_area"] == 100.0
 
@@ -100,4 +106,4 @@ def test_areas_by_class_add_up():
     assert pressure["30 to 100 kPa"] + pressure["100 to 300 kPa"] == found.numbers["area_above_30_kPa"]
     depth = {row["class"]: row["area"] for row in found.classes["peak_depth"]}
     assert depth["1 to 2 m"] == found.numbers["affected_area"] and depth["below 0.5 m"] == 0.0
-    assert found.classes["deposit_depth"][2]["area"] == found.numbers["deposit_area"]
+    assert sum(row["area"] for row in found.classes["deposit_depth"]) == found.numbers["deposit_area"]

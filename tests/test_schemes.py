@@ -1,12 +1,18 @@
 """Every table that is keyed by a scheme has a row of each: a name that is forgotten must not become another."""
 
 import itertools
-from typing import get_args
 
+import numpy as np
 import pytest
 
+from snowmpm.advice.cautions import RULES
+from snowmpm.errors import InputError
+from snowmpm.materials import LAWS
+from snowmpm.measured import costs
 from snowmpm.measured.borders import shipped
+from snowmpm.methods import METHODS
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.running.failure import SYMPTOMS
 from snowmpm.scenes.numerics import Solver
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
 from snowmpm.stepping.time_step import CRITICAL
@@ -14,9 +20,10 @@ from snowmpm.stepping.time_step import CRITICAL
 SCHEMES = list(itertools.product(BASES, GRADIENTS, TRANSFERS))
 
 
-@pytest.mark.parametrize(("key", "names"), [("kernel", BASES), ("gradient", GRADIENTS), ("transfer", TRANSFERS)])
+@pytest.mark.parametrize(("key", "names"), [("kernel", BASES), ("gradient", GRADIENTS), ("transfer", TRANSFERS),
+                                             ("method", METHODS)])
 def test_scenes_take_every_name(key, names):
-    assert get_args(Solver.model_fields[key].annotation) == tuple(names)
+    assert Solver.model_json_schema()["properties"][key]["enum"] == list(names)
 
 
 def test_every_basis_has_a_stencil_of_its_width():
@@ -32,6 +39,45 @@ def test_every_scheme_has_a_critical_step():
 @pytest.mark.parametrize("scheme", SCHEMES, ids=" ".join)
 def test_every_scheme_has_a_measured_border(entry, scheme):
     assert (entry, " ".join(scheme)) in shipped()
+
+
+PRECISIONS = ("f32", "f64")
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("scheme", SCHEMES, ids=" ".join)
+def test_every_scheme_has_a_measured_cost(scheme, dimension):
+    kernel, gradient, transfer = scheme
+    for precision in PRECISIONS:
+        assert costs.transfers(costs.Scheme(dimension, precision, kernel, gradient, transfer)) > 0.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("kind", LAWS)
+def test_every_law_has_a_measured_cost(kind, dimension):
+    for precision in PRECISIONS:
+        assert np.isfinite(costs.law(costs.Scheme(dimension, precision), kind))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_has_a_measured_cost(method, dimension):
+    crowd = costs.Crowd({"elastic": 1000}, blocks=10, node_blocks=20, contact_blocks=5, surfaces=2)
+    for precision in PRECISIONS:
+        found = costs.stages(costs.Scheme(dimension, precision, method=method), crowd)
+        assert found["particles"] > 0.0 and found["calls"] > 0.0
+
+
+@pytest.mark.parametrize("changed", [{"transfer": "shpic"}, {"kernel": "quartic"}, {"gradient": "none"}])
+def test_a_cost_that_was_not_measured_is_an_error(changed):
+    with pytest.raises(InputError, match="its cost was not measured"):
+        costs.transfers(costs.Scheme(2, **changed))
+    with pytest.raises(InputError, match="no row law, 2, f32, foam"):
+        costs.law(costs.Scheme(2), "foam")
+
+
+def test_every_method_has_rules_and_symptoms():
+    assert set(RULES) == set(METHODS) == set(SYMPTOMS) and all(RULES.values())
 
 
 def test_names_are_their_keys():

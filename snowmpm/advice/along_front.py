@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snowmpm.advice.facts import SceneFacts
-from snowmpm.errors import InputError
 from snowmpm.setup.build import build
+from snowmpm.setup.refusals import require
 from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
@@ -30,15 +30,14 @@ class Change:
     ratio: float
 
 
-def _check_method(scene, option):
-    if scene.solver.method != "mpm":
-        raise InputError.at("solver.method", scene.solver.method, f'{option} was measured for "mpm" only', scene.source)
+def _refuse_unmeasured(scene, option):
+    require(scene, "presets", "solver.method", scene.solver.method, what=f"for {option}, measured for nothing else")
 
 
 def faster(scene, budget=None):
     """`Change` that makes a scene run FASTER with the least loss that was measured. budget: the scene's, if it is known
     already. Raises InputError as `build`."""
-    _check_method(scene, "--fast")
+    _refuse_unmeasured(scene, "--fast")
     limit, saving = coarsest(scene), _saving(scene, budget)
     allowed = [gain for gain in _table(scene) if gain.move.coarser <= limit]
     gain = presets.fastest(allowed, saving)
@@ -56,7 +55,7 @@ def faster(scene, budget=None):
 
 def more_accurate(scene, budget=None):
     """`Change` that brings the typical error to LESS_ERROR of what it was, at the least cost that was measured."""
-    _check_method(scene, "--accurate")
+    _refuse_unmeasured(scene, "--accurate")
     saving = _saving(scene, budget)
     gain = presets.most_accurate(_table(scene), saving)
     lines = _said(scene, gain, saving, "--accurate")

@@ -6,6 +6,7 @@ import numpy as np
 
 from snowmpm.advice.calibration import Speed
 from snowmpm.measured import costs
+from snowmpm.methods import METHODS
 from snowmpm.running.description import expected_run_file
 
 WITHIN = 0.3
@@ -44,18 +45,16 @@ class Budget:
         self.particles = {kind: int(sum(n for n, law in zip(counts, facts.model.laws, strict=True) if law.kind == kind))
                           for kind in kinds}
         self.n = sum(self.particles.values())
-        solver = facts.solver
-        grid = getattr(solver, "grid", None)
-        self.crowd = costs.Crowd(self.particles, len(solver.particles.blocks), grid.n_node_blocks if grid else 0,
-                                 grid.contact.n if grid else 0, len(solver.surfaces),
-                                 sum(bool(obstacle.moving) for obstacle in getattr(solver, "obstacles", ())),
-                                 len(scene.obstacles), scene.initial.stress == "settle" or bool(scene.saw_test))
+        work = facts.solver.workload
+        self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
+                                 work.moving, len(scene.obstacles),
+                                 scene.initial.stress == "settle" or bool(scene.saw_test))
         self.frames = max(1, round(scene.end_time / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
         self.numbers = sum(width(name) for name in scene.output.fields)
         # A step of little work is done by one thread
-        self.threads = 1 if getattr(solver, "_serial", False) else threads
+        self.threads = 1 if work.serial else threads
         reference = Speed(*costs.reference_speed())
         self._vector, self._python = speed.over(reference) if speed else (1.0, 1.0)
 
@@ -109,7 +108,7 @@ class Budget:
         """`Payment`s of the scene, as a table."""
         facts, scheme, steps, crowd = self.facts, self.scheme, self.facts.steps, self.crowd
         stages = {name: steps * seconds for name, seconds in self.stages().items()}
-        sizes = facts.solver.particles.layout.sizes
+        sizes = facts.solver.particles.sizes
         a_cell = facts.scene.solver.filling
         usual = costs.usual_law(scheme)
         # Laws take the share of the particles' time that they have in the table
@@ -118,7 +117,7 @@ class Budget:
         scale = stages["particles"] / (rest + sum(in_table.values()))
         rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {a_cell} a cell, {scheme.method}", scale * rest)]
         rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
-        if scheme.method == "mpm":
+        if METHODS[scheme.method].capabilities.grid:
             rows.append(("blocks of the grid", f"{crowd.blocks}, {self.n / max(1, crowd.blocks):.0f} particles in each",
                          stages["blocks"] + stages["nodes"]))
             rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))

@@ -107,7 +107,7 @@ class SceneFacts:
 
     @property
     def wave_speed(self):
-        return self.solver.materials.wave_speed
+        return self.solver.particles.materials.wave_speed
 
     @property
     def least_strain(self):

@@ -15,8 +15,8 @@ def refined(facts, dx):
     cells = finer**facts.dim
     stepping = budget.facts.steps * finer * budget.step(particles=cells, blocks=cells)
     store = facts.solver.particles
-    size = memory.of_run(facts.dim, int(cells * budget.n), store.bytes_per_particle, store.layout.width,
-                         cells * facts.solver.bytes)
+    size = memory.of_run(facts.dim, int(cells * budget.n), store.bytes_per_particle, sum(store.sizes.values()),
+                         cells * facts.solver.memory)
     return budget.start + budget.frames_at(cells) + cells * budget.settling + stepping, size
 
 

@@ -7,6 +7,7 @@ from snowmpm.advice.along_front import faster, more_accurate
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import savings
+from snowmpm.methods import METHODS
 from snowmpm.running.description import describe
 from snowmpm.setup.build import build
 from snowmpm.stages import stage
@@ -24,7 +25,7 @@ class Alternative:
 
 def alternatives(scene, budget):
     """`Alternative`s of a scene; none for a method that they were not measured for."""
-    if scene.solver.method != "mpm":
+    if not METHODS[scene.solver.method].capabilities.presets:
         return []
     changes = {"--fast": faster(scene, budget), "--accurate": more_accurate(scene, budget)}
     moving = budget.total - budget.start

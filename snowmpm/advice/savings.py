@@ -8,6 +8,7 @@ from snowmpm.advice.cautions import cautions
 from snowmpm.advice.plane_strain import is_plane_strain
 from snowmpm.measured import costs
 from snowmpm.measured.borders import shipped
+from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
 
@@ -67,7 +68,7 @@ def _frames(budget):
 
 
 def _spline(budget):
-    if budget.scheme.method == "mpm" and budget.scheme.kernel == "cubic":
+    if METHODS[budget.scheme.method].capabilities.grid and budget.scheme.kernel == "cubic":
         saved = budget.facts.steps * (budget.step() - budget.step(replace(budget.scheme, kernel="quadratic")))
         yield from _worth(budget, "solver.kernel", '"quadratic": cubic is needed only where bodies are stretched to'
                                 " twice their length, or bend far", saved, "quadratic")
@@ -76,7 +77,7 @@ def _spline(budget):
 def _crowded(budget):
     usual = 4 if budget.facts.dim == 2 else 8
     crowd = budget.facts.scene.solver.particles_per_cell
-    if budget.scheme.method == "mpm" and crowd > usual:
+    if METHODS[budget.scheme.method].capabilities.grid and crowd > usual:
         share = usual / crowd
         steps = budget.facts.steps * (budget.step() - budget.step(particles=share))
         saved = steps + budget.output - budget.frames_at(share)
@@ -87,10 +88,11 @@ def _crowded(budget):
 def _short(budget):
     """A cfl or dt below the usual one."""
     scene, solver = budget.facts.scene, budget.facts.solver
-    usual = solver.usual_cfl
+    critical = solver.limits.critical_cfl
+    usual = solver.limits.usual_cfl
     own = scene.solver.cfl
     if scene.solver.dt:
-        own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / solver.critical_cfl)
+        own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / critical)
     if own and own < 0.8 * usual:
         key = "solver.dt" if scene.solver.dt else "solver.cfl"
         value = (scene.solver.dt or own) * usual / own

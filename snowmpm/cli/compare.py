@@ -1,6 +1,7 @@
 """`snowmpm compare`: runs over each other, and over what is known of their scene."""
 
 import math
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -24,8 +25,8 @@ LineText = Annotated[
                                                   " the mass by default."),
 ]
 MOST_RUNS = 12
-COMPARED = ("runout", "travel_angle", "affected_area", "area_above_1_kPa", "area_above_10_kPa", "largest_flow_speed",
-            "largest_flow_pressure", "deposit_volume")
+COMPARED = ("runout", "reach_of_flow", "travel_angle", "affected_area", "area_above_1_kPa", "area_above_10_kPa",
+            "largest_flow_speed", "largest_flow_pressure", "deposit_volume")
 """Numbers of hazard mapping that stand in the table."""
 
 
@@ -49,8 +50,10 @@ def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = Non
             written = _compare_saw_tests(cases, output)
         print(written)
         return
-    found = [Found(case, time, line) for case in counted(cases, "measuring", "runs")]
+    way = _way(cases)
+    found = [Found(case, time, line, way) for case in counted(cases, "measuring", "runs")]
     _print_table(found)
+    _warn_of_lost_mass(cases)
     with stage("drawing"):
         written = render_comparison(_drawing(found), output)
     for name, facts in _known(found).items():
@@ -71,10 +74,30 @@ def _compare_saw_tests(cases, output):
     return render_saw_tests(tests, output)
 
 
+def _way(cases):
+    """The thalweg of the first run, on real ground where all runs are; else None."""
+    from snowmpm.comparison import Way
+
+    way = Way.of(cases[0].run)
+    return way if way is not None and all(case.run.hazard.get("profile") for case in cases) else None
+
+
+def _warn_of_lost_mass(cases):
+    """Say of which runs mass has left the model: what is gone is in none of their numbers."""
+    from snowmpm.io.status import LEFT_SHARE, status_of
+    from snowmpm.quantities.quantity import written
+
+    for case in cases:
+        left = status_of(case.run).left_share
+        if left > LEFT_SHARE:
+            print(f"warning: {shown_line(case.label, 60)}: {written(left, 'share')} of the mass left the model, and is"
+                  " in no front, profile, run-out or deposit: a larger terrain or domain compares", file=sys.stderr)
+
+
 class Found:
     """What is drawn and printed of one run: profile and stresses at a moment, answers at the end."""
 
-    def __init__(self, case, time, line):
+    def __init__(self, case, time, line, way=None):
         from snowmpm.comparison import Line, profile, stress_along
         from snowmpm.comparison.answers import answer_of
 
@@ -85,7 +108,10 @@ class Found:
             raise InputError(f"--time {time:g}: {run.path} goes from 0 to {run.times[-1]:g} s")
         first, frame = run.frame(0), run.frame(self.frame_number)
         centre = self.answer.centre() if self.answer else None
-        self.first, self.profile = profile(case, first, centre), profile(case, frame, centre)
+        way = way if centre is None else None
+        self.first, self.profile = (profile(case, one, centre, way) for one in (first, frame))
+        if self.first is None or self.profile is None:
+            raise InputError(f"{run.path}: no snow on the thalweg of the first run: the two went different ways")
         middle = round(float(case.positions(first)[:, 0].mean()), 6) + 0.0  # no minus in front of a zero
         self.line = Line.of(line) if line else Line("x", middle)
         self.stress = stress_along(case, frame, self.line)
@@ -115,7 +141,9 @@ def _rows(found):
                 for history in histories]
 
     yield from _set_up_rows(cases)
-    for name, words, values in (("front", "", last("front")), ("max_speed", ", at most", largest("max_speed")),
+    # The front of the history goes straight, as no flow on real ground does: there the run-out and the reach stand
+    straight = [] if found[0].profile.along == "s" else [("front", "", last("front"))]
+    for name, words, values in (*straight, ("max_speed", ", at most", largest("max_speed")),
                                 ("kinetic_energy", ", at most", largest("kinetic_energy")),
                                 ("plastic_work", "", last("plastic_work"))):
         if not all(map(math.isnan, values)):
@@ -125,9 +153,13 @@ def _rows(found):
         if one.name in COMPARED and any(map(math.isfinite, values)):
             yield one.label, [one.text(value) for value in values], values
     yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
-    ends = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
-    yield "end of the profile", [written(value, "m") for value in ends[0]], ends[0]
-    yield "highest of the profile", [written(value, "m") for value in ends[1]], ends[1]
+    ends, tops = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
+    # Differences are shares of a way and of a height, not of coordinates, which may count from anywhere
+    back, low = found[0].first.back, float(found[0].first.bottom.min())
+    if found[0].profile.along == "s":
+        back = low = 0.0
+    yield "end of the profile", [written(value, "m") for value in ends], [value - back for value in ends]
+    yield "highest of the profile", [written(value, "m") for value in tops], [value - low for value in tops]
     apart = [profile_difference(found[0].profile, one.profile) for one in found]
     yield "profile apart, of its depth", ["", *(f"{100.0 * value:.2g} %" for value in apart[1:])], None
     yield "momentum residual", [f"{value:.1e}" for value in last("momentum_residual")], None

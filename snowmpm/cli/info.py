@@ -46,16 +46,14 @@ def print_avalanche(run):
 
 
 def _print_impacts(run):
-    from snowmpm.io.impact import impact
+    from snowmpm.io.impact import impacts
+    from snowmpm.quantities.table import quantity
 
-    found = {name: impact(obstacle) for name, obstacle in run.obstacles.items()}
-    width = "/m" if run.dimension == 2 else ""
+    found = impacts(run)
     for name, one in found.items():
-        if one:
-            print_facts(f"\nimpact on {name}", {
-                "arrival [s]": one.arrival, "early peak [Pa]": one.peak, "of the peak [s]": one.peak_time,
-                "steady part [Pa]": one.steady, f"impulse [N s{width}]": one.impulse,
-                "front [m]" if width else "front [m2]": one.area})
+        print_facts(f"\nimpact on {name}", {quantity(number).label: text for number, text in one.texts().items()})
+    if found:
+        print("  (what each of them means: snowmpm maps --definitions)")
 
 
 def _headline(run):

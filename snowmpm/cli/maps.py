@@ -15,9 +15,9 @@ from snowmpm.stages import counted
 
 def _definitions(wanted: bool):
     if wanted:
-        from snowmpm.quantities.table import HISTORY, NUMBERS, RASTERS
+        from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, RASTERS
 
-        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("history", HISTORY)):
+        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("impact", IMPACT), ("history", HISTORY)):
             print(f"\n{title}")
             for one in group:
                 print(f"  {one.name}: {one.label}{_unit(one)}")
@@ -33,8 +33,8 @@ Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", he
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
 ObservedFile = Annotated[
     Path | None,
-    typer.Option("--observed", metavar="FILE", help="Outline of an avalanche that was seen (.shp or .geojson): drawn"
-                                                    " beside the computed one, with scores."),
+    typer.Option("--observed", metavar="FILE", help="Outline of an avalanche that was seen (.shp, .geojson or .gpkg):"
+                                                    " drawn beside the computed one, with scores."),
 ]
 Definitions = Annotated[
     bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number means.")
@@ -47,8 +47,9 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
 
     Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
     elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
-    thalweg and run-out as GeoPackage and GeoJSON; numbers and areas by class as CSV and JSON; a QGIS project that opens
-    it all; a plot along the thalweg. Each of them says whether the run is final: complete, at rest, nothing lost.
+    thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
+    CSV and JSON; a QGIS project that opens it all; a plot along the thalweg. Each of them says whether the run is
+    final: complete, at rest, nothing lost.
     """
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
@@ -64,6 +65,9 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
         written = [*_files(opened, folder, seen, scores), *written]
     for path in () if quiet else written:
         print(path)
+    if not quiet and not pictures and not opened.provenance.get("crs"):
+        print("no avalanche.geojson: the terrain names no coordinate system, and GeoJSON without one would be read as"
+              " longitude and latitude")
     if not quiet:
         print_avalanche(opened)
         for one in scores or ():
@@ -107,7 +111,8 @@ def _files(run, folder, seen, scores):
     gis.require_pyogrio()
     layers = gis.layers_of(run, seen)
     yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
-    yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
+    if crs:
+        yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
     yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg")
     yield gis.write_numbers(folder / "avalanche.csv", run)
     yield gis.write_areas(folder / "areas.csv", run)

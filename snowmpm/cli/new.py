@@ -1,14 +1,24 @@
 """`snowmpm new`: a commented scene to start from."""
 
 import re
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from snowmpm.cli import completion
+from snowmpm.cli.options import Settings, setting_values
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
+
+
+class ElevationUnit(str, Enum):
+    """Units of `terrain.elevation_unit`."""
+
+    m = "m"
+    ft = "ft"
+    us_ft = "us-ft"
 
 
 def new(
@@ -24,11 +34,18 @@ def new(
     ] = None,
     release: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Where it releases: .geojson or .shp; the steepest high part when missing."),
+        typer.Option(
+            metavar="FILE", help="Where it releases: .geojson, .shp or .gpkg; a steep, high, even part when missing."
+        ),
     ] = None,
     thickness: Annotated[
         float | None, typer.Option(min=0.01, metavar="M", help="Thickness of the snow, normal to the slope [m].")
     ] = None,
+    unit: Annotated[
+        ElevationUnit | None,
+        typer.Option("--elevation-unit", help="Unit of the raster's elevations; what its file says by default."),
+    ] = None,
+    settings: Settings = None,
     like: Annotated[
         str | None,
         typer.Option(
@@ -50,13 +67,14 @@ def new(
                          " -o says in which folder")
     if like and (ground or release or thickness):
         raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
-    if (release or thickness) and not ground:
-        raise InputError("--release and --thickness go with --terrain FILE, your slope")
+    if (release or thickness or unit) and not ground:
+        raise InputError("--release, --thickness and --elevation-unit go with --terrain FILE, your slope")
     folder = output or Path()
     file = folder / f"{name}.toml"
     if file.exists() and not overwrite:
         raise InputError(f"{file} is there already: --overwrite it, or choose another name")
     from snowmpm.scenes import load_scene, starts
+    from snowmpm.scenes.edited import edited
     from snowmpm.setup.first_scene import scene_on_ground
 
     told = []
@@ -64,10 +82,14 @@ def new(
         text, copied = starts.copy_of(like, name, folder)
         told = [str(path) for path in copied]
     elif ground:
-        text, told = scene_on_ground(name, file, ground, release, thickness)
+        text, told = scene_on_ground(name, file, ground, release, thickness, unit and unit.value)
     else:
         text = starts.start_from("profile", name=name, file=file)
+    text = edited(text, setting_values(settings))
     with draft(file) as part:
         part.write_bytes(text.encode())
-        load_scene(part)
+        try:
+            load_scene(part)
+        except InputError as error:
+            raise InputError(str(error).replace(str(part), str(file))) from None
     print("\n".join([str(file), *(f"  {line}" for line in told), f"  next: snowmpm run {file} --render"]))

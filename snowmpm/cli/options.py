@@ -1,12 +1,16 @@
 """Arguments and options that several commands share."""
 
 from enum import Enum
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from snowmpm.cli import completion
 from snowmpm.errors import InputError
+
+NAMES_OF_FILES = ("file", "from")
+"""Keys whose values are names of files or folders."""
 
 
 class Backend(str, Enum):
@@ -65,14 +69,31 @@ def scene_overrides(settings, precision=None):
 
 
 def setting_values(settings):
-    """Key -> value from the texts KEY=VALUE of `--set`, read as `scene_overrides` says."""
+    """Key -> value from the texts KEY=VALUE of `--set`, read as `scene_overrides` says.
+
+    Names of files count from the current folder; one that is not there is left to the scene, whose own count from its
+    file, and whose message says where it was looked for.
+    """
     overrides = {}
     for setting in settings or ():
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
             raise InputError(f"--set {setting}: must be KEY=VALUE, such as solver.dx=0.05")
-        overrides[key.strip()] = _value(key.strip(), text.strip())
+        overrides[key.strip()] = _from_here(key.strip().rpartition(".")[2], _value(key.strip(), text.strip()))
     return overrides
+
+
+def _from_here(key, value):
+    """A value whose file names that are found from the current folder are absolute."""
+    if isinstance(value, dict):
+        return {name: _from_here(name, item) for name, item in value.items()}
+    if key not in NAMES_OF_FILES or not isinstance(value, str) or "\0" in value:
+        return value
+    path = Path(value).expanduser()
+    try:
+        return str(path.absolute()) if path.exists() else value
+    except OSError:  # no name of a file: the scene says so
+        return value
 
 
 def _value(key, text):

@@ -7,5 +7,6 @@ from snowmpm.comparison.case import Case, open_cases
 from snowmpm.comparison.profile import Profile, profile
 from snowmpm.comparison.quantity import Quantity
 from snowmpm.comparison.stress_line import Line, StressLine, stress_along
+from snowmpm.comparison.way import Way
 
-__all__ = ["Case", "Line", "Profile", "Quantity", "StressLine", "open_cases", "profile", "stress_along"]
+__all__ = ["Case", "Line", "Profile", "Quantity", "StressLine", "Way", "open_cases", "profile", "stress_along"]

@@ -9,6 +9,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.methods import METHODS
 from snowmpm.schemes import TRANSFERS
 
 
@@ -49,7 +50,7 @@ class Case:
 
     @property
     def method(self):
-        """"mpm" or "sph"."""
+        """Name of `snowmpm.methods.METHODS`."""
         return self.scene["solver"]["method"]
 
     @property
@@ -73,6 +74,9 @@ class Case:
             # A key that the run's version did not know is one that it did not use
             named = [f"{name} {own[key]:g}" for key, name in keys.items() if own.get(key, 0.0) > 0.0]
             return ", ".join(named) or "none"
+        entry = METHODS.get(self.method)
+        if entry is None or not entry.capabilities.grid:
+            return "not known"
         blend = f" {solver['flip_ratio']:g}" if TRANSFERS[solver["transfer"]].flip else ""
         return solver["transfer"] + blend
 

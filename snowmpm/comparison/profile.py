@@ -30,13 +30,13 @@ ENOUGH = 16
 profile holds two a layer, a ring hundreds: cut off at a layer of coarse particles, a round heap would end where it is
 a tenth of its height deep, and further out on finer ones."""
 
-ALONG = {"x": "x  [m]", "r": "distance from the middle  [m]"}
+ALONG = {"x": "x  [m]", "r": "distance from the middle  [m]", "s": "along the thalweg of the first run  [m]"}
 
 
 @dataclass(frozen=True)
 class Profile:
     """s (k,): middles of the filled bins [m]; top, bottom (k,): height of surface and lowest particle [m]; start, end:
-    where the body begins and ends [m]; back, front: the same down to a depth of `TOE` [m]; along: "x" or "r"."""
+    where the body begins and ends [m]; back, front: the same down to a depth of `TOE` [m]; along: "x", "r" or "s"."""
 
     s: np.ndarray
     top: np.ndarray
@@ -59,9 +59,10 @@ class Profile:
         return np.interp(s, self.s, self.top, left=np.nan, right=np.nan)
 
 
-def profile(case, frame, centre=None):
+def profile(case, frame, centre=None, way=None):
     """`Profile` of a `Frame` of a `Case`: along x; in 3-D on a strip along x through the middle of all mass, or, with
-    a `centre` (2,) in plan, over the distance from it, all around."""
+    a `centre` (2,) in plan, over the distance from it, all around, or, with a `Way`, on a strip along it, heights being
+    those above its ground. None where no snow lies on the way."""
     x, volume, spacing = case.positions(frame), case.volumes(frame), case.spacing
     width = BIN * spacing
     if x.shape[1] == 2:
@@ -69,6 +70,9 @@ def profile(case, frame, centre=None):
     if centre is not None:
         r = np.hypot(*(x[:, :2] - np.asarray(centre, float)).T)
         return _profile(r, x[:, 2], volume, spacing, lambda s: 2.0 * np.pi * np.maximum(s, width / 4) * width, "r")
+    if way is not None:
+        near, s, height = way.strip(x, width)
+        return _profile(s, height, volume[near], spacing, lambda s: 2.0 * width * width, "s") if near.any() else None
     middle = float(np.average(x[:, 1], weights=volume))
     strip = np.abs(x[:, 1] - middle) < width
     return _profile(x[strip, 0], x[strip, 2], volume[strip], spacing, lambda s: 2.0 * width * width)

@@ -21,19 +21,23 @@ _taichis = {}
 def share(on_cpu):
     """Let Taichi fill and copy arrays by their memory, where that is the processor's, and make them without a look at
     the Python stack."""
-    if patches.apply("array_memory", _look):
+    if patches.apply("array_memory", _install):
         for name, taichis in _taichis.items():
-            setattr(ti.Ndarray, name, (_fill if "from" in name else _copy) if on_cpu else taichis)
+            setattr(ti.Ndarray, name, _own(name) if on_cpu else taichis)
 
 
-def _look():
-    """Find what is replaced; raises where it is not there."""
+def _install():
     from taichi.lang import _ndarray, matrix
-    from taichi.lang.util import to_numpy_type
 
-    to_numpy_type(ti.f64), _ndarray.get_traceback, matrix.get_traceback
-    _taichis.update({name: getattr(ti.Ndarray, name) for name in COPIES})
-    _ndarray.get_traceback = matrix.get_traceback = lambda *levels: ""
+    _taichis.update({name: vars(ti.Ndarray)[name] for name in COPIES})
+    for name in COPIES:
+        patches.replace("array_memory", ti.Ndarray, name, _own(name))
+    for module in (_ndarray, matrix):
+        patches.replace("array_memory", module, "get_traceback", lambda *levels: "")
+
+
+def _own(name):
+    return _fill if "from" in name else _copy
 
 
 def view(array):
@@ -43,7 +47,7 @@ def view(array):
     """
     from taichi.lang.util import to_numpy_type
 
-    lifetime.check(array._start, "this array")
+    lifetime.check(lifetime.start_of(array), "this array")
     shape, kind = tuple(array.arr.total_shape()), np.dtype(to_numpy_type(array.dtype))
     address = impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr)
     room = (ctypes.c_char * (int(np.prod(shape, dtype=np.int64)) * kind.itemsize)).from_address(address)

@@ -6,6 +6,8 @@ scene. That takes a third of a second of a start (measured).
 
 import sys
 
+import taichi as ti
+
 from snowmpm.compiler import patches
 
 
@@ -17,8 +19,24 @@ def _is_class_body(level_of_class_stackframe):
 def _install():
     from taichi.lang import kernel_impl
 
-    kernel_impl._inside_class  # noqa: B018 (a name that is gone would be set without effect)
-    kernel_impl._inside_class = _is_class_body
+    patches.replace("class_bodies", kernel_impl, "_inside_class", _is_class_body)
+
+    @ti.func
+    def outside(x):
+        return x
+
+    class Body:
+        @ti.func
+        def inside(self, x):
+            return x
+
+        @ti.kernel
+        def kernel(self):
+            pass
+
+    found = outside.func.classfunc, Body.inside.func.classfunc, Body.kernel._is_classkernel
+    if found != (False, True, True):
+        raise patches.Misfit(f"it takes functions for those of a class as {found}")
 
 
 patches.apply("class_bodies", _install)

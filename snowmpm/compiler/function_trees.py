@@ -112,11 +112,12 @@ def _install():
 
     context, builder = kernel_impl.ASTTransformerContext, ast_transformer_utils.Builder
     read, transform, visit = kernel_impl._get_tree_and_ctx, kernel_impl.transform_tree, builder.__call__
-    kernel_impl._get_global_vars, context.get_pos_info  # noqa: B018 (used later: they must be there)
-    kernel_impl._get_tree_and_ctx = functools.partial(_tree_and_context, kernel_impl, read)
-    kernel_impl.transform_tree = functools.partial(_transform, transform)
-    context.get_pos_info = _place
-    builder.__call__ = _visit(visit)
+    kernel_impl._get_global_vars  # noqa: B018 (used later: it must be there)
+    replace = functools.partial(patches.replace, "function_trees")
+    replace(kernel_impl, "_get_tree_and_ctx", functools.partial(_tree_and_context, kernel_impl, read))
+    replace(kernel_impl, "transform_tree", functools.partial(_transform, transform))
+    replace(context, "get_pos_info", _place)
+    replace(builder, "__call__", _visit(visit))
 
 
 patches.apply("function_trees", _install)

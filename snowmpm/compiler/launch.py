@@ -82,7 +82,7 @@ class Launcher:
         start = impl.get_runtime()
         for i in self._arrays:
             if not isinstance(args[i], np.ndarray):
-                lifetime.check(args[i]._start, "this array")
+                lifetime.check(lifetime.start_of(args[i]), "this array")
         lifetime.check(start, "this kernel")
         if self._start is not start:
             self._start, self._compiled = start, {}
@@ -119,7 +119,7 @@ def _kind(array):
     try:
         return array.kind_of_argument
     except AttributeError:
-        array.kind_of_argument = array.element_type, len(array.shape), id(array._start)
+        array.kind_of_argument = array.element_type, len(array.shape), id(lifetime.start_of(array))
         return array.kind_of_argument
 
 

@@ -9,11 +9,11 @@ import ctypes
 import functools
 import threading
 
+import taichi as ti
 from taichi.lang import impl
-from taichi.lang._ndarray import Ndarray, ScalarNdarray
-from taichi.lang.matrix import MatrixNdarray, VectorNdarray
 
-from snowmpm.compiler.settings import compiling
+from snowmpm.compiler import patches
+from snowmpm.compiler.settings import compiling, runs
 from snowmpm.errors import EndedError
 
 SPAWN = 'use multiprocessing.get_context("spawn")'
@@ -27,19 +27,26 @@ def watch_arrays():
 
     Taichi 1.7 keeps those of vectors and matrices to the end of the program, and a grid that grows with the avalanche
     makes new ones again and again; those of numbers it frees by an address that may be another array's by then.
+
+    This is the patch `array_lifetime`. Without it an array is not known to have ended with its Taichi.
     """
-    if "_start" in vars(Ndarray):
-        return
-    make = Ndarray.__init__
+    patches.apply("array_lifetime", _install)
+
+
+def _install():
+    from taichi.lang.matrix import MatrixNdarray, VectorNdarray
+
+    impl._ti_core.Program.delete_ndarray  # noqa: B018 (used later: it must be there)
+    make, replace = ti.Ndarray.__init__, functools.partial(patches.replace, "array_lifetime")
 
     def made(array):
         make(array)
         array._start = impl.get_runtime()
 
-    Ndarray._start = impl.get_runtime()  # of arrays that were there before
-    Ndarray.__init__ = made
-    for kind in (ScalarNdarray, VectorNdarray, MatrixNdarray):
-        kind.__del__ = _free
+    replace(ti.Ndarray, "_start", impl.get_runtime(), new=True)  # of arrays that were there before
+    replace(ti.Ndarray, "__init__", made)
+    for kind in (ti.ScalarNdarray, VectorNdarray, MatrixNdarray):
+        replace(kind, "__del__", _free, new=True)
 
 
 def _free(array):
@@ -49,6 +56,11 @@ def _free(array):
         runtime.prog.delete_ndarray(array.arr)
 
 
+def start_of(array):
+    """The start of Taichi that an array belongs to; without the patch, the one that runs."""
+    return getattr(array, "_start", None) or impl.get_runtime()
+
+
 def current():
     """The start of Taichi that runs, by which what is made now knows its own."""
     return impl.get_runtime()
@@ -56,7 +68,7 @@ def current():
 
 def check(start, what="this simulation"):
     """Raises EndedError unless this start of Taichi still runs, in this process."""
-    if start is impl.get_runtime() and start.prog is not None:
+    if start is impl.get_runtime() and runs(start):
         return
     if any(start is runtime for runtime, *_ in _left):
         raise EndedError(f"{what} belongs to the process that this one was forked from, whose threads are not here:\n"

@@ -19,9 +19,8 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
+from snowmpm.compiler.settings import SPREAD
 
-SPREAD = 512
-"""Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
 CHUNKS_PER_THREAD = 12
 """Chunks each thread of a CPU gets on average: enough to even out blocks of unequal cost."""
 LITTLE_WORK = 4e-4

@@ -1,7 +1,8 @@
 """The switch of every patch: a change to Taichi's inside that saves time or memory and changes no result.
 
-No release of Taichi promises to keep its inside. A patch that does not fit the installed one is left out with a
-warning, and the program goes on, slower. The environment variable SNOWMPM_PATCHES chooses among them:
+No release of Taichi promises to keep its inside. A patch that does not fit the installed one is undone with a warning,
+and the program goes on, slower. `snowmpm.compiler.probe` tries each of them when Taichi starts. The environment
+variable SNOWMPM_PATCHES chooses among them:
 
     SNOWMPM_PATCHES=none                    apply none
     SNOWMPM_PATCHES=launch,array_memory     apply these only
@@ -9,7 +10,7 @@ warning, and the program goes on, slower. The environment variable SNOWMPM_PATCH
 
 import os
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 VARIABLE = "SNOWMPM_PATCHES"
 
@@ -18,21 +19,28 @@ GAINS = {
     "function_trees": "half of the time before the compiler's own work",
     "launch": "60 to 90 us a launch",
     "array_memory": "150 us a copy of a small table",
-    "vector_arrays": "the memory of tables that are no longer used",
-    "plain_compilation": "15 s of compiling a kernel that works on packs of particles",
+    "array_lifetime": "the memory of tables that are no longer used",
 }
 """What each patch saves."""
 
-MISFITS = (ImportError, AttributeError, TypeError, KeyError)
+
+class Misfit(Exception):
+    """A patch that is in place in the installed Taichi and does not do what it is for."""
+
+
+MISFITS = (ImportError, AttributeError, TypeError, KeyError, Misfit)
 """What a patch raises where Taichi is not as it expects."""
+
+_NOTHING = object()
 
 
 @dataclass
 class Patch:
-    """One patch. reason: why it is not applied, empty where it is."""
+    """One patch. reason: why it is not applied, empty where it is; replaced: owners, names and values before it."""
 
     name: str
     reason: str = ""
+    replaced: list = field(default_factory=list)
 
     @property
     def applied(self):
@@ -67,11 +75,30 @@ def apply(name, install):
     return _patches[name].applied
 
 
+def replace(name, owner, attribute, value, new=False):
+    """Put a value of the patch `name` in place of an attribute of a module or class of Taichi.
+
+    new: whether Taichi itself need not have it there. Raises AttributeError where it must and has not.
+    """
+    before = vars(owner).get(attribute, _NOTHING)
+    if before is _NOTHING and not new:
+        raise AttributeError(f"{owner.__name__} has no {attribute}")
+    _patches[name].replaced.append((owner, attribute, before))
+    setattr(owner, attribute, value)
+
+
 def leave_out(name, error):
-    """Record that a patch does not fit this Taichi, and warn of it the first time."""
+    """Undo a patch that does not fit this Taichi, and warn of it the first time."""
     patch = _patches.setdefault(name, Patch(name))
+    while patch.replaced:
+        owner, attribute, before = patch.replaced.pop()
+        if before is _NOTHING:
+            delattr(owner, attribute)
+        else:
+            setattr(owner, attribute, before)
     if patch.applied:
-        patch.reason = f"{type(error).__name__}: {str(error).splitlines()[0]}"
+        said = str(error).strip().splitlines() or ["no reason"]
+        patch.reason = f"{type(error).__name__}: {said[0]}"
         warnings.warn(f"the installed Taichi is not the one that the patch {name} was made for ({patch.reason});\n"
                       f"without it the program is slower, with the same results; it saves {GAINS[name]}", stacklevel=3)
 

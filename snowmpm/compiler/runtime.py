@@ -11,8 +11,8 @@ from pathlib import Path
 import taichi as ti
 from taichi.lang import impl
 
-from snowmpm.compiler import array_memory, lifetime
-from snowmpm.compiler.settings import OWN, compiling, forget_threads, started_here
+from snowmpm.compiler import array_memory, lifetime, probe
+from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
 from snowmpm.errors import InputError
 from snowmpm.materials import precision as floats
 
@@ -45,7 +45,7 @@ def start(backend="auto", threads=None, fine_grained=False):
     with compiling():
         if not is_started():
             lifetime.watch_arrays()
-            own = impl.get_runtime().prog is None
+            own = not runs(impl.get_runtime())
             if own:
                 _start(backend, threads)
             _note(fine_grained, threading.current_thread() if own else threading.main_thread())
@@ -74,6 +74,7 @@ def _note(fine_grained, thread):
     array_memory.share(running == "cpu")
     if not _running:
         os.register_at_fork(after_in_child=_after_fork)
+    probe.probe(running, config.cpu_max_num_threads, config.offline_cache_file_path)
     _running.update(start=impl.get_runtime(), backend=running, threads=config.cpu_max_num_threads,
                     fine_grained=fine_grained or running == "cuda", thread=thread.ident)
 
@@ -132,7 +133,7 @@ def fine_grained():
 
 def is_started():
     """Whether Taichi runs, and as it was when `start` was called last."""
-    return impl.get_runtime().prog is not None and _running.get("start") is impl.get_runtime()
+    return runs(impl.get_runtime()) and _running.get("start") is impl.get_runtime()
 
 
 @contextlib.contextmanager
@@ -141,7 +142,8 @@ def plain_compilation():
 
     Its passes take time with the square of the accesses to local arrays: 17 s instead of 2.5 s for a kernel that works
     on packs of particles (measured), for code as fast. Small kernels are faster with it. The setting is part of the key
-    of a compiled kernel, so it must be the same at every launch.
+    of a compiled kernel, so it must be the same at every launch. It is no patch and has no switch: SPH rounds otherwise
+    with Taichi's passes.
     """
     config = impl.current_cfg()
     before = config.advanced_optimization

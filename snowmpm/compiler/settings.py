@@ -18,6 +18,9 @@ from snowmpm.materials import compilation
 OWN = {"cfg_optimization": False}
 """What differs here from Taichi's defaults: this pass takes minutes for the longest kernels."""
 
+SPREAD = 512
+"""Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
+
 NUMBERS = {"default_fp": ti.f32, "default_ip": ti.i32, "default_up": ti.u32}
 """Types of literals; the first one is another in `snowmpm.materials.precision.working_precision`."""
 
@@ -46,7 +49,7 @@ class compiling:
         self._lock.acquire()
         self._outer, self._runtime = _entered, impl.get_runtime()
         try:
-            if not _entered and self._runtime is not _ours and self._runtime.prog is not None:
+            if not _entered and self._runtime is not _ours and runs(self._runtime):
                 self._before = _replace(self._runtime, _differences(self._runtime))
         except BaseException:
             self._lock.release()
@@ -57,10 +60,18 @@ class compiling:
         global _entered
         _entered = self._outer
         try:
-            if self._before and self._runtime.prog is not None:
+            if self._before and runs(self._runtime):
                 _replace(self._runtime, self._before)
         finally:
             self._lock.release()
+
+
+def runs(start):
+    """Whether a start of Taichi has not ended: it has a program. Some versions raise where it has none."""
+    try:
+        return start.prog is not None
+    except RuntimeError:
+        return False
 
 
 def started_here():
@@ -121,7 +132,7 @@ def working_precision(real):
     """
     with compiling():
         runtime = impl.get_runtime()
-        if runtime.prog is None:
+        if not runs(runtime):
             raise RuntimeError("Taichi is not running: call snowmpm.start() first")
         before = runtime.default_fp
         runtime.default_fp = real

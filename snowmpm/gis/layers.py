@@ -41,11 +41,14 @@ def layers_of(run, observed=None):
     found = [Layer("affected_area", "MultiPolygon", [_area(run, affected(run), "peak_depth", common)])]
     if "peak_pressure" in run.maps and (features := _classes(run, common)):
         found.append(Layer("pressure_classes", "MultiPolygon", features))
-    for name, raster in (("release", "release_depth"), ("deposit", "deposit_depth")):
-        if raster in run.maps:
-            mask = np.nan_to_num(run.maps[raster].values) >= numbers["flow_depth"]
-            if mask.any():
-                found.append(Layer(name, "MultiPolygon", [_area(run, mask, raster, common)]))
+    if release := run.hazard.get("release"):
+        outline_of_snow = shapely.MultiPolygon([(part[0], part[1:]) for part in release])
+        about = {"area_m2": round(numbers["release_area"], 2), **common}
+        found.append(Layer("release", "MultiPolygon", [(outline_of_snow, about)]))
+    if "deposit_depth" in run.maps:
+        mask = np.nan_to_num(run.maps["deposit_depth"].values) >= numbers["flow_depth"]
+        if mask.any():
+            found.append(Layer("deposit", "MultiPolygon", [_area(run, mask, "deposit_depth", common)]))
     profile, line = run.hazard.get("profile"), run.hazard.get("runout_line")
     if profile:
         way = _on_ground(profile)

@@ -5,11 +5,11 @@
     hit rate                          A / (A + B)
     false-alarm ratio                 C / (A + C)
     area ratio (bias)                 (A + C) / (A + B)
-    run-out difference                furthest place along the computed thalweg, computed less observed
+    run-out difference                reach along the computed thalweg, computed less observed
 
 as in the verification of forecasts (Wilks, Statistical Methods in the Atmospheric Sciences, chapter on 2 x 2 tables).
-Both run-outs are those of outlines, the last metre that the polygon reaches: not the place before which 99 % of the
-snow lies, which an outline does not tell.
+Both reaches are those of outlines, the last metre that the polygon reaches: not the place before which 99 % of the snow
+lies, which an outline does not tell. The computed ones are the numbers reach_of_flow, reach_of_1_kPa and so on.
 """
 
 from dataclasses import dataclass
@@ -42,7 +42,10 @@ class Observed:
 
 
 def read_observed(path, run):
-    """The outline in a .shp or .geojson file, carried into the projection of a `Run`. InputError as of a release."""
+    """The outline in a .shp, .geojson or .gpkg file, carried into the projection of a `Run`.
+
+    InputError as of a release.
+    """
     wkt = run.provenance.get("crs")
     system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
     regions = read_regions(path, "--observed", system)
@@ -53,21 +56,24 @@ def score(run, observed):
     """[{quantity: value}] of the affected area of a `Run`, and of what of it reached each pressure, against `Observed`.
 
     outline: words; hit_area, missed_area, false_area [m2]; critical_success_index, hit_rate, false_alarm_ratio,
-    area_ratio; computed_reach, observed_reach, runout_difference [m] where the run has a thalweg.
+    area_ratio; observed_reach, runout_difference [m] where the run has a thalweg.
     """
     raster = run.maps["peak_depth"]
-    masks = {"affected area": affected(run)}
+    masks, numbers = {"affected area": affected(run)}, run.hazard["numbers"]
+    reaches = {"affected area": numbers.get("reach_of_flow")}
+    reaches |= {f"above {limit / 1e3:g} kPa": numbers.get(f"reach_of_{limit / 1e3:g}_kPa") for limit in PRESSURES}
     pressure = run.maps.get("peak_pressure")
     if pressure is not None:
         masks |= {f"above {limit / 1e3:g} kPa": affected(run) & (np.nan_to_num(pressure.values) >= limit)
                   for limit in PRESSURES}
     profile = run.hazard.get("profile")
-    return [{"outline": name, **compare(outline(mask, raster, run.origin), observed.geometry, profile)}
+    return [{"outline": name, **compare(outline(mask, raster, run.origin), observed.geometry, profile, reaches[name])}
             for name, mask in masks.items() if mask.any()]
 
 
-def compare(computed, observed, profile=None):
-    """Scores of one polygon against another; profile: x, y of the thalweg, for the run-out, or None."""
+def compare(computed, observed, profile=None, reach=None):
+    """Scores of one polygon against another; profile: x, y of the thalweg, for the run-out, or None; reach [m]: of the
+    computed polygon along it, where it is known."""
     hit, missed, false = (float(shapely.area(part)) for part in (
         computed.intersection(observed), observed.difference(computed), computed.difference(observed)))
     found = {"hit_area": hit, "missed_area": missed, "false_area": false,
@@ -75,11 +81,14 @@ def compare(computed, observed, profile=None):
              "false_alarm_ratio": false / (hit + false), "area_ratio": (hit + false) / (hit + missed)}
     if profile:
         way = shapely.LineString(np.column_stack([profile["x"], profile["y"]]))
-        reaches = [float(shapely.line_locate_point(way, shapely.points(_points(area))).max())
-                   for area in (computed, observed)]
-        found |= {"computed_reach": reaches[0], "observed_reach": reaches[1],
-                  "runout_difference": reaches[0] - reaches[1]}
+        seen = _reach(way, observed)
+        own = _reach(way, computed) if reach is None else reach
+        found |= {"observed_reach": seen, "runout_difference": own - seen}
     return found
+
+
+def _reach(way, area):
+    return float(shapely.line_locate_point(way, shapely.points(_points(area))).max())
 
 
 def _points(area):

@@ -15,19 +15,20 @@ WORLD = "urn:ogc:def:crs:OGC:1.3:CRS84"
 """Longitude and latitude: what GeoJSON is in unless it says otherwise."""
 
 
-def write_geojson(path, layers, wkt=None):
+def write_geojson(path, layers, wkt):
     """Write layers (`snowmpm.gis.layers`) as one FeatureCollection; -> its path.
 
     wkt: projection of the coordinates. With an EPSG code they stay as they are, and the member `crs` names it; without
-    one they become longitude and latitude. None: map coordinates of which nothing is known. Each feature names its
-    layer.
+    one they become longitude and latitude. Each feature names its layer. Raises InputError without a projection: what
+    reads GeoJSON takes coordinates that name no system for longitude and latitude.
     """
+    if not wkt:
+        raise InputError(f"{path}: GeoJSON needs a coordinate system, and the terrain names none")
     crs, place = _named_system(wkt)
     features = [{"type": "Feature", "geometry": json.loads(shapely.to_geojson(place(geometry))),
                  "properties": {"layer": layer.name, **_plain(fields)}}
                 for layer in layers for geometry, fields in layer.features]
-    record = {"type": "FeatureCollection", **({"crs": {"type": "name", "properties": {"name": crs}}} if crs else {}),
-              "features": features}
+    record = {"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": crs}}, "features": features}
     return write_text(path, json.dumps(record, indent=1, allow_nan=False) + "\n")
 
 
@@ -64,9 +65,7 @@ def require_pyogrio():
 
 
 def _named_system(wkt):
-    """Name for the member `crs` of GeoJSON, or None; and a function that carries a geometry there."""
-    if not wkt:
-        return None, _to_centimetres
+    """Name for the member `crs` of GeoJSON; and a function that carries a geometry there."""
     code = epsg_of(wkt)
     if code:
         return f"urn:ogc:def:crs:EPSG::{code}", _to_centimetres

@@ -14,6 +14,7 @@ import numpy as np
 from snowmpm import __version__
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.archive import read_archive, write_archive
+from snowmpm.methods import METHODS
 from snowmpm.reading import toml_text
 
 FILE = "checkpoint.npz"
@@ -124,9 +125,11 @@ def check(saved, scene):
 
 def differences(before, scene):
     """(key, value before, value now) of what a resolved scene, as text, does not share with a scene, but for FREE_KEYS;
-    None for a key that is not there. Of files only the names count; choices of SPH only where SPH solves."""
+    None for a key that is not there. Of files only the names count; a method's own table only where it solves."""
     before, now = _flat(tables(before)), _flat(tables(scene.to_toml()))
-    idle = ("solver.sph",) if before.get("solver.method") == now.get("solver.method") == "mpm" else ()
+    method = now.get("solver.method")
+    others = () if before.get("solver.method") != method else METHODS.values()
+    idle = [f"solver.{entry.options}" for entry in others if entry.options and entry.name != method]
     for key in dict.fromkeys([*before, *now]):
         free = any(key == name or key.startswith(f"{name}.") for name in (*FREE_KEYS, *idle))
         if not free and before.get(key) != now.get(key):

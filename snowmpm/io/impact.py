@@ -1,38 +1,96 @@
-"""What hits an obstacle: early peak and steady part of its load.
+"""What hits an obstacle: early peak and steady part of the force on it, and of the pressure where snow touches it.
 
-    pressure = F . n / A,   A: area of the obstacle seen along n
+    force = F . d,   pressure = force / wetted area
 
-n: horizontal, in the direction of the whole impulse; straight down or up where most of the impulse is (a roof).
-A load cell that the flow covers reads the pressure; of an obstacle that stands out of the flow it is a mean over all of
-its front. Arrival and end: when `ARRIVED` and 1 - `ARRIVED` of the impulse have been given. Peak: largest mean over a
-`WINDOW` of the time between them. Steady: mean force between the times at which a quarter and three quarters of the
-impulse have been given.
+d: horizontal, in the direction of the whole impulse; straight down or up where most of the impulse is (a roof).
+Arrival and end: when `ARRIVED` and 1 - `ARRIVED` of the impulse have been given. Peak: largest mean over a `WINDOW` of
+the time between them. Steady: mean force between the times at which a quarter and three quarters of the impulse have
+been given. Wetted area: the part of the face that snow touches (`snowmpm.io.wetted`), as the frames show it, straight
+between them. The names of the numbers are defined in `snowmpm.quantities.table.IMPACT`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.io.wetted import Face
+from snowmpm.quantities.quantity import written
+from snowmpm.quantities.table import quantity
+
 ARRIVED = 0.01
 WINDOW = 0.02
+
+MOST_FRAMES = 60
+"""Frames that are looked at for the wetted area, at most: spread over the time of the load."""
 
 
 @dataclass(frozen=True)
 class Impact:
-    """direction (3,), area [m2], impulse along the direction [N s]; arrival, peak_time [s]; peak, steady: pressures
-    [Pa]. In 2-D area [m] and impulse are per metre of width."""
+    """direction (3,); numbers: by name, SI, per metre of width in 2-D, without the pressures where no frame shows snow
+    on the face; time, wetted (k,): wetted area [m2] at frames; width: "/m" in 2-D."""
 
     direction: np.ndarray
-    area: float
+    numbers: dict
+    time: np.ndarray
+    wetted: np.ndarray
+    width: str = ""
+
+    def units(self):
+        """Unit of each number that is per metre of width."""
+        forces = {name: f"N{' s' * (name == 'impact_impulse')}/m" for name in
+                  ("impact_peak_force", "impact_steady_force", "impact_impulse")}
+        return {**forces, "wetted_area": "m", "face_area": "m"} if self.width else {}
+
+    def texts(self):
+        """Numbers in words and units, by quantity name."""
+        units = self.units()
+        return {name: written(value, units.get(name, quantity(name).unit)) for name, value in self.numbers.items()}
+
+    def wetted_at(self, time):
+        """Wetted area [m2] at times [s]."""
+        return np.interp(time, self.time, self.wetted) if len(self.time) else np.zeros_like(time)
+
+
+def impacts(run):
+    """`Impact` by name, of the obstacles of a `Run` that something has pressed on. Reads frames for their wetted
+    areas."""
+    found = {name: loaded(obstacle) for name, obstacle in run.obstacles.items()}
+    found = {name: load for name, load in found.items() if load}
+    spacing = run.provenance.get("particle_spacing")
+    faces = {name: Face(run.obstacles[name].vertices, run.obstacles[name].facets, load.direction, spacing or np.inf)
+             for name, load in found.items() if len(run.obstacles[name].vertices)}
+    wet = {name: ([], []) for name in found}
+    frames = {name: set(_frames(run.times, load)) for name, load in found.items()} if spacing else {}
+    for i in sorted(set().union(*frames.values())):
+        particles = run.frame(i, []).points
+        for name in found:
+            if i in frames[name] and name in faces and i < len(run.obstacles[name].rotation):
+                obstacle, face = run.obstacles[name], faces[name]
+                centres = face.centres @ obstacle.rotation[i].T + obstacle.translation[i]
+                wet[name][0].append(float(run.times[i]))
+                wet[name][1].append(face.wet(centres, found[name].direction, particles, spacing))
+    return {name: _impact(load, faces.get(name), *map(np.array, wet[name]), run.dimension)
+            for name, load in found.items()}
+
+
+@dataclass(frozen=True)
+class Load:
+    """direction (3,); impulse along it [N s]; arrival, end, peak_time, window [s]; quarters: times (2,) [s] between
+    which the steady part lies; peak, steady [N]."""
+
+    direction: np.ndarray
     impulse: float
     arrival: float
+    end: float
     peak: float
     peak_time: float
+    window: float
     steady: float
+    quarters: tuple
 
 
-def impact(obstacle):
-    """The `Impact` on an obstacle of a run (`snowmpm.io.Obstacle`); None when nothing has pressed on it."""
+def loaded(obstacle):
+    """The `Load` on an obstacle of a run (`snowmpm.io.Obstacle`); None when nothing has pressed on it."""
     if not len(obstacle.time):
         return None
     total = obstacle.impulse[-1].copy()
@@ -41,7 +99,6 @@ def impact(obstacle):
     if size == 0.0:
         return None
     direction = total / size
-    area = frontal_area(obstacle.vertices, obstacle.facets, direction)
     time = np.concatenate([[0.0], obstacle.time])
     given = np.maximum.accumulate(np.concatenate([[0.0], obstacle.impulse @ direction]))
     start, quarter, most, end = np.interp(np.array([ARRIVED, 0.25, 0.75, 1.0 - ARRIVED]) * size, given, time)
@@ -49,16 +106,33 @@ def impact(obstacle):
     force = (np.interp(time + window, time, given) - given) / window
     first = int(np.argmax(force))
     steady = 0.5 * size / max(most - quarter, window)
-    return Impact(direction, area, size, float(start), float(force[first]) / area, float(time[first]), steady / area)
+    return Load(direction, size, float(start), float(end), float(force[first]), float(time[first]), float(window),
+                float(steady), (float(quarter), float(most)))
 
 
-def frontal_area(vertices, facets, direction):
-    """Area [m2] of a convex body seen along `direction` (3,), from its facets: half of the sum of |n . d| over the
-    triangles (m, 3); over the segments (m, 2) of a section in the plane (x, z), per metre of width."""
-    corner = vertices[facets]
-    if facets.shape[1] == 3:
-        areas = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    else:
-        along = corner[:, 1] - corner[:, 0]
-        areas = np.column_stack([-along[:, 2], np.zeros(len(along)), along[:, 0]])
-    return 0.5 * float(np.abs(areas @ direction).sum())
+def _frames(times, load):
+    """Numbers of the frames that show the load: those while it acts, one before, one after; spread evenly, with the
+    two beside the peak."""
+    if not len(times):
+        return []
+    first, last = np.searchsorted(times, load.arrival) - 1, np.searchsorted(times, load.end)
+    first, last = max(int(first), 0), min(int(last), len(times) - 1)
+    chosen = np.unique(np.linspace(first, last, min(MOST_FRAMES, last - first + 1)).round().astype(int))
+    peak = int(np.searchsorted(times, load.peak_time))
+    return sorted({*chosen.tolist(), *(i for i in (peak - 1, peak) if first <= i <= last)})
+
+
+def _impact(load, face, time, wetted, dimension):
+    numbers = {"impact_arrival": load.arrival, "impact_peak_force": load.peak, "impact_peak_time": load.peak_time,
+               "impact_steady_force": load.steady, "impact_impulse": load.impulse}
+    if face is not None:
+        numbers["face_area"] = face.area
+    if len(wetted) and wetted.max() > 0.0:
+        numbers["wetted_area"] = float(wetted.max())
+        # A load that comes and goes between two frames: on what is wet at most
+        at_peak = float(np.interp(load.peak_time + 0.5 * load.window, time, wetted)) or float(wetted.max())
+        span = np.linspace(*load.quarters, 101)
+        steady = float(np.interp(span, time, wetted).mean()) or float(wetted.max())
+        numbers["impact_peak_pressure"] = load.peak / at_peak
+        numbers["impact_steady_pressure"] = load.steady / steady
+    return Impact(load.direction, numbers, time, wetted, "/m" if dimension == 2 else "")

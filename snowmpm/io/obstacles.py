@@ -17,7 +17,8 @@ POSES = ("rotation", "translation")
 class Obstacle(ArraysGlance):
     """An obstacle of a run.
 
-    vertices (n, 3) [m] relative to the run's origin, where the scene draws it; facets (m, 3) triangles or (m, 2)
+    vertices (n, 3) [m] where the scene draws it, relative to the run's origin (`run.origin + vertices`: in the scene's
+    coordinates, those of the map), whatever the centre of rotation; facets (m, 3) triangles or (m, 2)
     segments; in frame i it is at rotation[i] @ x + translation[i], (frames, 3, 3) and (frames, 3).
     Loads by the snow at the end of each interval of `time` (rows,) [s], means over the interval: force (rows, 3) [N],
     moment about the centre of rotation, (rows, 3) [N m] or, in 2-D, (rows,), positive from +x towards +z; since the

@@ -105,6 +105,18 @@ def line(value):
     return [[number(x) for x in point] for point in value]
 
 
+def rings(value):
+    """[[ring, hole, ...], ...], each ring a list of four points [x, y] or more. ValueError: it is none."""
+    if not isinstance(value, list) or not all(isinstance(part, list) and part for part in value):
+        raise ValueError("polygons of rings")
+    for ring in (ring for part in value for ring in part):
+        if not isinstance(ring, list) or len(ring) < 4 or not all(isinstance(p, list) and len(p) == 2 for p in ring):
+            raise ValueError("polygons of rings")
+        if ring[0] != ring[-1]:
+            raise ValueError("polygons of closed rings")
+    return [[[[number(x) for x in point] for point in ring] for ring in part] for part in value]
+
+
 def classes(value):
     """{map: [{"class": name, "from": number, "to": number or None, "area": number}]}"""
     found = {}
@@ -119,7 +131,7 @@ CLASS = {"class": name, "from": number, "to": lambda value: None if value is Non
 PROVENANCE = {"scene": text, "scene_name": name, "version": name, "materials": names, "bodies": names, "dx": number,
               "particle_spacing": number, "crs": text, "device": name, "backend": name, "precision": name,
               "wall_time": number, "end_time": number, "end_state": numbers}
-HAZARD = {"numbers": numbers, "profile": profile, "runout_line": line, "classes": classes}
+HAZARD = {"numbers": numbers, "profile": profile, "runout_line": line, "classes": classes, "release": rings}
 SUMMARY = {"scene": name, "wall_time": number, "wall_time_of": numbers, "processor_time": number, "time": number,
            "particles": number, "steps": number, "sorts": number, "frames": number, "writing_time": number,
            "particle_steps": number, "ns_per_particle_step": number, "smallest_dt": number, "dt_causes": numbers,

@@ -24,10 +24,9 @@ class Theory:
 
 THEORIES = (
     Theory("critical_length", "critical_length_energy", "energy, rigid weak layer (Heierli 2008)",
-           "an upper bound: it takes the weak layer for rigid, while a real one gives way ahead of the saw and yields"
-           " there",
-           "the saw may be too fast for the crack to begin at the cut of a slow one, or down a slope, where this theory"
-           " does not know which way the saw goes"),
+           "it takes the weak layer for rigid, while a real one gives way ahead of the saw and yields there",
+           "a cut shorter than half of the slab's thickness is no beam, and sets less energy free than this theory has"
+           " it; or the saw is too fast for the crack to begin at the cut of a slow one"),
     Theory("critical_length", "critical_length_strength", "shear strength (Gaume 2017)",
            "it knows shear failure alone: on gentle slopes the weak layer collapses under normal stress first",
            "it does not know which way the saw goes: down a slope bending works against the shear"),

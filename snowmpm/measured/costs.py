@@ -10,9 +10,16 @@ import functools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from snowmpm.errors import InputError
+from snowmpm.methods import METHODS
+from snowmpm.schemes import TRANSFERS
+
 TABLE = Path(__file__).with_name("costs.csv")
 USUAL_LAW = "cohesive_cam_clay"
 """Law of the steps in the table, half of the particles yielding."""
+BASE = {"quadratic affine", "apic"}
+"""Basis with gradient, and transfer, that the rows "step" of a grid were measured with: what others take more is in the
+rows "more"."""
 
 
 @dataclass(frozen=True)
@@ -40,29 +47,42 @@ def table():
                 for row in csv.DictReader(file)}
 
 
+def row(what, dimension, precision, name):
+    """ns of a row of the table. Raises InputError for one that is not there: no name is taken for another, or for 0."""
+    try:
+        return table()[what, dimension, precision, name]
+    except KeyError:
+        raise InputError(f"{TABLE.name}: has no row {what}, {dimension}, {precision}, {name}: its cost was not measured"
+                         " (tests/benchmarks/check_costs.py)") from None
+
+
+def on_grid(scheme):
+    """Whether a method computes on a grid, whose blocks, nodes and contacts cost as well."""
+    return METHODS[scheme.method].capabilities.grid
+
+
 def transfers(scheme):
-    """ns a particle of scatter and gather, or of the sums of SPH, with the usual law but without the grid."""
-    found = table()
-    if scheme.method == "sph":
-        return found["step", scheme.dimension, scheme.precision, "sph"]
-    base = found["step", scheme.dimension, scheme.precision, "quadratic affine apic"]
+    """ns a particle of scatter and gather, or of a step of a method without a grid, with the usual law."""
+    if not on_grid(scheme):
+        return row("step", scheme.dimension, scheme.precision, scheme.method)
+    base = row("step", scheme.dimension, scheme.precision, "quadratic affine apic")
+    # Measured in float32; what they add in float64 is more by as much as the whole step is
+    single = row("step", scheme.dimension, "f32", "quadratic affine apic")
+    found = base
     for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer):
-        # Measured in float32; what they add in float64 is more by as much as the whole step is
-        single = found["step", scheme.dimension, "f32", "quadratic affine apic"]
-        base += found.get(("more", scheme.dimension, "f32", name), 0.0) * (
-            found["step", scheme.dimension, scheme.precision, "quadratic affine apic"] / single)
-    return base
+        if name not in BASE:
+            found += row("more", scheme.dimension, "f32", name) * (base / single)
+    return found
 
 
 def usual_law(scheme):
     """ns of the update of `USUAL_LAW`."""
-    return table()["law", scheme.dimension, scheme.precision, USUAL_LAW]
+    return row("law", scheme.dimension, scheme.precision, USUAL_LAW)
 
 
 def law(scheme, kind):
-    """ns of a law's update more than that of `USUAL_LAW`; none for a law that is not in the table."""
-    usual = usual_law(scheme)
-    return table().get(("law", scheme.dimension, scheme.precision, kind), usual) - usual
+    """ns of a law's update more than that of `USUAL_LAW`."""
+    return row("law", scheme.dimension, scheme.precision, kind) - usual_law(scheme)
 
 
 @dataclass(frozen=True)
@@ -96,13 +116,13 @@ def stages(scheme, crowd, settling=False):
     calls of kernels. Nothing moves far enough to be sorted while an initial state settles."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
-    full = _of(scheme, "bulk", "") if scheme.method == "mpm" else 1.0
+    full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
              "calls": 1e9 * call(scheme)}
-    if scheme.method == "mpm":
+    if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
-        flip = "flip" if "flip" in scheme.transfer else "apic"
+        flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
         found["blocks"] = wide * crowd.blocks * _of(scheme, "home block", "")
         found["nodes"] = wide * crowd.node_blocks * _of(scheme, "node block", flip)
         found["contact"] = crowd.contact_blocks * _of(scheme, "contact block", "") + (
@@ -119,12 +139,12 @@ def bulk(scheme, crowd):
 
 
 def _of(scheme, what, name):
-    return table()[what, scheme.dimension, "f32", name]
+    return row(what, scheme.dimension, "f32", name)
 
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * table()["call", scheme.dimension, "f32", scheme.method]
+    return 1e-9 * _of(scheme, "call", scheme.method)
 
 
 def step(scheme, crowd, settling=False):

@@ -15,6 +15,7 @@ from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL, critical_cfl, grain_stiffness, usual_cfl
 
@@ -72,6 +73,12 @@ class MpmSolver(Solver):
         self._bind_kernels()
         self._reports = self._impulses = None
         self._follow_blocks()
+
+    @classmethod
+    def of(cls, population, laws, options, **setting):
+        """Of the choices of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
+        return cls(population, laws, kernel=options.kernel, gradient=options.gradient, transfer=options.transfer,
+                   flip_ratio=options.flip_ratio, **setting)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -161,13 +168,11 @@ class MpmSolver(Solver):
         particles = self.particles
         return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.shares)
 
-    def begin_settling(self):
-        """Before the damped steps of `settling`."""
+    def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
 
-    def end_settling(self):
-        """After them."""
-        self.keep, self.flip_ratio = 1.0, self._usual_flip_ratio
+    def _end_damping(self):
+        self.flip_ratio = self._usual_flip_ratio
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 
@@ -179,8 +184,8 @@ class MpmSolver(Solver):
         self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial)
         for surface in self.surfaces:
             surface.bind(real, self.basis, self.flip, self._serial)
-        self._gather = gather_kernel(layout, real, self.materials.functions, self.materials.n_parameters, self.atomic,
-                                     self.flip, self.basis, self._gradient, self._affine_share > 0.0, self._serial)
+        self._gather = gather_kernel(layout, real, self.materials.functions, self.atomic, self.flip, self.basis,
+                                     self._gradient, self._affine_share > 0.0, self._serial)
 
     def _meeting_bodies(self, population, friction):
         """`BodyContact` of a population with several velocity fields, else None."""
@@ -212,9 +217,15 @@ class MpmSolver(Solver):
         return 1.0 - self.grid_kinetic_energy() / energy
 
     @property
-    def bytes(self):
-        """Memory of everything but the particles."""
+    def memory(self):
+        """Bytes of everything but the particles."""
         return self.grid.bytes
+
+    @property
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
+                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -3,12 +3,17 @@
 import numpy as np
 
 from snowmpm.materials import LAWS
+from snowmpm.quantities.particle_fields import UNITS
 
-UNITS = {
-    "position": "m", "velocity": "m/s", "density": "kg/m3", "mass": "kg", "volume": "m3", "stress": "Pa", "p": "Pa",
-    "q": "Pa", "J": "1", "material": "1", "body": "1", "id": "1",
-    **{name: unit.replace("-", "1") for law in LAWS.values() for name, unit in law.OUTPUTS.items()},
-}
+
+def of_laws():
+    """Units of what laws report of their state, by name."""
+    return {name: unit.replace("-", "1") for law in LAWS.values() for name, unit in law.OUTPUTS.items()}
+
+
+def field_units():
+    """Unit of every field, by name."""
+    return {**UNITS, **of_laws()}
 
 
 class ParticleFields:
@@ -21,87 +26,80 @@ class ParticleFields:
     """
 
     def __init__(self, particles, body_starts=(0,)):
-        self._particles = particles
-        self._table = particles.table()
-        self._labels = particles.labels()
-        self._blocks = particles.blocks  # a sort makes a new one; the table belongs to this one
+        """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
+        self.materials = particles.materials
+        self.snapshot = particles.snapshot()
         self._body_starts = np.asarray(body_starts)
 
     def __repr__(self):
-        return f"ParticleFields({len(self._labels)} particles: {', '.join(sorted(UNITS))})"
+        return f"ParticleFields({len(self.snapshot.labels)} particles: {', '.join(sorted(field_units()))})"
 
     def __getitem__(self, name):
-        method = getattr(self, f"_{name}", None)
-        if method is not None:
-            return method()
-        if name in UNITS:
+        """Raises KeyError for a name that nothing reads."""
+        if name in READERS:
+            return READERS[name](self)
+        if name in of_laws():
             return self._of_laws(name)
-        raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted(UNITS))}")
+        raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted({*READERS, *of_laws()}))}")
 
     def __contains__(self, name):
-        return name in UNITS
+        return name in field_units()
 
     def __iter__(self):
-        return iter(UNITS)
+        return iter(field_units())
 
-    def _column(self, name):
-        return self._table[:, self._particles.layout.columns(name)].astype(np.float64)
-
-    def _position(self):
-        return self._particles.positions(self._column("position"), self._blocks)
-
-    def _velocity(self):
-        return self._column("velocity")
-
-    def _J(self):
-        return self._column("volume_ratio")[:, 0]
-
-    def _volume(self):
-        return self._column("volume")[:, 0] * self._J()
-
-    def _mass(self):
-        return self._column("volume")[:, 0] * self._particles.materials.density[self._material()]
-
-    def _density(self):
-        return self._particles.materials.density[self._material()] / self._J()
-
-    def _material(self):
-        return self._labels[:, 0]
-
-    def _id(self):
-        return self._labels[:, 1]
-
-    def _body(self):
-        return np.searchsorted(self._body_starts, self._id(), side="right") - 1
+    def column(self, name):
+        """One column of the store, float64, (n, size)."""
+        return self.snapshot.column(name)
 
     def kirchhoff(self):
         """Kirchhoff stress (n, 6) [Pa]."""
-        tau = self._column("stress")
+        tau = self.column("stress")
         return tau if tau.shape[1] == 6 else np.pad(tau, ((0, 0), (0, 2)))
 
     def velocity_gradient(self):
         """grad v (n, dim * dim) [1/s], row major: the affine part of a particle's motion."""
-        return self._column("affine")
+        return self.column("affine")
 
     def state(self):
         """State of the law of each particle (n, largest number of state variables)."""
-        return self._column("state")
+        return self.column("state")
 
-    def _stress(self):
-        return self.kirchhoff() / self._J()[:, None]
-
-    def _p(self):
-        return -self._stress()[:, :3].mean(axis=1)
-
-    def _q(self):
-        sigma = self._stress()
-        s = sigma[:, :3] - sigma[:, :3].mean(axis=1, keepdims=True)
-        return np.sqrt(1.5 * (s**2).sum(axis=1) + 3.0 * (sigma[:, 3:] ** 2).sum(axis=1))
+    def bodies(self):
+        """Index of the body of each particle (n,)."""
+        return np.searchsorted(self._body_starts, self["id"], side="right") - 1
 
     def _of_laws(self, name):
-        material, values = self._material(), np.zeros(len(self._labels))
-        for m, law in enumerate(self._particles.materials.laws):
+        material, values = self["material"], np.zeros(len(self.snapshot.labels))
+        for m, law in enumerate(self.materials.laws):
             own = material == m
             state = self.state()[own]
             values[own] = law.outputs(state[:, : len(law.STATE)]).get(name, 0.0)
         return values
+
+
+def _stress(fields):
+    return fields.kirchhoff() / fields["J"][:, None]
+
+
+def _q(fields):
+    sigma = _stress(fields)
+    s = sigma[:, :3] - sigma[:, :3].mean(axis=1, keepdims=True)
+    return np.sqrt(1.5 * (s**2).sum(axis=1) + 3.0 * (sigma[:, 3:] ** 2).sum(axis=1))
+
+
+READERS = {
+    "position": lambda fields: fields.snapshot.positions(),
+    "velocity": lambda fields: fields.column("velocity"),
+    "density": lambda fields: fields.materials.density[fields["material"]] / fields["J"],
+    "mass": lambda fields: fields.column("volume")[:, 0] * fields.materials.density[fields["material"]],
+    "volume": lambda fields: fields.column("volume")[:, 0] * fields["J"],
+    "stress": _stress,
+    "p": lambda fields: -_stress(fields)[:, :3].mean(axis=1),
+    "q": _q,
+    "J": lambda fields: fields.column("volume_ratio")[:, 0],
+    "material": lambda fields: fields.snapshot.labels[:, 0],
+    "body": ParticleFields.bodies,
+    "id": lambda fields: fields.snapshot.labels[:, 1],
+}
+"""What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

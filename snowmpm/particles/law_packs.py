@@ -11,23 +11,23 @@ from snowmpm.particles.response import response_functions
 
 def most_held(laws, entries, width=LANES):
     """Numbers a lane that the laws of a scene hold in `pack["held"]`. entries: of a symmetric tensor."""
-    return max(held_numbers(lanes, entries) for _, lanes, *_ in laws) if width == LANES else 0
+    return max(held_numbers(law.lanes, entries) for law in laws) if width == LANES else 0
 
 
 @functools.cache
-def law_functions(layout, real, laws, n_parameters, width=LANES):
+def law_functions(layout, real, laws, width=LANES):
     """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
 
     width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
-    laws: `MaterialTable.functions`. pack: arrays of a number a lane by name; read: h, state, A; written: h, state, tau
+    laws: `LawFunctions` of a scene. pack: arrays of a number a lane by name; read: h, state, A; written: h, state, tau
     and, where a law stiffens, strain and wave2, where one has bonds, breaks; held: `most_held` arrays for the laws
     themselves.
     """
-    n_laws, updates, lanes, stiffnesses, bonds = len(laws), *zip(*laws, strict=True)
-    has_lanes, some_stiffen = ([function is not None and width == LANES for function in lanes],
-                               any(function is not None for function in stiffnesses))
-    some_bonded = any(index is not None for index in bonds)
-    particle = response_functions(layout, real, stiffnesses, n_parameters, bonds)
+    n_laws, updates, lanes = len(laws), [law.update for law in laws], [law.lanes for law in laws]
+    has_lanes = [function is not None and width == LANES for function in lanes]
+    some_stiffen = any(law.stiffness is not None for law in laws)
+    some_bonded = any(law.bonds is not None for law in laws)
+    particle = response_functions(layout, real, laws)
 
     @ti.func
     def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
@@ -42,8 +42,8 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
             for k in ti.static(range(n_laws)):
                 if ti.static(has_lanes[k]):  # noqa: SIM102 (one is compile time)
                     if law_of[common] == k:
-                        update_pack(lanes[k], particle.parameters_of(materials, common), dt, pack["h"], pack["state"],
-                                    pack["A"], pack["tau"], work, iterations, pack["held"])
+                        update_pack(lanes[k], particle.parameters_of(k, materials, common), dt, pack["h"],
+                                    pack["state"], pack["A"], pack["tau"], work, iterations, pack["held"])
         left = 0
         for lane in range(width):
             left += ti.select(iterations[lane] == REDO, 1, 0)
@@ -53,7 +53,7 @@ def law_functions(layout, real, laws, n_parameters, width=LANES):
             for k in ti.static(range(n_laws)):
                 if law_of[own] == k:
                     if iterations[lane] == REDO:
-                        update_lane(updates[k], lane, particle.parameters_of(materials, own), dt, pack["h"],
+                        update_lane(updates[k], lane, particle.parameters_of(k, materials, own), dt, pack["h"],
                                     pack["state"], pack["A"], pack["tau"], work, iterations)
                     if ti.static(some_stiffen):
                         strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),

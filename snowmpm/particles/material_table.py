@@ -1,5 +1,8 @@
 """The laws of a scene as the tables that kernels read."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 import taichi as ti
 
@@ -13,19 +16,34 @@ BREAKING_RATE = 1e-3
 its yield stress, or yields by round-off, keeps its bonds for longer than a crack takes to pass."""
 
 
+class LawFunctions(NamedTuple):
+    """What a kernel is compiled for: the Taichi functions of a `Law`, None for what it lacks, the names of its numbers,
+    and its BONDS, None without bonds that break."""
+
+    update: Callable
+    lanes: Callable | None
+    stiffness: Callable | None
+    names: type
+    bonds: int | None
+
+    @classmethod
+    def of(cls, law):
+        """Those of a law."""
+        bonds = law.BONDS if law.bonds_last_below > 0.0 else None
+        return cls(law.update, law.lanes, law.stiffness, type(law.parameters()), bonds)
+
+
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, the law's own parameters, last `Law.bonds_last_below` and the plastic work of a step [J/m3]
-    from which on bonds count as breaking; law_of[m]: index into `functions`, which are (update, lanes, stiffness,
-    BONDS) of each law, None for what it lacks.
+    numbers[m]: density, the law's own parameters, `Law.bonds_last_below` and the plastic work of a step [J/m3] from
+    which on bonds count as breaking; law_of[m]: index into `functions`, the `LawFunctions` of the scene.
     """
 
     def __init__(self, laws, precision):
         self.laws = tuple(laws)
         # Laws that share functions count as one, so that they are compiled once; in an order of names, not of the scene
-        functions_of = [(law.update, law.lanes, law.stiffness, law.BONDS if law.bonds_last_below > 0.0 else None)
-                        for law in self.laws]
+        functions_of = [LawFunctions.of(law) for law in self.laws]
         names = [(law.kind, law.model_dump_json()) for law in self.laws]
         first_name = dict(zip(reversed(functions_of), reversed(names), strict=True))
         self.functions = tuple(sorted(first_name, key=first_name.get))
@@ -33,13 +51,12 @@ class MaterialTable:
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
-        self.n_parameters = max(len(law.parameters()) for law in laws)
-        numbers = np.zeros((len(laws), 3 + self.n_parameters), DTYPES[precision][1])
+        numbers = np.zeros((len(laws), 3 + max(len(law.parameters()) for law in laws)), DTYPES[precision][1])
         for m, law in enumerate(laws):
             state, parameters = law.initial_state(), law.parameters()
             self.initial_state[m, : len(state)] = state
-            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
-            numbers[m, -2:] = law.bonds_last_below, BREAKING_RATE * law.bond_energy
+            row = law.density, *parameters, law.bonds_last_below, BREAKING_RATE * law.bond_energy
+            numbers[m, : len(row)] = row
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
         law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)

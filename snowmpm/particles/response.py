@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import taichi as ti
 
+from snowmpm.materials.parameters import named
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
@@ -14,13 +15,14 @@ sees no deformation then either, so that what it has to close again and J stay t
 
 
 @functools.cache
-def response_functions(layout, real, stiffnesses, n_parameters, bonds=()):
-    """Taichi functions of one particle. stiffnesses: that of each law, None where it is constant; bonds: `Law.BONDS` of
-    each, for `breaks`."""
+def response_functions(layout, real, laws):
+    """Taichi functions of one particle. laws: `LawFunctions` of a scene."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
+    stiffnesses, names = [law.stiffness for law in laws], [law.names for law in laws]
     stiffens = [function is not None for function in stiffnesses]
-    breakable, bonds_at = [index is not None for index in bonds], [index or 0 for index in bonds]
+    sizes = [len(fields._fields) for fields in names]
+    breakable, bonds_at = [law.bonds is not None for law in laws], [law.bonds or 0 for law in laws]
 
     @ti.func
     def deform(L, ratio, dt):
@@ -31,18 +33,19 @@ def response_functions(layout, real, stiffnesses, n_parameters, bonds=()):
         return ti.select(ends, 0.0, 1.0) * A, growth, ti.select(ends, ratio, ratio * growth)
 
     @ti.func
-    def parameters_of(materials: ti.template(), material):
-        parameters = ti.Vector.zero(real, n_parameters)
-        for c in ti.static(range(n_parameters)):
-            parameters[c] = materials[material, 1 + c]
-        return parameters
+    def parameters_of(k: ti.template(), materials: ti.template(), material):
+        """The numbers of a material of law k by name, read once."""
+        numbers = ti.Vector.zero(real, sizes[k])
+        for c in ti.static(range(sizes[k])):
+            numbers[c] = materials[material, DENSITY + 1 + c]
+        return named(names[k], numbers)
 
     @ti.func
     def extremes_of_law(k: ti.template(), materials: ti.template(), material, h, tau, state):
         """STRAIN and WAVE2 of a particle of law k."""
         strain, wave2 = h.norm_sqr(), ti.cast(0.0, real)
         if ti.static(stiffens[k]):
-            wave2 = stiffnesses[k](parameters_of(materials, material), tau, state) / materials[material, DENSITY]
+            wave2 = stiffnesses[k](parameters_of(k, materials, material), tau, state) / materials[material, DENSITY]
             strain = 0.0
         return strain, wave2
 
@@ -52,8 +55,8 @@ def response_functions(layout, real, stiffnesses, n_parameters, bonds=()):
         has some left; else 0."""
         found = ti.cast(0.0, real)
         if ti.static(breakable[k]):
-            lasting = state[ti.static(bonds_at[k])] < materials[material, 1 + n_parameters]
-            breaking = lasting & (work > materials[material, 2 + n_parameters])
+            lasting = state[ti.static(bonds_at[k])] < materials[material, DENSITY + 1 + sizes[k]]
+            breaking = lasting & (work > materials[material, DENSITY + 2 + sizes[k]])
             found = ti.select(breaking, ti.cast(1.0, real), found)
         return found
 

@@ -7,9 +7,13 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import shares
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
+from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
+from snowmpm.particles.plan_sums import plan_sums
+from snowmpm.particles.probe import Probe
 from snowmpm.particles.pushing import push_kernel
 from snowmpm.particles.severing import sever_kernel
+from snowmpm.particles.snapshot import Snapshot
 from snowmpm.particles.store import IDENTITY, MATERIAL, Layout, ParticleStore
 
 BLOCK_COST = 8
@@ -19,7 +23,7 @@ ROUND_OFF = 1e-3
 """Cells by which a particle may seem to be beyond its limit."""
 
 
-class SortedParticles(ParticleStore):
+class SortedParticles(ParticleStore, Particles):
     """A particle store whose rows follow the blocks of `blocks` (`BlockMap`), and its materials.
 
     Lengths inside are cells of dx from `origin` (scene coordinates of grid node 0). start (blocks + 1,), coordinates
@@ -163,6 +167,33 @@ class SortedParticles(ParticleStore):
         self.mass -= float(mass.sum())
 
     # ---- reading ------------------------------------------------------------------------------------------------
+
+    @property
+    def sizes(self):
+        """Numbers that a particle carries, {column: how many}."""
+        return dict(self.layout.sizes)
+
+    @property
+    def number_bytes(self):
+        """Bytes of a number."""
+        return np.dtype(self.numpy_dtype).itemsize
+
+    @property
+    def n_blocks(self):
+        """Blocks that hold particles."""
+        return len(self.blocks)
+
+    def snapshot(self):
+        """`Snapshot` of all particles as they are now."""
+        return Snapshot(self)
+
+    def probe(self, chosen, total):
+        """`Probe` of the particles with the numbers `chosen` (k,) of `total`."""
+        return Probe(self, chosen, total)
+
+    def sums_in_plan(self, lower, cell, shape):
+        """Sums over plan cells (`particles.contract.Particles`)."""
+        return plan_sums(self, lower, cell, shape)
 
     def column(self, name):
         """Copy of one column group of the table, float64, (n, size)."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 THIN = "\u202f"
 """Narrow no-break space between groups of three digits."""
 
-PREFIXED = ("Pa", "J", "N", "W", "N m", "J/m")
+PREFIXED = ("Pa", "J", "N", "W", "N m", "J/m", "N/m", "N s", "N s/m")
 """Units that take k, M or G."""
 
 

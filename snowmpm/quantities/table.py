@@ -8,7 +8,7 @@ from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_S
 from snowmpm.quantities.quantity import Quantity
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
-MAPS, HAZARD = "snowmpm.results.maps", "snowmpm.results.hazard"
+MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
 
 HISTORY = (
     Quantity("mass", "mass in the domain", "kg", "Mass of all particles in the domain.", AUDIT),
@@ -82,8 +82,8 @@ RASTERS = (
 )
 
 NUMBERS = (
-    Quantity("release_area", "release area", "m2", "Plan area of the map cells with at least flow_depth of snow at the "
-             "start.", HAZARD),
+    Quantity("release_area", "release area", "m2", "Plan area of the snow at the start: of the polygons that it was "
+             "given by, or what its particles cover.", HAZARD),
     Quantity("release_volume", "release volume", "m3", "Volume of the snow at the start.", HAZARD),
     Quantity("release_mass", "release mass", "kg", "Mass of the snow at the start.", HAZARD),
     Quantity("affected_area", "affected area", "m2", "Plan area where the flow once was at least flow_depth deep.",
@@ -107,7 +107,7 @@ NUMBERS = (
     HISTORY[-1],  # momentum_share
     Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
              "terrain, over the mass at the start.", HAZARD),
-    Quantity("top", "height of the release's top", "m", "Largest height of the ground under the release.", HAZARD, 1),
+    Quantity("top", "height of the release's top", "m", "Height of the highest ground under the release.", HAZARD, 1),
     Quantity("runout", "run-out", "m", "Length in plan, along the thalweg, from the top of the release to the place "
              "that 99 % of the snow lies before at the end.", HAZARD),
     Quantity("fall", "fall", "m", "Height of the release's top above the ground at the run-out.", HAZARD),
@@ -117,9 +117,31 @@ NUMBERS = (
     Quantity("runout_y", "run-out point, north", "m", "Place of the run-out on the thalweg, in map coordinates.",
              HAZARD, 1),
     Quantity("runout_z", "run-out point, height", "m", "Height of the ground at the run-out.", HAZARD, 1),
+    Quantity("reach_of_flow", "reach of the flow", "m", "Length in plan, along the thalweg, from the top of the "
+             "release to the furthest corner of the affected area.", HAZARD),
     *(Quantity(f"reach_of_{p / 1e3:g}_kPa", f"reach of {p / 1e3:g} kPa", "m", "Length in plan, along the thalweg, from "
-               f"the top of the release to the furthest place where the peak pressure reached {p / 1e3:g} kPa.", HAZARD)
-      for p in PRESSURES),
+               "the top of the release to the furthest corner of the part of the affected area where the peak pressure "
+               f"reached {p / 1e3:g} kPa.", HAZARD) for p in PRESSURES),
+)
+
+IMPACT = (
+    Quantity("impact_arrival", "arrival at the obstacle", "s", "When 1 % of the impulse along the load has been given.",
+             LOADS),
+    Quantity("impact_peak_force", "early peak of the force", "N", "Largest force of the snow on the obstacle along the "
+             "load, a mean over 2 % of the time that the load lasts. Per metre of width in 2-D.", LOADS),
+    Quantity("impact_peak_time", "time of the peak", "s", "When the early peak of the force begins.", LOADS),
+    Quantity("impact_peak_pressure", "early peak, over the wetted area", "Pa", "The early peak of the force, over the "
+             "wetted area at that time.", LOADS),
+    Quantity("impact_steady_force", "steady part of the force", "N", "Mean force along the load while the middle half "
+             "of the impulse is given. Per metre of width in 2-D.", LOADS),
+    Quantity("impact_steady_pressure", "steady part, over the wetted area", "Pa", "The steady part of the force, over "
+             "the mean wetted area of that time.", LOADS),
+    Quantity("impact_impulse", "impulse on the obstacle", "N s", "Impulse that the snow gave the obstacle along the "
+             "load. Per metre of width in 2-D.", LOADS),
+    Quantity("wetted_area", "wetted area, at most", "m2", "Area, seen along the load, of the part of the obstacle's "
+             "face that snow touches: where particles are closer than two of their spacings. In 2-D a length.", LOADS),
+    Quantity("face_area", "whole face of the obstacle", "m2", "Area of the whole obstacle seen along the load, what is "
+             "in the ground included. In 2-D a length.", LOADS),
 )
 
 RENAMED = {"runout": "front_distance"}
@@ -129,7 +151,7 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Numbers of hazard mapping in older run files, and what they are called now."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS)}
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT)}
 """All quantities by name."""
 
 

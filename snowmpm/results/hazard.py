@@ -9,12 +9,17 @@ Run-out: the s before which `RUNOUT_SHARE` of the snow lies in the end, so that 
 (Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
 
 Affected: where the flow once was at least a tenth of the mean release depth deep. area_above_1_kPa, where it also
-pressed with 1 kPa, is the affected area of AvaFrame's AIMEC, whose threshold that is by default.
+pressed with 1 kPa, is the affected area of AvaFrame's AIMEC, whose threshold that is by default. Its reach is the
+largest s of the corners of its cells.
+
+Areas are those of map cells, but the release's: its outline is known, and cells that it only touches count in part.
+Cells are told from others by the maps as they are stored, in float32, so that who reads them finds the same.
 """
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import shapely
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
@@ -28,6 +33,14 @@ LEAST_MOMENTUM = 0.05
 
 TOP_SHARE = 0.05
 """Share of the height of the release that counts as its top."""
+
+TOP_POINTS = 4.0
+"""Points along a map cell at which the ground under the release is looked at for its top."""
+
+MOST_TOP_POINTS = 300
+"""Such points along a side of the release, about, at most."""
+
+CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
 SMOOTHING = 4.0
 """Standard deviation [map cells] of the smoothing of the thalweg."""
@@ -43,6 +56,12 @@ class Thalweg:
     def along(self, places):
         """s of the nearest point (k,) of plan places (k, 2)."""
         return self.s[cKDTree(self.points).query(places)[1]]
+
+    def reach(self, places, cell):
+        """Largest length [m] along the line to which cells of this side with middles (k, 2) reach; 0 of none."""
+        corners = (places[:, None] + cell * CORNERS).reshape(-1, 2)
+        line = shapely.LineString(self.points)
+        return float(shapely.line_locate_point(line, shapely.points(np.unique(corners, axis=0))).max(initial=0.0))
 
 
 def thalweg(top, path, momentum, step, reach):
@@ -91,22 +110,29 @@ class Hazard:
     """numbers: by name, as `snowmpm.quantities.table.NUMBERS` defines them; classes: areas by class (`areas_by_class`),
     by the name of the map; profile: arrays along the thalweg by name (x, y, z, s,
     peak_depth, peak_speed, peak_pressure, deposit_depth: largest value across it); line: the two ends of the run-out
-    line (2, 2) [m], or None.
+    line (2, 2) [m], or None; release: the outline of the release (shapely, in map coordinates).
     """
 
     numbers: dict
     profile: dict
     line: np.ndarray | None
     classes: dict = field(default_factory=dict)
+    release: object = None
 
     def record(self):
         """As plain lists and numbers, for a file."""
         profile = {name: [round(float(v), 3) for v in values] for name, values in self.profile.items()}
-        return {"numbers": self.numbers, "classes": self.classes, "profile": profile,
+        return {"numbers": self.numbers, "classes": self.classes, "profile": profile, "release": rings(self.release),
                 "runout_line": None if self.line is None else np.round(self.line, 3).tolist()}
 
 
-def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground):
+def rings(area):
+    """[[ring, hole, ...], ...] of the polygons of a shapely geometry, each a list of [x, y]."""
+    return [[[list(corner) for corner in ring.coords] for ring in (part.exterior, *part.interiors)]
+            for part in shapely.get_parts(area)]
+
+
+def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release):
     """What a run means for hazard mapping -> `Hazard`.
 
     maps: by name, (columns along x, rows along y), zero where nothing is
@@ -114,12 +140,13 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground):
     thinner is not affected; path (k, 2), momentum (k,): where the momentum was, and how large; whole:
     numbers of all the snow, taken over as they are (release_mass,
     deposit_mass, moving_share, momentum_share, left_share);
-    ground: function of plan positions (k, 2) -> height (k,) [m].
+    ground: function of plan positions (k, 2) -> height (k,) [m]; release: plan area of the snow at the start (shapely).
     """
-    peak, deposit, release = maps["peak_depth"], maps["deposit_depth"], maps["release_depth"]
+    maps = {name: values.astype(np.float32) for name, values in maps.items()}
+    peak, deposit, depth = maps["peak_depth"], maps["deposit_depth"], maps["release_depth"]
     area = cell**2
-    affected, deposited, released = peak >= flow_depth, deposit >= flow_depth, release >= flow_depth
-    numbers = {"release_area": area * int(released.sum()), "release_volume": area * float(release.sum()),
+    affected, deposited = peak >= flow_depth, deposit >= flow_depth
+    numbers = {"release_area": float(release.area), "release_volume": area * float(depth.sum(dtype=float)),
                "affected_area": area * int(affected.sum())}
     for pressure in PRESSURES:
         above = (maps["peak_pressure"] >= pressure) & affected
@@ -127,29 +154,42 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground):
     for name, map_name in (("depth", "peak_depth"), ("speed", "peak_speed"), ("pressure", "peak_pressure")):
         numbers[f"largest_flow_{name}"] = float(maps[map_name].max())
     numbers["deposit_area"] = area * int(deposited.sum())
-    numbers["deposit_volume"] = area * float(deposit.sum())
-    numbers["deposit_mean_depth"] = float(deposit[deposited].mean()) if deposited.any() else 0.0
+    numbers["deposit_volume"] = area * float(deposit.sum(dtype=float))
+    numbers["deposit_mean_depth"] = float(deposit[deposited].mean(dtype=float)) if deposited.any() else 0.0
     numbers = {**numbers, "flow_depth": flow_depth, **whole}
-    classes = {name: areas_by_class(maps[name][affected], classes_of(name, float(maps[name].max())), area)
-               for name in ("peak_pressure", "peak_depth", "peak_speed", "deposit_depth")}
+    counted = {"peak_pressure": affected, "peak_depth": affected, "peak_speed": affected, "deposit_depth": deposited}
+    classes = {name: areas_by_class(maps[name][where], classes_of(name, float(maps[name].max())), area)
+               for name, where in counted.items()}
     places = lower + cell * (np.argwhere(peak > 0.0) + 0.5)
-    if not released.any():
-        return Hazard(numbers, {}, None, classes)
-    sources = lower + cell * (np.argwhere(released) + 0.5)
-    heights = ground(sources)
-    # The middle of the highest cells: one of them may be a corner
-    high, low = np.nanmax(heights), np.nanmin(heights)
-    top = sources[heights >= high - TOP_SHARE * (high - low)].mean(axis=0)
+    if release.is_empty:
+        return Hazard(numbers, {}, None, classes, release)
+    high, top = top_of(release, cell, ground)
     way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))))
     if way is None:
-        return Hazard(numbers, {}, None, classes)
-    return replace(_along(way, maps, places, cell, affected, numbers, float(high), ground), classes=classes)
+        return Hazard(numbers, {}, None, classes, release)
+    found = _along(way, maps, places, cell, affected, numbers, high, ground)
+    return replace(found, classes=classes, release=release)
+
+
+def top_of(release, cell, ground):
+    """Height [m] of the highest ground under the release, and the middle (2,) [m] of the highest part of it, whose
+    height is within `TOP_SHARE` of that: the highest point itself may be a corner."""
+    lower, upper = np.array(release.bounds).reshape(2, 2)
+    fine = min(cell / TOP_POINTS, 0.05 * float(np.sqrt(release.area)))
+    step = max(fine, float((upper - lower).max()) / MOST_TOP_POINTS)
+    axes = [np.arange(a + 0.5 * step, b, step) for a, b in zip(lower, upper, strict=True)]
+    inner = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    inner = inner[shapely.contains_xy(release, *inner.T)]
+    points = np.concatenate([inner, shapely.get_coordinates(shapely.segmentize(release.boundary, step))])
+    heights = ground(points)
+    high, low = float(np.nanmax(heights)), float(np.nanmin(heights))
+    return high, points[heights >= high - TOP_SHARE * (high - low)].mean(axis=0)
 
 
 def areas_by_class(values, classes, area):
-    """[{"class": words, "from", "to": limits, None: open; "area" [m2]}] of positive values (n,), one a map cell."""
+    """[{"class": words, "from", "to": limits, None: open; "area" [m2]}] of values (n,), one a map cell."""
     ends = np.concatenate([[0.0], classes.limits, [np.inf]])
-    counts = np.histogram(values[values > 0.0], ends)[0]
+    counts = np.bincount(np.digitize(values, classes.limits), minlength=len(classes.limits) + 1)
     upper = [*classes.limits, None]
     return [{"class": classes.label(k), "from": float(ends[k]), "to": upper[k], "area": area * int(n)}
             for k, n in enumerate(counts)]
@@ -171,9 +211,9 @@ def _along(way, maps, places, cell, affected, numbers, top, ground):
     numbers.update(top=top, runout=runout, fall=fall, travel_angle=float(np.degrees(np.arctan2(fall, runout))),
                    runout_x=float(place[0]), runout_y=float(place[1]), runout_z=below)
     pressure, flows = maps["peak_pressure"][touched], affected[touched]
+    numbers["reach_of_flow"] = way.reach(places[flows], cell)
     for limit in PRESSURES:
-        reached = s[flows & (pressure >= limit)]
-        numbers[f"reach_of_{limit / 1e3:g}_kPa"] = float(reached.max(initial=0.0))
+        numbers[f"reach_of_{limit / 1e3:g}_kPa"] = way.reach(places[flows & (pressure >= limit)], cell)
     kept = way.s <= max(runout, float(s[flows].max(initial=0.0))) + 10.0 * cell
     profile = {"x": way.points[kept, 0], "y": way.points[kept, 1], "z": z[kept], "s": way.s[kept]}
     station = np.searchsorted(way.s, s)

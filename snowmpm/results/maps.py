@@ -12,17 +12,9 @@ cell at the flow depth, cells of 20 to 50 m, and how much larger the affected ar
     6: 19 %     11 to 14: 5 to 11 %     21 to 29: 2 to 7 %     40 to 57: 1 to 4 %     from 80 on: 1 %
 """
 
-import functools
-
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
-from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import InputError
-from snowmpm.particles.blocks import EDGE
-from snowmpm.particles.material_table import DENSITY
-from snowmpm.particles.store import accessors
 from snowmpm.quantities.table import RASTERS, units_of
 
 UNITS = units_of(RASTERS)
@@ -52,41 +44,6 @@ def cell_for(positions, volumes, dx):
     return max(least, float(np.sqrt(GRAINS * volumes.mean() / flow_depth)))
 
 
-@functools.cache
-def totals_kernel(layout, real):
-    """Kernel that adds up what lies over plan cells of `width` grid cells, from the cell `first_i`, `first_j` on.
-
-    Cell 0, 0 begins at `low_x`, `low_y`, in grid cells from the solver's origin.
-
-    totals (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass times speed squared. One
-    thread, so that the sums do not depend on the number of threads.
-    """
-    edge, at = EDGE[layout.dim], layout.offsets
-    access = accessors(layout)
-
-    @taichi_kernel
-    def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), totals: ti.types.ndarray(), width: ti.f64,
-               low_x: ti.f64, low_y: ti.f64, first_i: int, first_j: int, n_blocks: int):
-        ti.loop_config(serialize=True)
-        for b in range(n_blocks):
-            places = access.places(reals, turn)
-            for p in range(start[b], start[b + 1]):
-                x = access.load(reals, places, p, at["position"], 2)
-                i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0] - low_x) / width, ti.i32) - first_i
-                j = ti.floor((ti.cast(edge * coordinates[b, 1], ti.f64) + x[1] - low_y) / width, ti.i32) - first_j
-                if 0 <= i < totals.shape[0] and 0 <= j < totals.shape[1]:
-                    volume = access.load(reals, places, p, at["volume"], 1)[0]
-                    mass = volume * materials[material[p], DENSITY]
-                    totals[i, j, 0] += volume
-                    totals[i, j, 1] += mass
-                    speed = access.load(reals, places, p, at["velocity"], layout.dim).norm()
-                    totals[i, j, 2] += mass * speed
-                    totals[i, j, 3] += mass * speed**2
-
-    return add_up
-
-
 class PeakMaps:
     """Largest flow depth, speed and pressure that each plan cell has seen, and the depth at the start and now.
 
@@ -102,8 +59,7 @@ class PeakMaps:
 
     def __init__(self, solver, grid):
         """grid: cells of the maps (`snowmpm.results.map_grid.MapGrid`)."""
-        self._solver, self._width = solver, grid.cell / solver.dx
-        self._low = (grid.lower - solver.frame.origin[:2]) / solver.dx
+        self._solver = solver
         self.lower, self.cell, self.shape = grid.lower, grid.cell, grid.shape
         self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in UNITS}
         window, depth, _, _ = self._totals()
@@ -120,19 +76,8 @@ class PeakMaps:
 
     def _totals(self):
         """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
-        solver = self._solver
-        store, edge = solver.particles, EDGE[solver.dim]
-        blocks = store.blocks.coordinates[:, :2] if len(store.blocks) else np.zeros((1, 2), int)
-        # A particle may stray from its block before the next sort, by less than a block
-        low = np.floor((edge * (blocks.min(axis=0) - 1) - self._low) / self._width).astype(int).clip(0, self.shape)
-        high = np.ceil((edge * (blocks.max(axis=0) + 2) - self._low) / self._width).astype(int).clip(0, self.shape)
-        totals = np.zeros((*(high - low), 4))
-        with runtime.precision(solver.precision):
-            kernel = totals_kernel(store.layout, runtime.DTYPES[solver.precision][0])
-            kernel(store.reals, store.turn, store.material, solver.materials.numbers, store.start, store.coordinates,
-                   totals, self._width, *self._low.tolist(), *low.tolist(), len(store.blocks))
-        volume, mass, momentum, energy = np.moveaxis(totals, -1, 0)
-        window = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
+        window, sums = self._solver.particles.sums_in_plan(self.lower, self.cell, self.shape)
+        volume, mass, momentum, energy = np.moveaxis(sums, -1, 0)
         depth = volume / self.cell**2
         return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
 

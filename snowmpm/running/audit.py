@@ -70,7 +70,8 @@ class Audit:
     """
 
     def __init__(self, solver, fields, direction, start_positions):
-        """direction: (dim - 1,) or None; start_positions: (n, dim) by particle number."""
+        """solver: a `stepping.contract.Method`; direction: (dim - 1,) or None; start_positions: (n, dim) by particle
+        number."""
         self._solver = solver
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
@@ -103,7 +104,7 @@ class Audit:
         return {
             "kinetic_energy": 0.5 * float(mass @ (v**2).sum(axis=1)),
             "affine_energy": 0.5 * solver.second_moment() * float(mass @ (fields.velocity_gradient() ** 2).sum(axis=1)),
-            "elastic_energy": solver.materials.elastic_energy(fields["material"], fields.kirchhoff(), fields.state(),
+            "elastic_energy": fields.materials.elastic_energy(fields["material"], fields.kirchhoff(), fields.state(),
                                                               fields["volume"] / fields["J"]),
             "potential_energy": self._potential_energy(mass, x),
         }
@@ -114,19 +115,20 @@ class Audit:
         if forcing and forcing.course:
             return -forcing.gravity_work
         solver = self._solver
-        travel = self._start_momentum * solver.time + solver.momentum_gain  # [kg m]
+        travel = self._start_momentum * solver.time + solver.totals.momentum_gain  # [kg m]
         around = float((solver.gravity - self._falling) @ travel)
         return -float(mass @ ((x - self._reference) @ self._falling)) - around
 
     def values(self, fields):
         """One row of the history."""
         solver, removed = self._solver, self._solver.particles.removed
+        frame, totals = solver.frame, solver.totals
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
         momentum = mass @ v
-        names = ["momentum_x", "momentum_z"] if solver.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
+        names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
         energies = self._energies(fields)
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)), **energies}
-        row["plastic_work"], row["contact_work"] = solver.plastic_work, solver.contact_work
+        row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
         row["force_work"] = forcing.force_work if forcing else 0.0
         row["damping_work"] = forcing.damping_work if forcing else 0.0
@@ -135,7 +137,7 @@ class Audit:
         row["removed_energy"] = removed["energy"] + removed["mass"] * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy"))
-        row["momentum_residual"] = self._momentum_residual(momentum)
+        row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum)
         row.update(self.motion.row())
@@ -144,25 +146,25 @@ class Audit:
         row["removed_particles"], row["removed_mass"] = removed["count"], removed["mass"]
         row["taken_mass"] = removed["taken"]
         row["unconverged"] = solver.unconverged
-        row["plastic_fraction"] = solver.n_plastic / max(1, len(mass))
+        row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
-        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - solver.frame.origin) / solver.dx)
+        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - frame.origin) / frame.dx)
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last: the particles may have to be sorted for it, and some removed
         motion = row["kinetic_energy"] + row["affine_energy"]
         row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row
 
-    def _momentum_residual(self, momentum):
+    def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
-        s = self._solver
-        parts = [momentum, -self._start_momentum, s.particles.removed["momentum"], -s.weight_impulse, -s.impulse]
+        left = self._solver.particles.removed["momentum"]
+        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse]
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 
     def _front(self, x, mass, identity):
         start = self._start[identity]
-        moved = np.linalg.norm(x - start, axis=1) > MOVED_CELLS * self._solver.dx
+        moved = np.linalg.norm(x - start, axis=1) > MOVED_CELLS * self._solver.frame.dx
         if not mass[moved].sum() > MOVED_SHARE * mass.sum():
             return 0.0, 0.0
         along, mass = self._along(x[moved]), mass[moved]

@@ -76,19 +76,18 @@ def describe(model, solver):
     dt, cause = solver.expected_dt()
     dt = scene.solver.dt or dt
     steps = int(np.ceil(scene.end_time / dt))
-    particles = int(counts.sum())
+    particles, width = int(counts.sum()), sum(store.sizes.values())
     return {
         **_acting(model),
         "dimension": scene.dimension,
         "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
-        "mass": solver.particles.mass,
-        "blocks": len(solver.particles.blocks),
-        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, store.layout.width,
-                                solver.bytes),
+        "mass": store.mass,
+        "blocks": store.n_blocks,
+        "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory),
         "run_file": expected_run_file(scene, particles),
-        "checkpoint": particles * store.layout.width * store.numpy_dtype().itemsize + 8 * particles,
-        "bytes_per_particle": solver.particles.bytes_per_particle,
-        "fields": dict(solver.particles.layout.sizes),
+        "checkpoint": particles * width * store.number_bytes + 8 * particles,
+        "bytes_per_particle": store.bytes_per_particle,
+        "fields": store.sizes,
         "dt": dt,
         "dt_cause": "fixed" if scene.solver.dt else cause,
         "steps": steps,

@@ -62,7 +62,7 @@ class Cut(Event):
         law = simulation.law_of_body(self._body)
         if law.severed_state() is None:
             raise InputError.at("events.body", self._spec.body, f"{law.kind} has no severed state, so it cannot be cut")
-        simulation.solver.particles.sever(self._piece(max(self._cut_to, 0.0), reached), self._half_width,
+        simulation.solver.sever(self._piece(max(self._cut_to, 0.0), reached), self._half_width,
                                 simulation.numbers_of_body(self._body), law.severed_state())
         self._cut_to = reached
         self.done = reached >= length

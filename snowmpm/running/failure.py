@@ -17,7 +17,7 @@ def likeness(chosen, solver, dt):
 
     chosen: the scene's table `solver`; solver: with the extremes of its last good step.
     """
-    for look in SYMPTOMS.get(chosen.method, ()):
+    for look in SYMPTOMS.get(chosen.method, ()):  # nothing is known of a method without a row
         found = look(chosen, solver, dt)
         if found:
             border, value = found
@@ -38,7 +38,7 @@ def _first_beyond(entry, settings, value):
 
 
 def _crossing(chosen, solver, dt):
-    return _first_beyond("crossing_step", [chosen.kernel], solver.extremes.speed * dt / solver.dx)
+    return _first_beyond("crossing_step", [chosen.kernel], solver.extremes.speed * dt / solver.frame.dx)
 
 
 def _deforming(chosen, solver, dt):
@@ -49,15 +49,15 @@ def _deforming(chosen, solver, dt):
 def _long_step(chosen, solver, dt):
     """C sqrt(s) of the step, at the critical one of the scheme for that of the atlas."""
     border = shipped()["long_step_lone_grain", f"{chosen.kernel} {chosen.gradient} {chosen.transfer}"]
-    elastic = dt * max(solver.extremes.wave_speed, solver.materials.wave_speed) / solver.dx
-    value = elastic / solver.critical_cfl * border.value
-    return (border, value) if elastic > solver.critical_cfl else None
+    critical = solver.limits.critical_cfl
+    elastic = dt * max(solver.extremes.wave_speed, solver.particles.materials.wave_speed) / solver.frame.dx
+    return (border, elastic / critical * border.value) if elastic > critical else None
 
 
 def _fast(chosen, solver, dt):
     """As fast as waves, in steps near the critical one."""
     near = dt > 0.5 * solver.critical_dt()[0]
-    speed = solver.extremes.speed / solver.materials.wave_speed
+    speed = solver.extremes.speed / solver.particles.materials.wave_speed
     return _first_beyond("fast_impact", ["elastic step 0.8"], speed) if near else None
 
 
@@ -68,7 +68,7 @@ def _near_apex(chosen, solver, dt):
 
 
 def _torn(chosen, solver, dt):
-    cells = (solver.particles.positions() - solver.frame.origin) / solver.dx
+    cells = (solver.particles.positions() - solver.frame.origin) / solver.frame.dx
     occupied, emptied = occupied_and_emptied(cells[np.isfinite(cells).all(axis=1)])
     if emptied < TORN * max(1, occupied):
         return None
@@ -81,18 +81,18 @@ def _noisy(chosen, solver, dt):
 
 
 def _unlike(chosen, solver, dt):
-    moduli = [law.youngs_modulus for law in solver.materials.laws]
+    moduli = [law.youngs_modulus for law in solver.particles.materials.laws]
     return _first_beyond("stiffness_contrast", ["quadratic"], max(moduli) / min(moduli))
 
 
 def _into_walls(chosen, solver, dt):
-    return _first_beyond("sph_wall", ["mirrored"], solver.extremes.speed / solver.materials.wave_speed)
+    return _first_beyond("sph_wall", ["mirrored"], solver.extremes.speed / solver.particles.materials.wave_speed)
 
 
 def _clumping(chosen, solver, dt):
     """Under tension, over the stiffness of the first material."""
     stress = solver.particles.column("stress")
-    law = solver.materials.laws[0]
+    law = solver.particles.materials.laws[0]
     pulled = float(np.nanmax(stress[:, :3].sum(axis=1))) / 3.0 / (law.density * law.wave_speed() ** 2)
     return _first_beyond("sph_tensile", ["wendland c6 1.5"], pulled)
 

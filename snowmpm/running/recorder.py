@@ -14,12 +14,13 @@ from snowmpm.errors import InputError
 from snowmpm.io import Background, Run, RunWriter
 from snowmpm.io.archive import write_text
 from snowmpm.io.status import Status
-from snowmpm.particles import fields
+from snowmpm.particles.fields import field_units
 from snowmpm.quantities.motion import Motion
 from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.device import device_name
 from snowmpm.seeding.region_files import system_of as region_system
+from snowmpm.setup.release_plan import release_plan
 from snowmpm.solids.loads import LoadHistory
 from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import system_beside
@@ -60,7 +61,7 @@ class Recorder:
         drawings = {obstacle.name: obstacle.shape.drawing() for obstacle in self._obstacles}
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
-                         origin=self._origin, dimension=self._simulation.scene.dimension, units=fields.UNITS,
+                         origin=self._origin, dimension=self._simulation.scene.dimension, units=field_units(),
                          saw_test=crack.description() if (crack := self._simulation.crack) else None)
 
     def _continued_file(self):
@@ -187,7 +188,7 @@ class Recorder:
         whole = {"release_mass": mass + gone, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
-                             path[:, 2], whole, surface.height)
+                             path[:, 2], whole, surface.height, release_plan(self._simulation.model))
 
     def _end_state(self):
         """What `snowmpm.io.status` asks of the state now, which may be later than the last frame."""

@@ -20,6 +20,7 @@ from snowmpm.running.failure import likeness
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.setup.build import build
+from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -63,15 +64,15 @@ class Simulation(Glance):
         if approve:
             approve(self)
         if resumed is None:
-            for load in overloaded(scene):
-                warnings.warn(str(load), stacklevel=2)
+            for doubt in (*doubts(self.model), *overloaded(scene)):
+                warnings.warn(str(doubt), stacklevel=2)
         if scene.initial.stress == "settle" and resumed is None:
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
         """What a saw test measures (`snowmpm.saw_test.crack`); None without one."""
-        if self.crack and resumed is None and (broken := self.crack.bins["broken_at_rest"].mean()) > 0.0:
-            warnings.warn(f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight"
-                          " or its ends overload it", stacklevel=2)
+        if self.crack and resumed is None:
+            for line in self.crack.before_the_saw():
+                warnings.warn(line, stacklevel=2)
         direction = None if scene.saw_test else self.model.direction
         self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions)
 

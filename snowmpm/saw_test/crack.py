@@ -17,10 +17,11 @@ all at intervals in which neither a wave nor a crack can cross more than a bin, 
 import numpy as np
 
 from snowmpm.saw_test.prediction import elastic_predictions, predictions
-from snowmpm.saw_test.probe import Probe
 from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
+WORN = 0.1
+"""Damage from which on a particle of the weak layer is worn before the saw comes, so that a run says so."""
 MOST_BINS, MOST_ROWS = 400, 1500
 SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
 LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
@@ -45,14 +46,14 @@ class CrackRecord:
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))
         self._count_bins(spec.length, max(2.0 * dx, spec.length / MOST_BINS), spec.width_in(scene.dimension))
-        self.interval = max(self.bin / solver.materials.wave_speed, scene.end_time / MOST_ROWS)
+        self.interval = max(self.bin / solver.particles.materials.wave_speed, scene.end_time / MOST_ROWS)
 
         x, total = population.positions, len(population.volumes)
-        spacing = dx / scene.solver.particles_per_cell ** (1.0 / scene.dimension)
+        spacing = scene.solver.spacing(scene.dimension)
         weak = np.flatnonzero(simulation.model.body_of == names.index("weak_layer"))
         middle = spec.slab_bottom + 0.5 * spec.slab_thickness
         slab = np.flatnonzero(np.abs(x[:, -1] - middle) < 1.01 * spacing)
-        self._probe = Probe(solver, np.concatenate([weak, slab]), total)
+        self._probe = solver.particles.probe(np.concatenate([weak, slab]), total)
         self._weak, self._slab = slice(len(weak)), slice(len(weak), None)  # its parts
         along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
         self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
@@ -67,6 +68,10 @@ class CrackRecord:
         self._rest = 0.0
         moved = self._moved()
         broken = self._broken(state)[0]
+        damage = np.broadcast_to(self._law.outputs(state).get("damage", 0.0), len(weak))
+        worst = int(np.argmax(damage)) if len(weak) else 0
+        self.worn_at_rest = (float(damage[worst]), float(along[weak[worst]])) if len(weak) else (0.0, 0.0)
+        """Largest damage in the weak layer at time zero [-], and where along the column [m]."""
         self.bins = {"x": self.x, "arrival": np.full(len(self.x), np.nan),
                      "fracture_energy": np.full(len(self.x), np.nan),
                      "rest_settlement": -self._mean(moved[:, -1]), "rest_slip": self._mean(moved[:, 0]),
@@ -84,6 +89,17 @@ class CrackRecord:
     def _bin_of(self, along):
         return np.clip((along / self.bin).astype(int), 0, len(self.x) - 1)
 
+    def before_the_saw(self):
+        """In words: what of the weak layer has gone before the saw begins."""
+        broken, (worn, place) = self.bins["broken_at_rest"].mean(), self.worn_at_rest
+        if broken > 0.0:
+            yield (f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight or its"
+                   " ends overload it")
+        elif worn > WORN:
+            yield (f"the weak layer has lost {worn:.0%} of its strength at x = {place:.2f} m before the saw begins: the"
+                   " critical length of a cut there is too short; vertical ends, a gentler slope or a lighter slab load"
+                   " it less")
+
     def watch(self):
         """After a step."""
         if self._solver.time >= self._read_at + self.interval:
@@ -95,7 +111,7 @@ class CrackRecord:
         moved, velocity = self._moved(), self._probe.column("velocity", self._slab)
         row["time"].append(time)
         row["saw"].append(self._saw.cut_to)
-        row["plastic_work"].append(self._solver.plastic_work)
+        row["plastic_work"].append(self._solver.totals.plastic_work)
         for name, values in (("settlement", -moved[:, -1]), ("settling_speed", -velocity[:, -1]),
                              ("slip", moved[:, 0]), ("slip_speed", velocity[:, 0])):
             row[name].append(self._mean(values).astype(np.float32))
@@ -139,7 +155,7 @@ class CrackRecord:
 
     def _stress_power(self, stress):
         """tau : sym grad v [W/m3] (n,)."""
-        dim = self._solver.dim
+        dim = self._solver.frame.dim
         d = self._probe.column("affine", self._weak).reshape(-1, dim, dim)
         # Tensor axes of the stress are those of the scene: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz
         pairs = [(0, 0, 0), (1, 1, 1), (0, 1, 3)] if dim == 2 else [

@@ -11,10 +11,11 @@ def column_of(scene):
 
 
 def elastic_predictions(scene):
-    """What needs no strength: load on the weak layer [Pa] and wave speeds of the slab [m/s], by name."""
+    """What needs no strength, by name: load on the weak layer [Pa], its shear without a sign, and wave speeds of the
+    slab [m/s]."""
     slab = column_of(scene)[0]
     normal, shear = slab.stresses(scene.saw_test.slope_angle, scene.gravity)
-    return {"normal_stress": float(normal), "shear_stress": float(shear), "shear_wave_speed": slab.shear_speed,
+    return {"normal_stress": float(normal), "shear_stress": float(abs(shear)), "shear_wave_speed": slab.shear_speed,
             "plate_wave_speed": slab.plate_speed}
 
 
@@ -26,16 +27,16 @@ def predictions(scene, collapse_height=None):
     """
     slab, law, thickness = column_of(scene)
     found = elastic_predictions(scene)
-    normal, shear = found["normal_stress"], found["shear_stress"]
+    normal, shear = slab.stresses(scene.saw_test.slope_angle, scene.gravity)
     e, P, _, _ = theory.collapse_curve(law)
     energy = theory.fracture_energy(law, getattr(law, "reference_thickness", None) or thickness)
     strength = theory.shear_strength(law, normal)
     found["maxwell_load"] = _known(theory.maxwell_load(e, P)[0])
     found["fracture_energy"] = _known(energy)
-    found["critical_length_energy"] = theory.critical_length_by_energy(slab, normal, shear, energy) if (
-        found["fracture_energy"]) else None
+    found["critical_length_energy"] = theory.critical_length_by_energy(
+        slab, normal, shear, energy, scene.saw_test.ends) if found["fracture_energy"] else None
     found["critical_length_strength"] = _known(theory.critical_length_by_strength(
-        slab, normal, shear, strength, thickness, law.shear_modulus))
+        slab, normal, abs(shear), strength, thickness, law.shear_modulus))
     found["collapse_wave_speed"] = theory.collapse_speed(slab, collapse_height, scene.gravity) if (
         collapse_height and collapse_height > 0.0) else None
     return found

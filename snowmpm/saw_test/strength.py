@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.saw_test import theory
+from snowmpm.saw_test.prediction import column_of
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,8 @@ class Load:
     normal: float
     shear: float
     strength: float
+    at_end: bool = False
+    """Of the lower end of the column, not of the slope."""
 
     @property
     def share(self):
@@ -26,6 +29,11 @@ class Load:
         return np.inf
 
     def __str__(self):
+        if self.at_end:
+            return (f"the lower end of {self.layer} (materials.{self.material}) carries about {self.normal:.0f} Pa of"
+                    f" normal stress and {self.shear:.0f} Pa of shear, as the ends of the column are normal to the"
+                    f" slope, and bears {self.strength:.0f} Pa of shear beside it: it is worn before the saw comes, and"
+                    " a critical length is that of its end")
         if self.strength == 0.0:
             return (f"the normal stress of {self.normal:.0f} Pa on the foot of {self.layer} (materials.{self.material})"
                     " crushes it before anything is cut")
@@ -38,7 +46,7 @@ def loads(scene):
     """`Load` of every layer of a scene with a saw test whose law has a strength, from the ground up.
 
     Of an infinite slope, sigma = W cos(slope), tau = W sin(slope) with W the weight per area above and sideways K0 of
-    each law: the free ends of a column are loaded more, within about a slab's thickness of them.
+    each law: the free ends of a column are loaded more, within about a slab's thickness of them (`load_of_end`).
     """
     test = scene.saw_test
     above, found = 0.0, []
@@ -53,6 +61,33 @@ def loads(scene):
     return found[::-1]
 
 
+def load_of_end(scene):
+    """`Load` of the weak layer at the lower end of a column whose ends are normal to the slope; None of any other.
+
+    The end face is free of the shear force tau D / 2 that an infinite slope has there. It presses on the end of a beam
+    (the slab) on springs (the weak layer, k = E' / t) with
+
+        sigma_end = sigma + tau D lambda,    lambda = (k / (4 B))^(1/4),   B the slab's stiffness in bending
+    """
+    test = scene.saw_test
+    if test.ends == "vertical" or test.slope_angle == 0.0:
+        return None
+    slab, law, thickness = column_of(scene)
+    normal, shear = slab.stresses(abs(test.slope_angle), scene.gravity)
+    bending = slab.bending_modulus * slab.thickness**3 / 12.0
+    stiffness = law.youngs_modulus / (1.0 - law.poisson_ratio**2) / thickness
+    normal += shear * slab.thickness * (stiffness / (4.0 * bending)) ** 0.25
+    strength = theory.shear_strength(law, normal, at_end=True)
+    if not np.isfinite(strength):
+        return None
+    return Load("weak_layer", test.weak_layer.material, float(normal), float(shear), float(strength), at_end=True)
+
+
 def overloaded(scene):
-    """The `Load`s that do not stand; none of a scene without a saw test."""
-    return [load for load in loads(scene) if load.share >= 1.0] if scene.saw_test else []
+    """The `Load`s that do not stand: of the slope, and where that stands of the column's lower end; none of a scene
+    without a saw test."""
+    if not scene.saw_test:
+        return []
+    found = [load for load in loads(scene) if load.share >= 1.0]
+    end = load_of_end(scene)
+    return found or [load for load in [end] if load and load.share >= 1.0]

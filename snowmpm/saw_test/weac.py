@@ -1,12 +1,16 @@
 """Critical length by WEAC, a Timoshenko beam on an elastic weak layer, where it is installed.
 
 Rosendahl & Weissgraeber (2020), doi:10.5194/tc-14-115-2020; the package `weac`, version 2. It knows no strength: the
-crack is taken to run when the energy release rate comes to the work of collapse.
+crack is taken to run when the energy release rate comes to the work of collapse. Ends, layers of the slab and gravity
+are those of the scene. A slab of several layers is stiffer in shear there than `theory.Slab`, which see.
 """
 
 import math
 
 from snowmpm.saw_test.prediction import column_of
+
+SYSTEMS = {"normal": "pst-", "vertical": "vpst-"}
+"""WEAC's name for a column by its ends, cut from the right."""
 
 LONGEST = 0.9
 """Of the column: the longest cut that is tried."""
@@ -16,32 +20,32 @@ TRIES = 30
 
 
 def critical_length(scene, energy):
-    """[m], for a work of collapse [J/m2]; None without the package, or where no cut in the column is enough.
-
-    A slab of several layers enters by its mean density and the modulus that gives the same stiffness in bending.
-    """
+    """[m], for a work of collapse [J/m2]; None without the package, or where no cut in the column is enough."""
     try:
         import weac
     except ImportError:
         return None
     if not hasattr(weac, "Layered"):
         return None
-    slab, law, thickness = column_of(scene)
-    ratio = scene.materials[scene.saw_test.slab[0].material].poisson_ratio
-    model = weac.Layered(system="pst-", touchdown=False)
+    test = scene.saw_test
+    _, law, thickness = column_of(scene)
+    model = weac.Layered(system=SYSTEMS[test.ends], touchdown=False)
+    model.g = 1e3 * scene.gravity  # its lengths are in mm
     model.set_foundation_properties(t=1e3 * thickness, E=1e-6 * law.youngs_modulus, nu=law.poisson_ratio, update=False)
-    # Its modulus is C0 (density / 917)^C1 [GPa]; lengths are in mm
-    model.set_beam_properties([[slab.density, 1e3 * slab.thickness]],
-                              C0=1e-9 * slab.bending_modulus * (1.0 - ratio**2), C1=0.0, nu=ratio, update=True)
-    angle = -scene.saw_test.slope_angle  # it cuts from the right and counts against the clock
+    layers = [(scene.materials[layer.material], 1e3 * layer.thickness) for layer in reversed(test.slab)]
+    model.set_beam_properties([[law.density, height] for law, height in layers], update=False)
+    # It takes moduli from densities: in their place those of the laws, in MPa
+    model.slab[:, 2:] = [[1e-6 * law.youngs_modulus, 1e-6 * law.shear_modulus, law.poisson_ratio] for law, _ in layers]
+    model.calc_fundamental_system()
+    angle = -test.slope_angle  # it cuts from the right and counts against the clock
 
     def release_rate(cut):
-        parts = model.calc_segments(L=1e3 * scene.saw_test.length, a=1e3 * cut, m=0, phi=angle)["crack"]
+        parts = model.calc_segments(L=1e3 * test.length, a=1e3 * cut, m=0, phi=angle)["crack"]
         lengths = {name: parts[name] for name in ("li", "ki")}
         solved = model.assemble_and_solve(phi=angle, mi=parts["mi"], **lengths)
         return 1e3 * model.gdif(solved, angle, **lengths)[0]
 
-    lower, upper = 0.0, LONGEST * scene.saw_test.length
+    lower, upper = 0.0, LONGEST * test.length
     if not release_rate(upper) > energy:
         return None
     for _ in range(TRIES):

@@ -1,6 +1,7 @@
-"""Polygons and their thickness from shapefiles and GeoJSON, in the coordinates of the terrain."""
+"""Polygons and their thickness from shapefiles, GeoJSON and GeoPackages, in the coordinates of the terrain."""
 
 import json
+import re
 import warnings
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,6 +16,9 @@ from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_besi
 GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
 FILE_BYTES = 40.0
 """Memory over a byte of a file, while it is read."""
+SQLITE = b"SQLite format 3\0"
+UNDEFINED = re.compile("undefined", re.IGNORECASE)
+"""In the name of the system of a GeoPackage that has none."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +30,11 @@ class Feature:
 
 
 def read_features(path, key, terrain=None):
-    """Features of the polygons in a .shp or .geojson file, in the system of the terrain.
+    """Features of the polygons in a .shp, .geojson or .gpkg file, in the system of the terrain.
 
     terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
-    GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it. A file that
+    GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it; a GeoPackage,
+    whose only layer of polygons is read, says its own. A file that
     names none is in the terrain's coordinates; so is one in lengths beside a terrain that names none. What is not as
     the file says is told by a warning.
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
@@ -40,7 +45,7 @@ def read_features(path, key, terrain=None):
     if not features:
         raise InputError.at(key, str(path), "holds no polygon")
     corners = np.concatenate([np.empty((0, 2)), *(ring for f in features for rings in f.parts for ring in rings)])
-    if system is None and Path(path).suffix.lower() != ".shp":
+    if system is None and Path(path).suffix.lower() not in (".shp", ".gpkg"):
         system, said = _of_plain_geojson(corners, terrain)
         told += [said] if said else []
     if system is not None and terrain is None:
@@ -57,21 +62,21 @@ def read_features(path, key, terrain=None):
 
 
 def system_of(path, key):
-    """`ReferenceSystem` that a .shp or .geojson file names, None where it names none. InputError."""
+    """`ReferenceSystem` that a .shp, .geojson or .gpkg file names, None where it names none. InputError."""
     return system_beside(path) if Path(path).suffix.lower() == ".shp" else _read(path, key)[1]
 
 
 def _read(path, key):
     """Features as they are in the file, the system that it names or None, and what a user must be told."""
     suffix = Path(path).suffix.lower()
-    if suffix not in (".shp", ".geojson", ".json"):
-        raise InputError.at(key, str(path), "must be a .shp or .geojson file")
+    if suffix not in READERS:
+        raise InputError.at(key, str(path), "must be a .shp, .geojson or .gpkg file")
     where = f"{key} = {str(path)!r}"
     try:
         read_budget.allow(where, FILE_BYTES * Path(path).stat().st_size, "its polygons")
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    return _shapefile(path, key) if suffix == ".shp" else _geojson(path, key)
+    return READERS[suffix](path, key)
 
 
 def _of_plain_geojson(corners, terrain):
@@ -158,6 +163,44 @@ def _geojson(path, key):
     return found, system, _left_out(others)
 
 
+def _geopackage(path, key):
+    try:
+        import pyogrio
+        import pyogrio.raw
+        import shapely
+    except ImportError:
+        raise InputError.at(key, str(path), f"a GeoPackage {GIS}") from None
+    try:
+        with open(path, "rb") as file:
+            if file.read(len(SQLITE)) != SQLITE:  # nothing else of what GDAL can open, whatever it names
+                raise InputError.at(key, str(path), "is not a readable GeoPackage")
+        layers = [name for name, kind in pyogrio.list_layers(path) if kind and "Polygon" in kind]
+        if len(layers) != 1:
+            named = f"{len(layers)} layers of polygons, {', '.join(map(str, layers))}" if layers else "no polygon"
+            raise InputError.at(key, str(path), f"holds {named}: save the one that is meant in a file of its own")
+        meta, _, geometries, columns = pyogrio.raw.read(path, layer=layers[0])
+        found = []
+        for row, geometry in enumerate(shapely.from_wkb(geometries)):
+            parts = [[np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
+                     for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and not part.is_empty]
+            if parts:
+                own = dict(zip(meta["fields"], (column[row] for column in columns), strict=True))
+                found.append(Feature(parts, _thickness(own)))
+    except (pyogrio.errors.DataSourceError, pyogrio.errors.DataLayerError, shapely.errors.GEOSException,
+            ValueError) as error:
+        raise InputError.at(key, str(path), "is not a readable GeoPackage") from error
+    except OSError as error:
+        raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
+    return found, _system(meta["crs"], f"{path}: its layer {layers[0]}"), []
+
+
+def _system(text, where):
+    """System of a name such as EPSG:31287 or of well-known text, None of neither."""
+    if not text or UNDEFINED.search(text):
+        return None
+    return (ReferenceSystem.of_text if "[" in text else ReferenceSystem.named)(text, where)
+
+
 def _polygons(geometry):
     """Coordinates of the polygons of a geometry, and how many geometries are none."""
     if not geometry:
@@ -192,3 +235,6 @@ def _thickness(attributes):
             except (TypeError, ValueError, OverflowError):
                 return None
     return None
+
+
+READERS = {".shp": _shapefile, ".geojson": _geojson, ".json": _geojson, ".gpkg": _geopackage}

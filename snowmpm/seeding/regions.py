@@ -37,8 +37,8 @@ def regions_of(spec, surface, base_dir, key):
     """Regions of a scene's region table; without one, the whole terrain.
 
     spec: None or an object with one of x = [x0, x1] (and y = [y0, y1] in 3-D, default all of the terrain), polygon =
-    [[x, y], ...], file = .shp or .geojson (polygons; attribute `thickness` [m] where there is one; carried into the
-    surface's reference system).
+    [[x, y], ...], file = .shp, .geojson or .gpkg (polygons; attribute `thickness` [m] where there is one; carried into
+    the surface's reference system).
     InputError: no area, unreadable file, a polygon in 2-D.
     """
     d = surface.dim - 1
@@ -66,7 +66,7 @@ def regions_of(spec, surface, base_dir, key):
 
 
 def read_regions(path, key, terrain=None):
-    """Regions of the polygons in a .shp or .geojson file, without overlap: the first polygon keeps what two share.
+    """Regions of the polygons in a .shp, .geojson or .gpkg file, without overlap: what two share is the first one's.
 
     terrain: `ReferenceSystem` of the terrain, None where it names none; see `region_files.read_features`. Overlaps and
     repairs are told by warnings. InputError: unreadable, no polygon, a polygon without area.

@@ -9,6 +9,8 @@ from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
+from snowmpm.setup.obstacle_reach import refuse_unreachable
+from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.velocity_fields import velocity_fields
 from snowmpm.solids import Obstacle, inside_any
@@ -21,7 +23,9 @@ def build(scene, kept=None):
 
     kept: run folder that keeps what the scene takes from another run, when it was built before.
     """
-    _refuse_unbuilt(scene)
+    refuse_beyond(scene)
+    if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
     runtime.start()
     with stage("reading the terrain"):
         surface = _surface(scene)
@@ -37,6 +41,7 @@ def build(scene, kept=None):
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
     model = Model(scene, surface, lower, upper, seeds, starts, obstacles, shares, taken)
+    refuse_unreachable(model)
     if scene.dimension == 3:
         model.map_grid  # noqa: B018 (refuses a cell that cannot be, before anything is computed)
     with stage("initial stress"):
@@ -45,24 +50,6 @@ def build(scene, kept=None):
         elif scene.initial.stress != "none" and taken is None:
             stress_from_weight(model)
     return model
-
-
-def _refuse_unbuilt(scene):
-    """Choices of the schema that this version does not compute."""
-    if scene.solver.method == "sph":
-        _refuse_beyond_sph(scene)
-    if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
-        raise InputError.at("domain.boundary", "periodic", "needs domain.min and domain.max", scene.source)
-
-
-def _refuse_beyond_sph(scene):
-    """What only the grid can do."""
-    if scene.saw_test:
-        raise InputError.at("solver.method", "sph", 'must be "mpm" beside saw_test', scene.source)
-    for i, body in enumerate(scene.bodies):
-        if body.contact == "separate":
-            raise InputError.at(f"bodies.{i}.contact", body.contact, 'needs solver.method = "mpm": in SPH bodies are'
-                                ' one continuum, contact = "shared"', scene.source)
 
 
 def _surface(scene):

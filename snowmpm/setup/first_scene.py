@@ -4,6 +4,8 @@ import math
 import os
 from types import SimpleNamespace
 
+import numpy as np
+
 from snowmpm.errors import InputError, nearest_file
 from snowmpm.scenes import starts
 from snowmpm.seeding.lattice import sub_layers
@@ -18,19 +20,19 @@ FRICTION = 0.35  # of the bed, as the scene has it
 FRAMES = 150  # at most about so many
 
 
-def scene_on_ground(name, file, ground, release=None, thickness=None):
+def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None):
     """Text of a scene `name` to be written to `file`, and lines that say what is in it.
 
-    ground: mesh or raster; release: polygons in plan (.geojson, .shp), or None for a first guess; thickness of the snow
-    [m], or None for that of the polygons, or one that goes with the slope's size. Raises InputError for a file that
-    cannot be used.
+    ground: mesh or raster; release: polygons in plan (.geojson, .shp, .gpkg), or None for a first guess; thickness of
+    the snow [m], or None for that of the polygons, or one that goes with the slope's size; unit: of a raster's
+    elevations, "m", "ft" or "us-ft", or None for what the file says. Raises InputError for a file that cannot be used.
     """
-    surface, kind = _load(ground)
+    surface, kind = _load(ground, unit)
     extent = surface.upper - surface.lower
     words = f"{extent[0]:.4g} m by {extent[1]:.4g} m in plan, {extent[2]:.4g} m high"
     own = None  # thickness that the release's file gives
     if release is None:
-        found = first_release(surface)
+        found = first_release(surface, thickness or _usual(extent))
         region = f"{{ x = {_pair(found.x)}, y = {_pair(found.y)} }}"
         sides = " by ".join(f"{high - low:.3g} m" for low, high in (found.x, found.y))
         where = f"{sides} in plan, {found.slope:.0f} degrees steep"
@@ -49,7 +51,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None):
         centre = sum(polygon.area() * (polygon.lower + polygon.upper) / 2.0 for polygon in polygons) / area
         told = [f"ground: {words}", f"release: {area:.4g} m2 in plan from {release}"]
     side = math.sqrt(area)
-    thick = thickness or own or _rounded(min(max(0.02 * float(extent[:2].max()), 0.3), 1.5, 0.2 * side))
+    thick = thickness or own or _rounded(min(_usual(extent), 0.2 * side))
     volume = area / math.cos(math.radians(min(slope, 60.0))) * thick
     # Between the coarsest that is accepted and a third of the thickness
     dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))
@@ -64,26 +66,48 @@ def scene_on_ground(name, file, ground, release=None, thickness=None):
     if may_leave(surface, centre, FRICTION):
         told.append("the ground may end before the snow stops, and what leaves it is lost: a larger ground is better")
     from_file = own is not None and thickness is None
+    foot = _place(surface).round(1) - [5.0, 5.0, 1.0]
     text = starts.start_from(
         "ground", name=name, file=file, ground=ground.name, kind=kind, path=starts.quoted(_relative(ground, file)),
         extent=words, found=where, region=region, top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
-        end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}")
+        end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}",
+        unit=f"\nelevation_unit = {starts.quoted(unit)}" if unit else "", house=_vector(foot),
+        roof=_vector(foot + np.array([10.0, 10.0, 9.0])))
     return text, told
 
 
-def _load(ground):
+def _usual(extent):
+    """Thickness [m] of the snow that goes with the size of a slope."""
+    return min(max(0.02 * float(extent[:2].max()), 0.3), 1.5)
+
+
+def _place(surface):
+    """A place (3,) [m] on the ground in the lower part of it: where a house may stand."""
+    heights = surface.vertices[:, 2]
+    middle = surface.vertices[heights <= np.quantile(heights, 0.3), :2].mean(axis=0)
+    x, y = surface.vertices[np.linalg.norm(surface.vertices[:, :2] - middle, axis=1).argmin(), :2]
+    return np.array([x, y, surface.height(np.array([[x, y]]))[0]])
+
+
+def _load(ground, unit):
     kind = {**dict.fromkeys(MESHES, "mesh"), **dict.fromkeys(RASTERS, "dem")}.get(ground.suffix.lower())
     if kind is None:
         raise InputError(f"--terrain {ground}: must end in {', '.join(MESHES)} (a mesh), .asc or .tif (a raster)")
     if not ground.is_file():
         raise InputError(f"--terrain {ground}: no such file{nearest_file(ground)}")
-    return load_terrain(SimpleNamespace(kind=kind, file=str(ground.resolve())), dimension=3), kind
+    if unit and kind != "dem":
+        raise InputError(f"--elevation-unit {unit}: goes with a raster, .asc or .tif; a mesh is in metres")
+    return load_terrain(SimpleNamespace(kind=kind, file=str(ground.resolve()), elevation_unit=unit), dimension=3), kind
 
 
 def _relative(path, file):
     """`path` as a scene in `file` names it: relative where it lies below the scene's folder."""
     path, folder = path.resolve(), file.resolve().parent
     return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else os.fspath(path)
+
+
+def _vector(values):
+    return f"[{', '.join(f'{value:.12g}' for value in values)}]"
 
 
 def _pair(bounds):

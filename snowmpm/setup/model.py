@@ -1,5 +1,6 @@
 """A scene made of numbers: what a solver is built from."""
 
+import pkgutil
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,7 +11,7 @@ from snowmpm.forcing import Forcing
 from snowmpm.forcing.course import Course
 from snowmpm.forcing.damping import Damping
 from snowmpm.forcing.fields import make_field
-from snowmpm.mpm.solver import MpmSolver
+from snowmpm.methods import METHODS
 from snowmpm.particles.population import Population
 from snowmpm.results.map_grid import grid_for
 from snowmpm.results.maps import cell_for
@@ -149,14 +150,12 @@ class Model:
         chosen = scene.solver
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                   "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
-                  "sides": sides, "obstacles": self.obstacles, **contact}
-        if chosen.method == "sph":
-            from snowmpm.sph.solver import SphSolver  # slow to import, like the other method, of which a run has one
-
-            return SphSolver(self.population, self.laws, scheme=chosen.sph, **common)
-        return MpmSolver(self.population, self.laws, kernel=chosen.kernel, gradient=chosen.gradient,
-                         transfer=chosen.transfer, flip_ratio=chosen.flip_ratio, body_friction=body_friction(scene),
-                         **common)
+                  "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
+        entry = METHODS[chosen.method]
+        # By name: methods are slow to import, and a run has one of them
+        build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
+        options = getattr(chosen, entry.options) if entry.options else chosen
+        return build(self.population, self.laws, options, **common)
 
 
 def course_of(scene):

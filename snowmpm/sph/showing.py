@@ -16,7 +16,7 @@ from snowmpm.sph.smoothing import KERNELS
 
 
 @functools.cache
-def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius, form, epsilon=0.0):
+def showing_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilon=0.0):
     """`show(...)`, which fills the rows, and `correct(...)`, which makes the S of these what a `full` layout wants.
 
     epsilon: of the artificial stress.
@@ -24,9 +24,9 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
     dim, sym_size, access, at = layout.dim, layout.sym_size, accessors(layout), layout.offsets
     pair, inverse = pair_functions(row_layout), inverse_function(dim, real)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
-    stiffnesses = tuple(stiffness for _, _, stiffness, _ in laws)
+    stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
-    particle = response_functions(layout, real, stiffnesses, n_parameters)
+    particle = response_functions(layout, real, laws)
     store_row = row_functions(layout, row_layout, real, form, epsilon)
 
     @taichi_kernel
@@ -47,8 +47,8 @@ def showing_kernels(layout, row_layout, real, laws, n_parameters, kernel, radius
             for k in ti.static(range(len(stiffens))):
                 if ti.static(stiffens[k]):  # noqa: SIM102 (one is compile time)
                     if law_of[own] == k:
-                        prm = particle.parameters_of(materials, own)
-                        speed = ti.sqrt(stiffnesses[k](prm, tau, state) / materials[own, DENSITY])
+                        modulus = stiffnesses[k](particle.parameters_of(k, materials, own), tau, state)
+                        speed = ti.sqrt(modulus / materials[own, DENSITY])
             store_row(p, source, ti.Matrix.identity(real, dim), access.load(reals, places, p, at["position"], dim),
                       access.load(reals, places, p, at["velocity"], dim), dx * L, tau,
                       access.load(reals, places, p, at["volume_ratio"], 1)[0],

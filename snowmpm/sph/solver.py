@@ -32,6 +32,7 @@ from snowmpm.sph.rows import RowLayout, Rows
 from snowmpm.sph.showing import Showing, showing_kernels
 from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL
 
@@ -45,7 +46,6 @@ class SphSolver(Solver):
     particles: `SortedParticles`, a particle a cell of dx.
     """
 
-    method = "sph"
     BAD = "is no longer finite or turned inside out"
     DAMPED_IMPULSE = False
 
@@ -81,6 +81,11 @@ class SphSolver(Solver):
         self._bind()
         self._graded = False
 
+    @classmethod
+    def of(cls, population, laws, options, *, body_friction, **setting):
+        """Of the scene's table solver.sph; all bodies are one continuum, without friction between them."""
+        return cls(population, laws, scheme=options, **setting)
+
     def _bind(self):
         """Compile what the scheme asks for, on rows that have room for all particles and dummies."""
         scheme, store, dummies = self.scheme, self.particles, self.boundary.dummies
@@ -91,7 +96,7 @@ class SphSolver(Solver):
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         serial = alone(PARTICLE_TIME[self.dim] * store.count)
         smoothing = self.width, scheme.kernel, self.radius
-        of_particles = store.layout, layout, real, self.materials.functions, self.materials.n_parameters
+        of_particles = store.layout, layout, real, self.materials.functions
         self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
                                      scheme.artificial_stress, serial)
         self._showing = Showing(self.rows, store, showing_kernels(
@@ -233,29 +238,19 @@ class SphSolver(Solver):
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
-    def begin_settling(self):
-        """Before the damped steps of `settling`."""
-
-    def end_settling(self):
-        """After them."""
-        self.keep = 1.0
-
-    def null_space_noise(self, energy):
-        """There is no grid that could miss some of the motion."""
-        return 0.0
-
-    def second_moment(self):
-        """No affine part of the motion carries energy [m2]."""
-        return 0.0
-
     def restart_clock(self):
         """Time zero is now: totals start again."""
         super().restart_clock()
         self.boundary.clear()
 
     @property
-    def bytes(self):
-        """Memory of everything but the particles."""
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces))
+
+    @property
+    def memory(self):
+        """Bytes of everything but the particles."""
         return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------

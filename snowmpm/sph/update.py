@@ -51,7 +51,7 @@ from snowmpm.stepping.step_report import (
 
 
 @functools.cache
-def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, radius, form, gradient, epsilon, serial):
+def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, gradient, epsilon, serial):
     """`update(...)`, the second half of a step, and the sum of its reports.
 
     gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress; serial: by one thread.
@@ -60,11 +60,11 @@ def update_kernel(layout, row_layout, real, laws, n_parameters, width, kernel, r
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
-    stiffnesses = tuple(stiffness for _, _, stiffness, _ in laws)
+    stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
-    some_stiffen, some_bonded = any(stiffens), any(index is not None for *_, index in laws)
-    judged, particle = particle_report(real), response_functions(layout, real, stiffnesses, n_parameters)
-    apply_laws = law_functions(layout, real, laws, n_parameters, width)
+    some_stiffen, some_bonded = any(stiffens), any(law.bonds is not None for law in laws)
+    judged, particle = particle_report(real), response_functions(layout, real, laws)
+    apply_laws = law_functions(layout, real, laws, width)
     store_row, inverse = row_functions(layout, row_layout, real, form, epsilon), inverse_function(dim, real)
     symmetric = [(a, b) for a in range(dim) for b in range(a, dim)]
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}

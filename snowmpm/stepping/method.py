@@ -1,4 +1,4 @@
-"""What the solvers of both methods are: particles with a clock, totals, loads, and a step that must not be too long."""
+"""What methods of particles among surfaces share: a clock, totals, loads, settling, limits of a step, their state."""
 
 from dataclasses import asdict, replace
 
@@ -8,19 +8,21 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step
 
 
-class Solver:
-    """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`.
+class Solver(Method):
+    """Base of `mpm.solver.MpmSolver` and `sph.solver.SphSolver`, which add the step, contact and what goes with them.
 
     particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
     [N s], `plastic_work` [J], `unconverged` return maps; `momentum_gain` [N s2], the time integral of all momentum that
     came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
     share of the velocity kept each step, below 1 only while an initial state settles.
 
-    A solver sets `dim`, `dx`, `frame`, `surfaces`, `particles`, `critical_cfl`, `usual_cfl` of a scene that gives none,
-    `cfl` and `breaking_cfl`, the C of its steps while no bonds break and while some do, then calls `_begin`.
+    A solver sets `dim`, `dx`, `precision`, `frame`, `surfaces`, `particles`, `critical_cfl`, `usual_cfl` of a scene
+    that gives none, `cfl` and `breaking_cfl`, the C of its steps while no bonds break and while some do, and
+    `scheme_name`, then calls `_begin`.
     """
 
     BAD = ""
@@ -75,7 +77,18 @@ class Solver:
         """Impulse that terrain, sides and loads gave [N s], (dim,)."""
         return self._loaded + sum((surface.total[: self.dim] for surface in self.surfaces), np.zeros(self.dim))
 
+    @property
+    def totals(self):
+        """`Totals` as they are now."""
+        return Totals(self.impulse, self.weight_impulse.copy(), self.momentum_gain.copy(), self.plastic_work,
+                      self.contact_work, self.n_plastic)
+
     # ---- the step ---------------------------------------------------------------------------------------------
+
+    @property
+    def limits(self):
+        """`StepLimits`."""
+        return StepLimits(self.cfl, self.critical_cfl, self.scheme_name, self.usual_cfl)
 
     def stable_dt(self):
         """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
@@ -135,6 +148,27 @@ class Solver:
         `mass` [kg]; counts as a load."""
         self.particles.push(numbers, gain)
         self.add_impulse(mass * np.asarray(gain))
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
+        stress, and the law's severed `state`; -> how many."""
+        return self.particles.sever(line, radius, numbers, state)
+
+    def damp(self, kept):
+        """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of
+        terrain and sides that totals count."""
+        if kept < 1.0 and self.keep == 1.0:
+            self._begin_damping()
+        elif kept == 1.0 and self.keep < 1.0:
+            self._end_damping()
+        self.keep = kept
+        return kept if self.DAMPED_IMPULSE else 1.0
+
+    def _begin_damping(self):
+        """Before the first damped step."""
+
+    def _end_damping(self):
+        """After the last one."""
 
     def add_impulse(self, impulse):
         """Count an impulse (dim,) [N s] that a load gave the particles."""

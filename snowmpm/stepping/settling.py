@@ -35,9 +35,8 @@ class Rest:
 
 
 def settle(solver, tolerance, depth):
-    """Relax a solver to rest, set its clock to zero; -> `Rest`. depth: D [m]."""
+    """Relax a `stepping.contract.Method` to rest, set its clock to zero; -> `Rest`. depth: D [m]."""
     scale = math.sqrt(max(float(np.linalg.norm(solver.gravity)) * depth, 1e-30))
-    solver.begin_settling()
     rest = Rest(False, math.inf, math.inf, 0)
     with stage("settling to rest", unit="steps") as now:
         while not rest.settled and rest.steps < MOST_STEPS:
@@ -47,22 +46,23 @@ def settle(solver, tolerance, depth):
             now.done = rest.steps
             now.detail = (f"speed {rest.speed / tolerance:.2g} and imbalance {rest.imbalance / tolerance:.2g} of what"
                           " is allowed")
-    solver.end_settling()
+    solver.damp(1.0)
     solver.restart_clock()
     return rest
 
 
 def _window(solver):
     """Largest speed [m/s] and imbalance [-] of the next steps."""
-    speed, carried, weight = 0.0, np.zeros(solver.dim), np.zeros(solver.dim)
+    frame, particles = solver.frame, solver.particles
+    speed, carried, weight = 0.0, np.zeros(frame.dim), np.zeros(frame.dim)
     for _ in range(WINDOW):
         dt, _ = solver.stable_dt()
-        solver.keep = 1.0 - min(0.5, DAMPING * dt * solver.materials.wave_speed / solver.dx)
-        before = solver.impulse
+        left = solver.damp(1.0 - min(0.5, DAMPING * dt * particles.materials.wave_speed / frame.dx))
+        before = solver.totals.impulse
         solver.step(dt)
         # Damping takes its share of weight and stress alike; the ground of MPM carries what is left
-        carried += (solver.impulse - before) / (solver.keep if solver.DAMPED_IMPULSE else 1.0)
-        weight += dt * solver.particles.mass * solver.gravity
+        carried += (solver.totals.impulse - before) / left
+        weight += dt * particles.mass * solver.gravity
         speed = max(speed, float(solver.extremes.speed))
     size = np.linalg.norm(weight)
     return speed, float(np.linalg.norm(carried + weight) / size) if size > 0.0 else 0.0

@@ -7,9 +7,9 @@ from snowmpm.errors import InputError
 
 def check_step(scene, solver):
     """Refuse a cfl beyond the critical one of the scheme, and a fixed step that is unstable from the start."""
-    chosen = scene.solver
-    if chosen.cfl and chosen.cfl > solver.critical_cfl:
-        allowed = f"unstable: must be at most {rounded_down(solver.critical_cfl)} for {solver.scheme_name}"
+    chosen, limits = scene.solver, solver.limits
+    if chosen.cfl and chosen.cfl > limits.critical_cfl:
+        allowed = f"unstable: must be at most {rounded_down(limits.critical_cfl)} for {limits.scheme}"
         raise InputError.at("solver.cfl", chosen.cfl, allowed, scene.source)
     fixed, (limit, cause) = chosen.dt, solver.critical_dt()
     if not limit > 0.0:

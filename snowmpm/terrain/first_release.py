@@ -12,6 +12,11 @@ SIDE = 0.22  # of the longer side of the plan box: side of the release, at most
 SMALLER = (1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.1)  # shares of SIDE, where the ground has no room for more
 RIM = (0.05, 0.02, 0.01)  # of the longer side: distance from the rim of the ground and from holes, the first that fits
 PROBES = 300  # along each side of a box, to find holes that lie between SAMPLES
+BENDS = 120  # along each side of a box, to find where a layer on it would fold
+BENT = 0.1  # thickness of the snow over the radius of the ground at which a place is worth half
+SHRUNK = 0.2  # of the area below a layer that its upper side must keep
+WIDENINGS = 6  # doublings of the width over which a layer's normals are smoothed
+NO_ROOM = "terrain: has no ground wide and even enough for a release: choose its place with --release FILE"
 
 
 @dataclass(frozen=True)
@@ -29,11 +34,14 @@ class FirstRelease:
         return (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
 
 
-def first_release(surface):
-    """The box in plan on a `TerrainSurface` that is the steepest within STEEP and the highest; -> FirstRelease.
+def first_release(surface, thickness=0.0):
+    """The box in plan on a `TerrainSurface` that is the steepest within STEEP, the highest and the evenest; ->
+    FirstRelease.
 
-    It lies on ground all over, whatever the outline of the surface in plan, clear of its rim and of holes. Its corners
-    are round numbers. InputError: no ground wide enough.
+    thickness [m]: of the snow. Where it is more than a small share of the ground's radius, bent ground is worth less,
+    and none is taken on which a layer so thick would fold. The box lies on ground all over, whatever the outline of
+    the surface in plan, clear of its rim and of holes. Its corners are round numbers. InputError: no ground wide or
+    even enough.
     """
     lower, upper = surface.lower[:2], surface.upper[:2]
     longer = float((upper - lower).max())
@@ -48,17 +56,46 @@ def first_release(surface):
     suited = ground & (slope >= STEEP[0]) & (slope <= STEEP[1])
     # On gentle slopes nothing is suited: the steepest then is, beside which height says little.
     worth = suited * (0.3 + rise) + 1e-3 * np.minimum(slope, STEEP[1]) / STEEP[1] * (0.3 + rise) * ground
+    worth /= 1.0 + (thickness * np.nan_to_num(_curvature(height, x, y)) / BENT) ** 2
     while ground.any():
         corner, size = _best(worth, ground, longer * SIDE / cell, longer / cell)
         low, high = _rounded(lower + corner * cell, lower + (corner + size) * cell)
         missing = _holes(surface, low, high)
+        if not len(missing) and thickness > 0.0:
+            missing = _folds(surface, low, high, thickness)
         if not len(missing):
             inside = tuple(slice(a, a + n) for a, n in zip(corner, size, strict=True))
             return FirstRelease(*((float(a), float(b)) for a, b in zip(low, high, strict=True)),
                                 float(slope[inside].mean()))
         at = np.clip(((missing - lower) / cell).astype(int), 0, shape - 1)
         ground[tuple(at.T)] = False
-    raise InputError("terrain: has no ground wide enough for a release")
+    raise InputError(NO_ROOM)
+
+
+def _curvature(height, x, y):
+    """Largest principal curvature [1/m] of heights over a grid."""
+    by_x, by_y = np.gradient(height, x, y)
+    (xx, xy), (_, yy) = np.gradient(by_x, x, y), np.gradient(by_y, x, y)
+    turn = np.abs(0.5 * (xx + yy)) + np.hypot(0.5 * (xx - yy), xy)
+    return turn / (1.0 + by_x**2 + by_y**2)
+
+
+def _folds(surface, low, high, thickness):
+    """Places (k, 2) in a box in plan where the columns of a layer of this thickness [m], normal to the ground, would
+    cross, however widely the normals are smoothed."""
+    axes = [np.linspace(a, b, BENDS) for a, b in zip(low, high, strict=True)]
+    plan = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    ground = np.concatenate([plan, surface.height(plan.reshape(-1, 2)).reshape(BENDS, BENDS, 1)], axis=-1)
+    width = thickness
+    for _ in range(WIDENINGS + 1):
+        normal = surface.smooth_normal(plan.reshape(-1, 2), width).reshape(BENDS, BENDS, 3)
+        areas = [(np.cross(*np.gradient(ground + h * normal, *axes, axis=(0, 1))) * normal).sum(axis=-1)
+                 for h in (0.0, thickness)]
+        folded = areas[1] < SHRUNK * areas[0]
+        if not folded.any():
+            break
+        width *= 2.0
+    return plan[folded]
 
 
 def _best(worth, ground, largest, whole):
@@ -85,7 +122,7 @@ def _best(worth, ground, largest, whole):
                 found.append((float(sums.max()) ** 2 / size.prod(), at, size))
         if found:
             return max(found, key=lambda window: window[0])[1:]
-    raise InputError("terrain: has no ground wide enough for a release")
+    raise InputError(NO_ROOM)
 
 
 def _rounded(low, high):

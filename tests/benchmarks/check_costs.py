@@ -1,4 +1,4 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH and PIC here.
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
@@ -13,6 +13,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import mpm_step
 import numpy as np
 import scene_runs
 from scipy.optimize import nnls
@@ -24,12 +25,14 @@ from snowmpm.compiler import runtime
 from snowmpm.measured import costs
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
+from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.build import build
 
 FIGURES = Path(__file__).parent / "figures"
 PLAIN = {"particles": ("250047", "250000"), "threads": "1", "basis": "quadratic", "transfer": "apic",
          "gradient": "affine"}
 LEAST_STEPS, SMALL = 20, 6000
+PLAIN_STEP, PAIRS = "quadratic affine apic", 41
 STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
 IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "sort",
              "call", "frame", "start")
@@ -145,7 +148,7 @@ class Run:
         scene = load_scene(row["scene"])
         model = build(scene)
         budget = Budget(SceneFacts(scene, model, model.solver()))
-        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, "flip" in scene.solver.transfer
+        self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, TRANSFERS[scene.solver.transfer].flip
         self.watched = float(bool(scene.obstacles))
         plain = replace(budget.scheme, transfer="apic")
         self.bulk = costs.bulk(plain, budget.crowd)
@@ -176,7 +179,23 @@ def fitted(runs, cost, terms):
     return dict(zip(terms, factors / size, strict=True))
 
 
-ROWS = {"step": steps, "law": laws, "sph": sph, "scenes": in_scenes}
+def pic():
+    """ns a particle that PIC takes more than APIC: the median ratio of steps taken in turn, in blocks in motion, by the
+    step of APIC in the table."""
+    for dim in (2, 3):
+        solvers = [mpm_step.make_solver(f"half{dim}", 60_000, "f32", transfer=name) for name in ("apic", "pic")]
+        ratios = []
+        for _ in range(3 + PAIRS):
+            taken = []
+            for solver in solvers:
+                dt, start = solver.stable_dt()[0], time.process_time()
+                solver.step(dt)
+                taken.append(time.process_time() - start)
+            ratios.append(taken[1] / taken[0])
+        yield "more", dim, "f32", "pic", (np.median(ratios[3:]) - 1.0) * costs.row("step", dim, "f32", PLAIN_STEP)
+
+
+ROWS = {"step": steps, "law": laws, "sph": sph, "pic": pic, "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 
@@ -192,6 +211,8 @@ def kept(path, measured):
 def _kind(row):
     if row[3] == "sph" and row[0] == "step":
         return "sph"
+    if row[0] == "more" and row[3] == "pic":
+        return "pic"
     if row[0] in IN_SCENES or (row[0] == "more" and "flip" in row[3]):
         return "scenes"
     return "step" if row[0] == "more" else row[0]

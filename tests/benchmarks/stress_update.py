@@ -54,6 +54,9 @@ LAWS = {
     "stomakhin_snow": m.StomakhinSnow(density=400.0, youngs_modulus=1.4e5, poisson_ratio=0.2, hardening=10.0,
                                       critical_compression=0.025, critical_stretch=0.0075),
     "hypoplastic": m.Hypoplastic(**SAND),
+    "critical_state_hypoplastic": m.CriticalStateHypoplastic(
+        **SAND, void_ratio=0.6, least_void_ratio=0.4, critical_void_ratio_limit=0.9, critical_void_ratio_drop=0.3,
+        density_effect=0.2),
 }
 COLUMNS = ("law", "dimension", "precision", "ns_per_update", "ns_in_packs", "yielding", "iterations")
 
@@ -68,7 +71,7 @@ def states(law, dimension, n, rng, strain=1e-4, yielding=0.5):
     direction /= np.linalg.norm(direction, axis=(1, 2))[:, None, None]
     direction -= 0.5 * np.eye(dimension)
     h, first = np.zeros((n, 4 if dimension == 2 else 6)), 0.01
-    if isinstance(law, m.Hypoplastic):
+    if isinstance(law, m.Hypoplastic | m.CriticalStateHypoplastic):
         h, first = m.pack(np.tile(law.h_from_stress(-1e4 * np.eye(3)), (n, 1, 1)), dimension), 0.001
     if isinstance(law, m.StomakhinSnow):
         first = 0.05  # its elastic range is wide

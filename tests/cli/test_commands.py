@@ -107,6 +107,16 @@ def test_picture_of_a_run(call, block, tmp_path):
     result = call("render", "runs/block", "--time", "0.01", "-o", "picture.png", "--size", "320x240")
     assert result.code == 0, result.err
     assert (tmp_path / "picture.png").stat().st_size > 1000
+    late = call("render", "runs/block", "--time", "99", "-o", "late.png")
+    assert late.code == 2 and late.err.count("\n") == 1 and "goes from 0 to" in late.err
+    assert not (tmp_path / "late.png").exists()
+    among = call("render", "runs/block", "-o", "runs/block", "--size", "320x240")
+    assert among.code == 2 and "holds other files (checkpoint.npz" in among.err
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "frames" / "frame_00999.png").touch()  # of a longer film
+    assert call("render", "runs/block", "-o", "frames", "--size", "320x240").code == 0
+    names = sorted(path.name for path in (tmp_path / "frames").iterdir())
+    assert names == [f"frame_{i:05d}.png" for i in range(len(names))]
 
 
 def test_run_and_render(call, block, tmp_path, monkeypatch):

@@ -37,7 +37,8 @@ def test_maps_are_written_and_numbers_said(call, avalanche):
     written = {path.name for path in (avalanche / "maps").iterdir()}
     names = ("release_depth", "peak_depth", "peak_pressure")
     assert written == {*(f"{name}.{kind}" for name in names for kind in ("tif", "qml", "png")), "thalweg.png",
-                       *(f"avalanche.{kind}" for kind in ("gpkg", "geojson", "qgs", "csv", "json")), "areas.csv"}
+                       *(f"avalanche.{kind}" for kind in ("gpkg", "qgs", "csv", "json")), "areas.csv"}
+    assert "no avalanche.geojson: the terrain names no coordinate system" in result.out
     for words in ("run-out 230 m", "travel angle 21.8°", "9600 m²", "600255.0 m",
                   "NOT FINAL: Whether the snow is at rest is not known"):
         assert words in " ".join(result.out.split()), result.out

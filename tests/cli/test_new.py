@@ -26,6 +26,20 @@ def test_a_first_scene_runs_as_it_is(call):
     assert "2 frames" in done.out
 
 
+def test_a_slab_is_put_where_the_ground_is_even():
+    """Two slopes of 36 degrees side by side: the higher one with furrows 3 m apart and 1.6 m deep, in which a layer of
+    2 m folds."""
+    x, y = (np.arange(0.0, 100.1, 0.5), np.arange(0.0, 60.1, 0.5))
+    along, across = np.meshgrid(x, y, indexing="ij")
+    rough = np.clip((across - 28.0) / 4.0, 0.0, 1.0)
+    z = -np.tan(np.radians(36.0)) * along + rough * (5.0 + 0.8 * np.cos(2.0 * np.pi * across / 3.0))
+    number = np.arange(z.size).reshape(z.shape)
+    a, b, c, d = (n.ravel() for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    surface = TerrainSurface.of(np.column_stack([along.ravel(), across.ravel(), z.ravel()]),
+                                np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]))
+    assert first_release(surface, 2.0).y[1] <= 29.0
+
+
 @pytest.mark.parametrize("example", ["obstacles", "box", "precision", "polygon"])
 def test_what_a_comment_proposes_may_be_added(call, example):
     shutil.copy(FOLDER / "slope.stl", "slope.stl")
@@ -65,6 +79,22 @@ def test_own_slope(call):
     checked = call("check", "mine.toml")
     assert checked.code == 0, checked.err
     assert "release" in checked.out
+
+
+def test_values_may_be_set_at_once(call, tmp_path):
+    """Files count from the current folder, comments stay, and what is not in the file is added to its table."""
+    shutil.copy(FOLDER / "valley.asc", "valley.asc")
+    shutil.copy(FOLDER / "valley_release.geojson", "seen.geojson")
+    made = call("new", "mine", "--terrain", "valley.asc", "--elevation-unit", "ft", "--set", "end_time=7",
+                "--set", "bodies.0.shape.top=0.8", "--set", "solver.precision=f64", "--set", "stop.momentum_share=0.1",
+                "--set", 'bodies.0.shape.region={file = "seen.geojson"}', "-o", "sub", "--thickness", "0.8")
+    assert made.code == 0, made.err
+    scene, text = load_scene("sub/mine.toml"), Path("sub/mine.toml").read_text()
+    assert (scene.end_time, scene.solver.precision, scene.stop.momentum_share) == (7, "f64", 0.1)
+    assert scene.bodies[0].shape.region.file == str(tmp_path / "seen.geojson") and scene.bodies[0].shape.top == 0.8
+    assert scene.terrain.elevation_unit == "ft" and "# s: until it rests" in text
+    refused = call("new", "other", "--set", "solver.dx=none", "--set", "nothing.at.all=1")
+    assert refused.code == 2 and not Path("other.toml").exists()
 
 
 def test_own_raster_with_a_release_polygon(call):
@@ -197,4 +227,4 @@ def test_ground_with_no_room_is_refused(call):
     points = np.array([[0.0, 0.0, 0.0], [1000.0, 1000.0, 600.0], [1000.0, 1000.5, 600.0]])
     trimesh.Trimesh(points, [[0, 1, 2]], process=False).export("strip.stl")
     refused = call("new", "mine", "--terrain", "strip.stl")
-    assert refused.code == 2 and "no ground wide enough" in refused.err
+    assert refused.code == 2 and "no ground wide and even enough" in refused.err

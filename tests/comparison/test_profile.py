@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowmpm.comparison import Line, open_cases, profile, stress_along
+from snowmpm.comparison import Line, Way, open_cases, profile, stress_along
 from snowmpm.comparison.difference import profile_difference
 from snowmpm.errors import InputError
 from snowmpm.io import RunWriter
@@ -119,3 +119,30 @@ def test_runs_of_different_dimension_are_refused(tmp_path):
 def test_damping_of_a_method(solver, expected, tmp_path):
     scene = f'name = "made_up"\ngravity = 9.81\n[solver]\n{solver}\n'
     assert only(write(tmp_path / "run", [block(1.0, 1.0)] * 2, scene=scene))[0].damping == expected
+
+
+def test_profile_along_a_thalweg_that_bends(tmp_path):
+    """A ribbon of snow 0.5 m deep on ground that falls by a fifth, 3 m along x and then 4 m along y, far from the
+    origin of the map; and one that ends a metre earlier."""
+    offset = np.array([247000.0, 352000.0, 900.0])
+    s = np.arange(0.0, 8.0, 0.1)
+    corner = np.clip(s, None, 3.0), np.clip(s - 3.0, 0.0, None)
+    way = Way(np.column_stack(corner) + offset[:2], s, 900.0 - 0.2 * s)
+    runs = []
+    for length in (7.0, 6.0):
+        along, beside, up = (values.ravel() for values in np.meshgrid(
+            np.arange(0.025, length, SPACING), np.arange(-0.2, 0.2, SPACING), np.arange(0.025, 0.5, SPACING)))
+        on_x = along < 3.0
+        x, y = np.where(on_x, along, 3.0 + beside), np.where(on_x, beside, along - 3.0)
+        x = np.column_stack([x, y, up - 0.2 * along])
+        with RunWriter(tmp_path / f"{length:g}", origin=offset, provenance={
+                "scene": SCENE, "particle_spacing": SPACING, "dx": 2.0 * SPACING}) as writer:
+            for time in (0.0, 1.0):
+                writer.history(time, {"front": 0.0, "steps": 1.0}, {})
+                writer.frame(time, x, {})
+        runs.append(tmp_path / f"{length:g}")
+    found = [profile(case, case.run.frame(1), way=way) for case in only(*runs)]
+    assert [one.front for one in found] == pytest.approx([7.0, 6.0], abs=0.15)
+    middle = (found[0].s > 0.5) & (found[0].s < 2.5)
+    np.testing.assert_allclose(found[0].top[middle], 0.5, atol=0.05)
+    assert found[0].along == "s" and Way.of(only(runs[0])[0].run) is None

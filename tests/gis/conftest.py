@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from snowmpm.io import Run, RunWriter
 from snowmpm.results import hazard
@@ -42,7 +43,8 @@ def write_avalanche(folder, moving=0.0, left=0.0, complete=True, crs=None, end_t
     def ground(plan):
         return 1000.0 - 0.5 * np.minimum(plan[:, 0] - ORIGIN[0], 400.0)
 
-    found = hazard.assess(maps, ORIGIN[:2], CELL, 0.1, path, momentum, whole, ground)
+    found = hazard.assess(maps, ORIGIN[:2], CELL, 0.1, path, momentum, whole, ground,
+                          shapely.box(*(ORIGIN[[0, 1, 0, 1]] + [20.0, 80.0, 60.0, 120.0])))
     record = {"scene_name": "straight", "crs": crs, "end_time": end_time, "dx": 2.0, "version": "0"}
     with RunWriter(folder, provenance=record, origin=ORIGIN) as writer:
         for time, share in ((0.0, 0.0), (40.0, moving)):

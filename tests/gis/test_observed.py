@@ -37,6 +37,9 @@ def test_each_outline_of_a_run_is_scored(straight):
     whole, strong = rows["affected area"], rows["above 10 kPa"]
     assert whole["hit_area"] == 380.0 * 40.0 - 100.0 and whole["missed_area"] == 100.0  # the hole
     assert whole["false_area"] == 4000.0 and whole["runout_difference"] == pytest.approx(100.0, abs=1.0)
+    numbers = straight.hazard["numbers"]
+    assert whole["observed_reach"] == numbers["reach_of_flow"] - whole["runout_difference"]
+    assert "computed_reach" not in whole  # one reach a threshold
     assert strong["false_area"] == 0.0 and strong["runout_difference"] == pytest.approx(-100.0, abs=1.0)
 
 

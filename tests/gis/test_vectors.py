@@ -72,8 +72,27 @@ def test_a_projection_without_a_code_becomes_longitude_and_latitude(straight, tm
     x, y = record["features"][-1]["geometry"]["coordinates"][:2]
     assert x == pytest.approx(11.1, abs=0.02) and y == pytest.approx(47.0, abs=0.02)
     assert record["features"][-1]["geometry"]["coordinates"][2] == pytest.approx(800.0, abs=1.0)
-    plain = json.loads(write_geojson(tmp_path / "b.geojson", layers_of(straight)).read_text())
-    assert "crs" not in plain
+
+
+def test_no_geojson_without_a_projection(straight, tmp_path):
+    """Read elsewhere, metres would be degrees."""
+    with pytest.raises(InputError, match="needs a coordinate system"):
+        write_geojson(tmp_path / "b.geojson", layers_of(straight), None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_outline_is_read_from_a_geopackage(straight, tmp_path):
+    outlines = [layer for layer in layers_of(straight) if layer.name == "affected_area"]
+    for name, crs in (("own", straight.provenance["crs"]), ("plain", None)):
+        path = write_geopackage(tmp_path / f"{name}.gpkg", outlines, crs)
+        area = read_observed(path, straight).geometry.area
+        assert area == pytest.approx(straight.hazard["numbers"]["affected_area"])
+    several = write_geopackage(tmp_path / "several.gpkg", layers_of(straight), straight.provenance["crs"])
+    with pytest.raises(InputError, match="holds 4 layers of polygons, affected_area"):
+        read_observed(several, straight)
+    (tmp_path / "other.gpkg").write_text('<OGRVRTDataSource><OGRVRTLayer name="own"/></OGRVRTDataSource>')
+    with pytest.raises(InputError, match="not a readable GeoPackage"):
+        read_observed(tmp_path / "other.gpkg", straight)
 
 
 def test_a_run_without_outlines_is_refused(tmp_path):

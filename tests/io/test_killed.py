@@ -63,7 +63,7 @@ def test_reader_follows_a_living_writer(tmp_path):
     try:
         wait_for_frames(process, 2)
         counts = []
-        while not counts or counts[-1] < 60:
+        while len(set(counts)) < 12:  # states of the file that were seen, however fast the writer is beside the reader
             run = Run(tmp_path)
             counts.append(len(run))
             i = len(run) - 1
@@ -72,7 +72,7 @@ def test_reader_follows_a_living_writer(tmp_path):
     finally:
         process.kill()
         process.wait()
-    assert counts == sorted(counts) and len(set(counts)) > 3
+    assert counts == sorted(counts)
 
 
 def test_reading_across_a_commit_is_repeated(tmp_path):

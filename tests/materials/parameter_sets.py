@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.materials import AnticrackCamClay, CohesiveCamClay, ModifiedCamClay
+from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 
 COMMON = {"density": 250.0, "poisson_ratio": 0.3}
@@ -82,19 +83,19 @@ def random_rotations(n, rng):
 
 def stiffness_of(law, stress, state):
     """`law.stiffness` of packed stresses (n, 6) and states, in double precision."""
-    function, parameters = type(law).stiffness, np.array(law.parameters())
-    n_parameters, n_state = len(parameters), state.shape[1]
+    function, parameters, n_state = type(law).stiffness, law.parameters(), state.shape[1]
+    names, count = type(parameters), len(parameters)
 
     @ti.kernel
     def evaluate(
         parameters: ti.types.ndarray(), stress: ti.types.ndarray(), state: ti.types.ndarray(), out: ti.types.ndarray()
     ):
         for i in range(out.shape[0]):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(n_parameters))])
+            numbers = ti.Vector([parameters[k] for k in ti.static(range(count))])
             tau = ti.Vector([stress[i, k] for k in ti.static(range(6))])
-            out[i] = function(prm, tau, ti.Vector([state[i, k] for k in ti.static(range(n_state))]))
+            out[i] = function(named(names, numbers), tau, ti.Vector([state[i, k] for k in ti.static(range(n_state))]))
 
     out = np.zeros(len(stress))
     with working_precision("f64"):
-        evaluate(parameters, np.ascontiguousarray(stress), np.ascontiguousarray(state), out)
+        evaluate(np.array(parameters), np.ascontiguousarray(stress), np.ascontiguousarray(state), out)
     return out

@@ -6,17 +6,18 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.materials.critical_state_return import critical_state_return
+from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 
 
 @functools.cache
-def _kernel(precision):
+def _kernel(precision, names):
     @ti.kernel
     def return_all(parameters: ti.types.ndarray(), trial: ti.types.ndarray(), found: ti.types.ndarray()):
         for i in range(trial.shape[0]):
-            prm = ti.Vector([parameters[k] for k in ti.static(range(14))])
+            numbers = ti.Vector([parameters[k] for k in ti.static(range(len(names._fields)))])
             p, ratio, zeta, collapsed, iterations, yielded = critical_state_return(
-                prm, trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False
+                named(names, numbers), trial[i, 0], trial[i, 1], trial[i, 2], trial[i, 3], False
             )
             found[i, 0] = p
             found[i, 1] = ratio
@@ -37,7 +38,8 @@ def returned(law, p_trial, q_trial, state=None, precision="f64"):
         collapsed = state[:, 1] if len(law.STATE) > 1 else np.zeros(len(p_trial))
         trial = np.column_stack([p_trial, deviator2, state[:, 0], collapsed]).astype(dtype)
         found = np.zeros((len(trial), 6), dtype)
-        _kernel(precision)(np.array(law.parameters(), dtype), trial, found)
+        parameters = law.parameters()
+        _kernel(precision, type(parameters))(np.array(parameters, dtype), trial, found)
     found = found.astype(float)
     new_state = found[:, 2 : 2 + len(law.STATE)]
     return found[:, 0], found[:, 1] * q_trial, new_state, found[:, 4].astype(int), found[:, 5] == 1.0

@@ -12,6 +12,7 @@ from parameter_sets import W1, W2, A, B, C, changed
 from snowmpm.materials import Elastic, StressUpdate, pack
 from snowmpm.materials.law import REDO
 from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane
+from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
@@ -132,6 +133,7 @@ def test_hardening_beyond_the_series_is_left():
 def test_packs_of_several_materials():
     # What a solver does: straight line where all of a pack is one material, one by one where it is not
     laws, rng = (ELASTIC, A), np.random.default_rng(3)
+    names = [type(law.parameters()) for law in laws]
     n = 3 * LANES + 5
     material = np.zeros(n, np.int32)
     material[:LANES] = 1
@@ -170,14 +172,16 @@ def test_packs_of_several_materials():
                 same = same and material[p] == material[first]
             for m in ti.static(range(2)):
                 if same and material[first] == m:
-                    prm = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                    update_pack(laws[m].lanes, prm, 1.0, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
+                    numbers = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
+                    update_pack(laws[m].lanes, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p, work_p, count_p,
+                                held_p)
             for lane in range(count):
                 in_line[first + lane] = ti.select(count_p[lane] == REDO, 0, 1)
                 for m in ti.static(range(2)):
                     if count_p[lane] == REDO and material[first + lane] == m:
-                        prm = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                        update_lane(laws[m].update, lane, prm, 1.0, h_p, state_p, A_p, tau_p, work_p, count_p)
+                        numbers = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
+                        update_lane(laws[m].update, lane, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p,
+                                    work_p, count_p)
                 tau = read_lane(tau_p, lane)
                 for j in ti.static(range(4)):
                     stress[first + lane, j] = tau[j]

@@ -19,6 +19,7 @@ from snowmpm.materials import (
     pack,
     unpack,
 )
+from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 from snowmpm.materials.stress_update import _update_kernel
 
@@ -121,6 +122,7 @@ def test_parameters_change_without_compiling():
 def test_two_laws_in_one_kernel_with_a_common_table():
     # What a solver does: rows padded to the longest law, state columns to the largest, the law chosen per particle
     laws = (ELASTIC, A, W1)
+    names = [type(law.parameters()) for law in laws]
     width, columns = max(len(law.parameters()) for law in laws), 2
     table = np.zeros((3, width))
     state = np.full((3, columns), 7.0)
@@ -133,14 +135,16 @@ def test_two_laws_in_one_kernel_with_a_common_table():
     @ti.kernel
     def update_all(table: ti.types.ndarray(), state: ti.types.ndarray(), stress: ti.types.ndarray()):
         for i in range(3):
-            prm = ti.Vector([table[i, k] for k in ti.static(range(width))])
+            numbers = ti.Vector([table[i, k] for k in ti.static(range(width))])
             internal = ti.Vector([state[i, k] for k in ti.static(range(columns))])
             h = ti.Vector.zero(float, 6)
             f = ti.Matrix.zero(float, 3, 3)
             f[0, 0] = -0.1
             for k in ti.static(range(3)):
                 if i == k:
-                    h, tau, internal, _work, _count = laws[k].update(prm, h, internal, f, 1.0)
+                    h, tau, internal, _work, _count = laws[k].update(
+                        named(names[k], numbers), h, internal, f, 1.0
+                    )
                     for j in ti.static(range(6)):
                         stress[i, j] = tau[j]
             for k in ti.static(range(columns)):

@@ -7,6 +7,7 @@ from parameter_sets import SETS, W1, A, B, C, diagonal, isotropic
 
 from snowmpm.materials import Elastic, Leg, LoadingError, MaterialPoint, MixedControl
 from snowmpm.materials.leg import COMPONENTS, deformation_of
+from snowmpm.materials.symmetric import PAIRS
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
 LATERAL = ("xx", "yy")
@@ -165,12 +166,12 @@ def test_a_failing_law_is_reported():
 
 
 @ti.func
-def viscous_update(prm, h, state, A, dt):
+def viscous_update(prm: ti.template(), h, state, A, dt):
     """τ = η (l + lᵀ), η = K."""
     tau = h
     for k in ti.static(range(h.n)):
-        i, j = ti.static(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))[k])
-        tau[k] = prm[0] * (A[i, j] + A[j, i]) / dt
+        i, j = ti.static(PAIRS[k])
+        tau[k] = prm.K * (A[i, j] + A[j, i]) / dt
     return h, tau, state, 0.0, 0
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import patches, runtime
 from snowmpm.errors import InputError
 
 CALLER = """
@@ -79,6 +79,7 @@ print(in_parallel() == in_parallel(60000))
 """
 
 
+@pytest.mark.skipif(not patches.wanted("array_lifetime"), reason="arrays do not know their Taichi: patch switched off")
 @pytest.mark.parametrize("afterwards", ["ti.init(arch=ti.cpu)", "ti.reset()", "snowmpm.start(); ti.reset(); block()"])
 def test_ended_afterwards_by_the_caller(program, expected, afterwards):
     """Old simulations say so, whatever is asked of them; new ones work, also while the old ones' memory is freed."""

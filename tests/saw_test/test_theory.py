@@ -67,14 +67,51 @@ def test_slab_of_layers():
     assert sandwich.density == pytest.approx(200.0)
 
 
-def test_energy_release_rate_is_the_slope_of_the_energy():
-    sigma, tau = SLAB.stresses(-35.0)
-    assert sigma == pytest.approx(1226.25 * np.cos(np.radians(35.0))) and tau == pytest.approx(703.348, rel=1e-5)
+def test_shear_stiffness_of_layers():
+    """One layer however it is divided: 5 G D / 6. Thin stiff faces on a soft core: G_c e^2 / d_c."""
+    soft = SNOW.model_copy(update={"youngs_modulus": 1e6})
+    faces = SNOW.model_copy(update={"youngs_modulus": 1e9})
+    sandwich = theory.Slab.of([(0.01, faces), (0.2, soft), (0.01, faces)])
+    assert sandwich.shear_modulus * 0.22 / 1.2 == pytest.approx(soft.shear_modulus * 0.21**2 / 0.2, rel=2e-3)
+    assert theory.Slab.of([(0.1, SNOW), (0.25, SNOW), (0.15, SNOW)]).shear_modulus == pytest.approx(SNOW.shear_modulus)
+    # Not above the sum of G d, which WEAC takes: the same shear strain in every layer
+    graded = [(0.125, SNOW.model_copy(update={"youngs_modulus": modulus * 1e6})) for modulus in (4.0, 3.0, 2.0, 1.0)]
+    assert theory.Slab.of(graded).shear_modulus == pytest.approx(2.5e6 / 2.6 / 1.0237, rel=1e-4)
+
+
+@pytest.mark.parametrize("ends", ["normal", "vertical"])
+@pytest.mark.parametrize("slope_angle", [0.0, 35.0, -35.0])
+def test_energy_release_rate_is_the_slope_of_the_energy(slope_angle, ends):
+    sigma, tau = SLAB.stresses(slope_angle)
+    assert sigma == pytest.approx(1226.25 * np.cos(np.radians(slope_angle)))
+    assert tau == pytest.approx(1226.25 * np.sin(np.radians(slope_angle)))
     a, d = 0.4, 1e-5
-    slope = np.diff([theory.energy_of_cut(SLAB, sigma, tau, a + s * d) for s in (-1, 1)])[0] / (2.0 * d)
-    assert theory.energy_release_rate(SLAB, sigma, tau, a) == pytest.approx(slope, rel=1e-8)
-    length = theory.critical_length_by_energy(SLAB, sigma, tau, 0.5)
-    assert theory.energy_release_rate(SLAB, sigma, tau, length) == pytest.approx(0.5, rel=1e-9)
+    slope = np.diff([theory.energy_of_cut(SLAB, sigma, tau, a + s * d, ends) for s in (-1, 1)])[0] / (2.0 * d)
+    assert theory.energy_release_rate(SLAB, sigma, tau, a, ends) == pytest.approx(slope, rel=1e-7)
+    length = theory.critical_length_by_energy(SLAB, sigma, tau, 0.5, ends)
+    assert theory.energy_release_rate(SLAB, sigma, tau, length, ends) == pytest.approx(0.5, rel=1e-9)
+
+
+def test_energy_of_cut_is_the_published_one():
+    """As van Herwijnen et al. (2016) write it, of a Poisson ratio of 0, where eta is the same in plane strain."""
+    slab = theory.Slab.of([(0.4, SNOW.model_copy(update={"poisson_ratio": 0.0}))])
+    for slope_angle in (-40.0, 0.0, 25.0):
+        sigma, tau = slab.stresses(slope_angle)
+        for r in (0.05, 0.3, 1.2):
+            x, eta = r / 0.4, np.sqrt(0.8)
+            tau_tau = 1.0 + 9.0 / 4.0 * eta / x + 9.0 / 4.0 * eta**2 / x**2
+            sigma_tau = 9.0 / 2.0 * eta + 9.0 / 2.0 * eta**2 / x
+            sigma_sigma = 3.0 * eta**2 + 9.0 / 4.0 * eta * x + 9.0 / 5.0 * x**2
+            published = np.pi * r**2 / 6.0e6 * (tau**2 + sigma**2) + r**3 / (6.0 * 0.4 * 3.0e6) * (
+                tau_tau * tau**2 + sigma_tau * sigma * tau + sigma_sigma * sigma**2)
+            assert theory.energy_of_cut(slab, sigma, tau, r) == pytest.approx(published, rel=1e-12)
+
+
+def test_a_layer_that_is_critical_before_the_cut():
+    """Down a slope the energy of a short cut falls at first: the least length counts, and it may be none."""
+    sigma, tau = SLAB.stresses(-35.0)
+    at_once = theory.energy_release_rate(SLAB, sigma, tau, 0.0)
+    assert at_once > 0.0 and theory.critical_length_by_energy(SLAB, sigma, tau, 0.99 * at_once) == 0.0
 
 
 def test_critical_length_by_strength():

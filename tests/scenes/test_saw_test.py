@@ -59,7 +59,7 @@ def test_weak_layer_of_two_cells():
 
 
 def test_resolved_scene_loads_and_can_be_changed(tmp_path):
-    scene = pst(saw_test__slope_angle=20.0)
+    scene = pst(saw_test__slope_angle=20.0, saw_test__ends="normal")
     path = tmp_path / "scene.toml"
     path.write_text(scene.to_toml())
     again = load_scene(path)

@@ -37,13 +37,14 @@ def _shapes(s):
     return np.array([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)]), np.array([s - 0.5, -2.0 * s, s + 0.5])
 
 
-def _element(layer, h, gravity):
-    """Stiffness (18, 18) [Pa] and weight (18,) [N/m] of a square element with sides h [m]."""
+def _element(layer, h, gravity, lean):
+    """Stiffness (18, 18) [Pa] and weight (18,) [N/m] of an element of width and height h [m], whose sides lean."""
     K, f = np.zeros((18, 18)), np.zeros(18)
     for s, ws in GAUSS:
         for t, wt in GAUSS:
             (Na, da), (Nb, db) = _shapes(s), _shapes(t)
             N, along, across = (np.outer(a, b).ravel() for a, b in ((Na, Nb), (da, Nb), (Na, db)))
+            across = across - lean * along
             B = np.zeros((3, 18))
             B[0, 0::2] = B[2, 1::2] = along * 2.0 / h
             B[1, 1::2] = B[2, 0::2] = across * 2.0 / h
@@ -53,11 +54,12 @@ def _element(layer, h, gravity):
     return K, f
 
 
-def cut_slab(slab, weak, length, cut, slope_angle, h, g=9.81):
+def cut_slab(slab, weak, length, cut, slope_angle, h, g=9.81, lean=0.0):
     """Potential energy Pi [J/m] and displacement (2,) [m] of the middle of the slab's end at x = 0, over the cut.
 
     slab, weak: `Elastic`; the weak layer is gone for x < cut; slope_angle: uphill towards +x [degrees]; h: side of the
-    elements [m], of which length, cut and heights are multiples (the middle of the slab: of half of it).
+    elements [m], of which length, cut and heights are multiples (the middle of the slab: of half of it); lean: dx/dz of
+    the ends, tan(slope_angle) where they are vertical.
     """
     gravity = -g * np.array([np.sin(np.radians(slope_angle)), np.cos(np.radians(slope_angle))])
     weak_rows, columns, rows = round(weak.height / h), round(length / h), round((weak.height + slab.height) / h)
@@ -68,7 +70,7 @@ def cut_slab(slab, weak, length, cut, slope_angle, h, g=9.81):
     per_column = 2 * rows + 1
     nodes = [(2 * column + a) * per_column + 2 * row + b for a in range(3) for b in range(3)]
     dofs = np.stack([2 * node + axis for node in nodes for axis in range(2)], axis=1)
-    (K_weak, f_weak), (K_slab, f_slab) = (_element(layer, h, gravity) for layer in (weak, slab))
+    (K_weak, f_weak), (K_slab, f_slab) = (_element(layer, h, gravity, lean) for layer in (weak, slab))
     size = 2 * per_column * (2 * columns + 1)
     K = coo_array((np.where(below[:, None, None], K_weak, K_slab).ravel(),
                    (np.repeat(dofs, 18, axis=1).ravel(), np.tile(dofs, (1, 18)).ravel())), shape=(size, size)).tocsc()

@@ -10,11 +10,14 @@ and in the end the impulse is what the block lost, m V and a little more, for it
 
 import numpy as np
 import pytest
+import trimesh
 
-from snowmpm.io import Obstacle
-from snowmpm.io.impact import frontal_area, impact
+from snowmpm.io import Obstacle, Run, RunWriter
+from snowmpm.io.impact import impacts, loaded
+from snowmpm.io.wetted import Face
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
+from snowmpm.quantities.table import QUANTITIES
 from snowmpm.scenes.cards import material_card
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import APIC, lattice
@@ -70,19 +73,50 @@ def record(time, force, direction=(1.0, 0.0, 0.0)):
 
 
 def test_peak_and_steady_part():
-    """A peak of 5 kN/m for 0.1 s, then 2 kN/m for 3.9 s, on 2 m of height: 2.5 kPa and 1 kPa."""
+    """A peak of 5 kN/m for 0.1 s, then 2 kN/m for 3.9 s."""
     time = np.arange(1, 801) * 0.01
     force = np.select([time <= 1.0, time <= 1.1, time <= 5.0], [0.0, 5e3, 2e3], 0.0)
-    found = impact(record(time, force))
-    assert found.area == pytest.approx(2.0) and found.impulse == pytest.approx(5e3 * 0.1 + 2e3 * 3.9)
-    assert found.peak == pytest.approx(2500.0, rel=1e-9) and 1.0 <= found.peak_time <= 1.1
-    assert found.steady == pytest.approx(1000.0, rel=1e-9) and found.arrival == pytest.approx(1.0, abs=0.03)
-    assert impact(record(time, 0.0 * force)) is None
+    found = loaded(record(time, force))
+    assert found.impulse == pytest.approx(5e3 * 0.1 + 2e3 * 3.9)
+    assert found.peak == pytest.approx(5e3, rel=1e-9) and 1.0 <= found.peak_time <= 1.1
+    assert found.steady == pytest.approx(2e3, rel=1e-9) and found.arrival == pytest.approx(1.0, abs=0.03)
+    assert loaded(record(time, 0.0 * force)) is None
 
 
-def test_area_seen_along_a_direction():
-    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 2.0) for z in (0.0, 3.0)])
-    squares = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    facets = np.array([t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))])
-    for direction, area in (([1.0, 0.0, 0.0], 6.0), ([0.0, 1.0, 0.0], 3.0), ([0.0, 0.0, 1.0], 2.0)):
-        assert frontal_area(corners, facets, np.array(direction)) == pytest.approx(area)
+def test_pressure_is_over_the_part_of_the_face_that_snow_touches(tmp_path):
+    """20 kN on a mast 10 m high and 1 m wide, on which snow stands 1 m: 20 kPa, not 2; snow behind it counts not."""
+    mast = trimesh.creation.box(extents=[1.0, 1.0, 10.0])
+    mast.apply_translation([5.0, 0.0, 5.0])
+    axes = [np.arange(4.05, 4.5, 0.1), np.arange(-0.95, 1.0, 0.1), np.arange(0.05, 1.0, 0.1)]
+    snow = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    behind = [5.55, 0.0, 8.0]
+    with RunWriter(tmp_path, provenance={"scene_name": "mast", "particle_spacing": 0.1},
+                   obstacles={"mast": (mast.vertices, mast.faces), "beside": (mast.vertices, mast.faces)}) as writer:
+        for time in np.arange(0.0, 3.01, 0.5):
+            touching = snow if time > 0.9 else snow - [3.0, 0.0, 0.0]
+            rows = time - 0.5 + np.arange(1, 51) * 0.01
+            force = np.outer(np.where(rows > 1.0, 2e4, 0.0), [1.0, 0.0, 0.0])
+            impulse = np.outer(2e4 * np.maximum(rows - 1.0, 0.0), [1.0, 0.0, 0.0])
+            load = {"time": rows, "force": force, "impulse": impulse, "moment": 0.0 * force, "work": 0.0 * rows}
+            loads = {"mast": load, "beside": {**load, "impulse": 0.0 * impulse}} if time else {}
+            writer.frame(time, np.vstack([touching, behind]), {}, loads=loads)
+    found, = impacts(Run(tmp_path)).values()
+    numbers = found.numbers
+    assert numbers["face_area"] == pytest.approx(10.0) and numbers["wetted_area"] == pytest.approx(1.0, rel=0.06)
+    assert numbers["impact_peak_force"] == pytest.approx(2e4, rel=1e-6)
+    assert numbers["impact_peak_pressure"] == pytest.approx(2e4, rel=0.06)
+    assert numbers["impact_steady_pressure"] == pytest.approx(2e4, rel=0.06)
+    assert found.texts()["impact_peak_force"].endswith(" kN") and set(numbers) <= set(QUANTITIES)
+
+
+def test_face_seen_along_a_direction():
+    """Of a box 1 by 2 by 3, and of a section: its area in pieces, however its facets are oriented."""
+    box = trimesh.creation.box(bounds=[[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])
+    for facets in (box.faces, box.faces[:, ::-1]):
+        for direction, area in (([1.0, 0.0, 0.0], 6.0), ([0.0, 1.0, 0.0], 3.0), ([0.0, 0.0, -1.0], 2.0)):
+            face = Face(box.vertices, facets, np.array(direction), 0.2)
+            assert face.area == face.areas.sum() == pytest.approx(area)
+            assert np.allclose(face.centres @ direction, min(box.vertices @ direction))
+    ring = record(np.ones(1), np.ones(1))
+    face = Face(ring.vertices, ring.facets, np.array([1.0, 0.0, 0.0]), 0.1)
+    assert face.area == pytest.approx(2.0) and np.allclose(face.centres[:, 0], 0.0) and len(face.areas) >= 40

@@ -17,4 +17,7 @@ __all__ = ["Caution", "cautions"]
 
 def cautions(facts):
     """`Caution`s of a scene (`SceneFacts`), in the order of the rules."""
-    return [caution for rule in RULES[facts.scene.solver.method] for caution in rule(facts)]
+    method = facts.scene.solver.method
+    if not RULES.get(method):
+        return [Caution("", "solver.method", f"where {method} fails was not measured", "compare it with another")]
+    return [caution for rule in RULES[method] for caution in rule(facts)]

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 from snowmpm.measured.borders import shipped
+from snowmpm.methods import METHODS
 
-RULES = {"mpm": [], "sph": []}
+RULES = {name: [] for name in METHODS}
 """By method, in the order in which they are asked."""
 
 

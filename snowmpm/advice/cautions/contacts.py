@@ -1,8 +1,9 @@
-"""Rules: bodies that meet, and obstacles thinner than the grid."""
+"""Rules: bodies that meet, and obstacles thinner than the grid or out of reach."""
 
 import numpy as np
 
-from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
+from snowmpm.setup.obstacle_reach import ACROSS, across, doubts
 
 
 @rule("mpm")
@@ -23,6 +24,15 @@ def thin_obstacle(facts):
     """An obstacle thinner than the grid can keep snow from passing."""
     setting = "cubic" if facts.scene.solver.kernel == "cubic" else "between nodes"
     for i, obstacle in enumerate(facts.model.obstacles):
+        if across(obstacle) < ACROSS * facts.dx:
+            continue  # a mast: what is felt behind it is the least of it
         thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
         if border := beyond("thin_obstacle", setting, thickness):
             yield worded(border, f"obstacles.{i} ({obstacle.name})", thickness)
+
+
+@rule("mpm", "sph")
+def doubtful_obstacle(facts):
+    """An obstacle too slender for the grid to see, or mostly out of reach."""
+    for doubt in doubts(facts.model):
+        yield Caution("", doubt.key, doubt.says, doubt.cure)

@@ -4,10 +4,14 @@ from snowmpm.advice.cautions.caution import Caution, rule
 from snowmpm.saw_test.strength import overloaded
 
 CURE = "a gentler saw_test.slope_angle, a lighter slab or a stronger layer stands"
+CURE_OF_END = 'saw_test.ends = "vertical", or a gentler slope'
 
 
 @rule("mpm", "sph")
 def overloaded_layer(facts):
     """A layer that yields under the weight of the snow above it, on the slope that was asked for."""
     for load in overloaded(facts.scene):
-        yield Caution("", "saw_test.slope_angle" if load.strength > 0.0 else "saw_test.slab", str(load), CURE)
+        if load.at_end:
+            yield Caution("", "saw_test.ends", str(load), CURE_OF_END)
+        else:
+            yield Caution("", "saw_test.slope_angle" if load.strength > 0.0 else "saw_test.slab", str(load), CURE)

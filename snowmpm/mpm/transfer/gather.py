@@ -26,29 +26,29 @@ from snowmpm.particles.store import accessors
 from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
 
 
-def gather_kernel(layout, real, laws, n_parameters, atomic, flip, basis="quadratic", gradient="affine", affine=True,
+def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
                   serial=False):
     """Kernel of the second half of a step.
 
-    laws: `MaterialTable.functions`.
+    laws: `LawFunctions` of a scene.
     atomic, basis, gradient: as in `scatter_kernel`; affine: whether the transfer hands C on (APIC), and so needs it
     beside a grad v of the shape functions; serial: by one thread.
     """
-    scheme = layout, real, laws, n_parameters, flip, basis, gradient, affine
+    scheme = layout, real, laws, flip, basis, gradient, affine
     return particle_kernel(*scheme) if atomic else pack_kernel(*scheme, serial)
 
 
 @functools.cache
-def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine):
+def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     """The kernel for one particle a thread."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
-    n_laws, updates, _, stiffnesses, bonds = len(laws), *zip(*laws, strict=True)
+    n_laws, updates = len(laws), [law.update for law in laws]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
-    particle = response_functions(layout, real, stiffnesses, n_parameters, bonds)
+    particle = response_functions(layout, real, laws)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -72,8 +72,8 @@ def particle_kernel(layout, real, laws, n_parameters, flip, basis, gradient, aff
         strain, wave2, breaks = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
         for k in ti.static(range(n_laws)):
             if law_of[material[p]] == k:
-                parameters = particle.parameters_of(materials, material[p])
-                h, tau, state, work, iterations = updates[k](parameters, h, state, A, dt)
+                h, tau, state, work, iterations = updates[k](particle.parameters_of(k, materials, material[p]), h,
+                                                             state, A, dt)
                 strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
                 breaks = particle.breaks(k, materials, material[p], state, work)
         access.store(reals, places, p, at["position"], x)

@@ -25,19 +25,18 @@ from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STR
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, n_parameters, flip, basis, gradient, affine, serial):
+def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
-    stiffnesses = tuple(stiffness for _, _, stiffness, _ in laws)
-    some_stiffen = any(function is not None for function in stiffnesses)
-    some_bonded = any(index is not None for *_, index in laws)
+    some_stiffen = any(law.stiffness is not None for law in laws)
+    some_bonded = any(law.bonds is not None for law in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
-    particle = response_functions(layout, real, stiffnesses, n_parameters)
-    apply_laws = law_functions(layout, real, laws, n_parameters)
+    particle = response_functions(layout, real, laws)
+    apply_laws = law_functions(layout, real, laws)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),

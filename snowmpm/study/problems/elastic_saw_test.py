@@ -33,7 +33,8 @@ def at_rest(scheme, cut, slope_angle, dx, per_axis=2):
     simulation = scheme.simulation("pst_2d", dx, per_axis, {
         "materials.weak_layer": WEAK_LAYER, "initial.stress": "geostatic",
         "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
-        "saw_test.slope_angle": slope_angle, "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}})
+        "saw_test.slope_angle": slope_angle, "saw_test.ends": "normal",
+        "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}})
     solver = simulation.solver
     # First frequency of a beam clamped 0.3 m beyond the cut; 0.6 of it with the shear of so short a beam (measured)
     omega = 0.6 * 3.516 * np.sqrt(3e6 / 0.91 * 0.5**2 / 12.0 / 250.0) / (cut + 0.3) ** 2

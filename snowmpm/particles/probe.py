@@ -38,37 +38,38 @@ def probe_kernel(layout, real):
 
 
 class Probe:
-    """The particles of a solver with chosen numbers, in a fixed order, as they are now.
+    """The particles of a store with chosen numbers, in a fixed order, as they are now.
 
     there (n,): not removed yet. What columns say of those that are gone means nothing.
     """
 
-    def __init__(self, solver, chosen, total):
-        """chosen (n,): particle numbers; total: how many numbers there are."""
-        self._solver = solver
+    def __init__(self, store, chosen, total):
+        """store: `SortedParticles`; chosen (n,): particle numbers; total: how many numbers there are."""
+        self._store = store
         row_of = np.full(total, NOWHERE, np.int32)
         row_of[chosen] = np.arange(len(chosen))
         self._row_of = ti.ndarray(ti.i32, total)
         self._row_of.from_numpy(row_of)
-        self._rows = np.zeros((len(chosen), solver.particles.layout.width), solver.particles.numpy_dtype)
-        self._blocks = np.full((len(chosen), solver.dim), np.iinfo(np.int32).min, np.int32)
+        self._rows = np.zeros((len(chosen), store.layout.width), store.numpy_dtype)
+        self._blocks = np.full((len(chosen), store.dim), np.iinfo(np.int32).min, np.int32)
         self.read()
 
     def read(self):
         """Look again."""
-        solver, store = self._solver, self._solver.particles
+        store = self._store
         self._blocks[:] = np.iinfo(np.int32).min
-        with runtime.precision(solver.precision):
-            probe_kernel(store.layout, runtime.DTYPES[solver.precision][0])(
+        with runtime.precision(store.precision):
+            probe_kernel(store.layout, runtime.DTYPES[store.precision][0])(
                 store.reals, store.turn, store.identity, store.start, store.coordinates, self._row_of,
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
     def column(self, name, part=slice(None)):
         """One column group of the particle table, float64, (n, size), of all or a part (slice) of the chosen ones."""
-        return self._rows[part, self._solver.particles.layout.columns(name)].astype(np.float64)
+        return self._rows[part, self._store.layout.columns(name)].astype(np.float64)
 
     def positions(self, part=slice(None)):
         """Scene coordinates [m], (n, dim), of all or a part (slice) of the chosen ones; NaN for those that are gone."""
-        cells = EDGE[self._solver.dim] * self._blocks[part].astype(np.int64) + self.column("position", part)
-        return np.where(self.there[part, None], self._solver.frame.origin + self._solver.dx * cells, np.nan)
+        store = self._store
+        cells = EDGE[store.dim] * self._blocks[part].astype(np.int64) + self.column("position", part)
+        return np.where(self.there[part, None], store.origin + store.dx * cells, np.nan)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import taichi as ti
 
+from snowmpm.compiler import patches
 from snowmpm.compiler.array_memory import view
 from snowmpm.compiler.launch import taichi_kernel
 
-pytestmark = pytest.mark.usefixtures("taichi")
+pytestmark = [pytest.mark.usefixtures("taichi"),
+              pytest.mark.skipif(not patches.wanted("array_memory"), reason="the patch array_memory is switched off")]
 
 
 @taichi_kernel

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
+from snowmpm.compiler import patches
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import Launcher, taichi_kernel
 
@@ -14,7 +15,8 @@ def add_scaled(target: ti.types.ndarray(), source: ti.types.ndarray(), factor: t
         target[first + i] += factor * source[i]
 
 
-pytestmark = pytest.mark.usefixtures("taichi")
+pytestmark = [pytest.mark.usefixtures("taichi"),
+              pytest.mark.skipif(not patches.wanted("launch"), reason="the patch launch is switched off")]
 
 
 def test_arrays_of_either_kind():

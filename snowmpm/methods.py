@@ -1,0 +1,74 @@
+"""The methods by which a scene can be computed, as data: what each can do, who builds it, where its options stand.
+
+The scene schema, the composition root, refusals, costs, cautions and advice take their keys from `METHODS`. A test asks
+each of them for a row of every name.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What of a scene a method computes; what it does not is refused by `setup.refusals`.
+
+    dimensions, precisions: values that a scene may choose; filling: particles in a full cell at the start, None where
+    the scene chooses; the others say whether a table or a choice of the scene is computed at all.
+    """
+
+    dimensions: tuple[int, ...] = (2, 3)
+    precisions: tuple[str, ...] = ("f32", "f64")
+    filling: int | None = None
+    terrain: bool = True
+    obstacles: bool = True
+    periodic: bool = True
+    initial_stress: bool = True
+    """initial.stress other than "none": particles carry a stress that forces follow from"""
+    settling: bool = True
+    """initial.stress = "settle": damped steps bring the particles to rest"""
+    cuts: bool = True
+    """events that take the bonds of particles"""
+    loads: bool = True
+    """events that push particles"""
+    removal: bool = True
+    """events that take particles out"""
+    forcing: bool = True
+    """forces, damping and gravity that changes (`snowmpm.forcing`)"""
+    separate_bodies: bool = False
+    """bodies that slide on each other and part"""
+    saw_test: bool = False
+    grid: bool = False
+    """a background grid: kernel, gradient, transfer and particles_per_cell of the scene's solver table choose it"""
+    presets: bool = False
+    """--fast and --accurate were measured for it"""
+
+
+@dataclass(frozen=True)
+class MethodEntry:
+    """A row of `METHODS`.
+
+    builder: "module:name" of a callable, or the callable itself, that is given (population, laws, options) and by name
+    dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
+    body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
+    solver table, whose contents the builder gets; None for one that reads the solver table itself.
+    """
+
+    name: str
+    builder: str | Callable
+    capabilities: Capabilities
+    options: str | None = None
+
+
+METHODS = {entry.name: entry for entry in (
+    MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
+        separate_bodies=True, saw_test=True, grid=True, presets=True)),
+    MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
+)}
+
+
+def who_can(capability, wanted=True):
+    """Names of the methods with a capability; of dimensions and precisions, those that have `wanted` among them."""
+    def has(value):
+        return wanted in value if isinstance(value, tuple) else bool(value)
+
+    return [name for name, entry in METHODS.items() if has(getattr(entry.capabilities, capability))]

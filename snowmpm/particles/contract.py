@@ -1,0 +1,70 @@
+"""The contract of a method's particles: what fields, audit, maps, probes, events and advice read of them."""
+
+from abc import ABC, abstractmethod
+
+
+class Particles(ABC):
+    """Material points in rows, whose order a step may change; each has a number for life.
+
+    A particle carries the columns of `sizes` (`particles.store.Layout` says what they mean).
+    """
+
+    count: int
+    """how many there are now"""
+    mass: float
+    """of all [kg]"""
+    materials: object
+    """`particles.material_table.MaterialTable`: laws, densities, wave speed, elastic energy"""
+    removed: dict
+    """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
+    that did not leave the domain but were taken out"""
+    repeats: object
+    """(dim,) whether the domain is periodic along each axis"""
+    sorts: int
+    """how often their order changed"""
+
+    @property
+    @abstractmethod
+    def sizes(self):
+        """Numbers that a particle carries, {column: how many}."""
+
+    @property
+    @abstractmethod
+    def number_bytes(self):
+        """Bytes of a number."""
+
+    @property
+    @abstractmethod
+    def bytes_per_particle(self):
+        """Memory of a particle, all arrays and room for a sort included."""
+
+    @property
+    @abstractmethod
+    def n_blocks(self):
+        """Blocks of cells that hold particles."""
+
+    @abstractmethod
+    def snapshot(self):
+        """Copy of all particles as they are now (`particles.snapshot.Snapshot`): labels (n, 2) of material index and
+        number, `column(name)` (n, size) in float64 and `positions()` (n, dim) [m]."""
+
+    @abstractmethod
+    def column(self, name):
+        """Copy of one column, float64, (n, size)."""
+
+    @abstractmethod
+    def positions(self):
+        """Scene coordinates [m], (n, dim)."""
+
+    @abstractmethod
+    def probe(self, chosen, total):
+        """`particles.probe.Probe` of the particles with the numbers `chosen` (k,) of `total`."""
+
+    @abstractmethod
+    def sums_in_plan(self, lower, cell, shape):
+        """Sums over plan cells: -> (window, sums).
+
+        lower (2,) [m]: corner of the first cell; cell: side [m]; shape: cells along x and y. window: slices of those
+        that may hold particles; sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass
+        times speed squared.
+        """

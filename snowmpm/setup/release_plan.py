@@ -1,0 +1,66 @@
+"""Where the snow lies in plan at the start: the outline that the release has in maps, tables and vector files.
+
+A layer lies where its region says. Other bodies, layers without a region and what another run left lie where their
+particles do: they are gathered in cells of a third of their spacing, gaps of less than `GAP` cells are closed, and the
+outermost ones stand for half a spacing. On average this outline is within a fifth of a spacing of the true one.
+"""
+
+import warnings
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from snowmpm.seeding.regions import regions_of
+
+FINE = 3.0
+"""Cells a spacing."""
+
+GAP = 4
+"""Cells from a particle to the next that belongs to the same sheet, halved."""
+
+
+def release_plan(model):
+    """The plan area of the snow of a `Model` in 3-D: a shapely MultiPolygon in scene coordinates [m]."""
+    import shapely
+
+    domain = shapely.box(*model.lower[:2], *model.upper[:2])
+    parts = [_polygons(model, spec) for spec in model.scene.bodies]
+    ends, x = [*model.body_starts, len(model.population.volumes)], model.population.positions
+    spacing = model.scene.solver.dx / model.scene.solver.filling ** (1.0 / 3.0)
+    parts = [covered(x[ends[i] : ends[i + 1], :2], spacing) if part is None else part for i, part in enumerate(parts)]
+    whole = shapely.union_all(parts).intersection(domain)
+    return shapely.MultiPolygon([part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"])
+
+
+def _polygons(model, body):
+    """The area of the regions of a layer; None of what has no region of its own."""
+    import shapely
+
+    region, taken = getattr(body.shape, "region", None), model.taken and body.name in model.taken.bodies
+    if body.shape.kind != "layer" or region is None or taken:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # said when the body was filled
+        regions = regions_of(region, model.surface, model.scene.base_dir, "region")
+    if any(one.to_border for one in regions):
+        return None
+    return shapely.union_all([shapely.box(*one.lower, *one.upper) if one.polygons is None else one.polygons.geometry
+                              for one in regions])
+
+
+def covered(plan, spacing):
+    """The area, a shapely geometry, that particles at plan positions (n, 2) [m] cover; spacing [m]: between them."""
+    import shapely
+
+    cell, rim = spacing / FINE, GAP + 2
+    first = np.floor(plan.min(axis=0) / cell).astype(np.int64) - rim
+    number = np.floor(plan / cell).astype(np.int64) - first
+    there = np.zeros(number.max(axis=0) + 1 + rim, bool)
+    there[tuple(number.T)] = True
+    near = distance_transform_edt(~there) <= GAP
+    # Half a spacing is a cell and a half: the particle's own, and one more
+    held = distance_transform_edt(near) > GAP - 1
+    edges = np.diff(np.pad(held, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    (i, low), (_, high) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+    x, y0, y1 = (first[k] + numbers for k, numbers in ((0, i), (1, low), (1, high)))
+    return shapely.union_all(shapely.box(cell * x, cell * y0, cell * (x + 1), cell * y1))

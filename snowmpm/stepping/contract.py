@@ -1,0 +1,182 @@
+"""The contract of a method: all that the program asks of a way to compute a scene.
+
+Run loop, events, audit, maps, probes, settling, recorder, description and advice use the members of `Method` and of
+`particles.contract.Particles`, and nothing else of a method (tests/test_method_contract.py). What a method can do at
+all is a row of `snowmpm.methods.METHODS`.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Totals:
+    """What has been added up since time zero, for the audit.
+
+    impulse: of terrain, sides, obstacles and loads, (dim,) [N s]; weight_impulse: of gravity (dim,) [N s];
+    momentum_gain: time integral of all momentum that came in (dim,) [N s2], needed where the domain is periodic;
+    plastic_work and contact_work: energy taken by the laws and by contact [J]; yielding: number of particles that
+    yielded in the last step.
+    """
+
+    impulse: np.ndarray
+    weight_impulse: np.ndarray
+    momentum_gain: np.ndarray
+    plastic_work: float = 0.0
+    contact_work: float = 0.0
+    yielding: int = 0
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """cfl: share of a cell that a wave or a particle may cross in a step; critical_cfl: the largest that is stable;
+    scheme: name of the scheme in messages; usual_cfl: of a scene that gives none."""
+
+    cfl: float
+    critical_cfl: float
+    scheme: str
+    usual_cfl: float
+
+
+@dataclass(frozen=True)
+class Workload:
+    """What a step has to do beside its particles, for the forecast of its cost.
+
+    blocks: home blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface; surfaces:
+    terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all.
+    """
+
+    blocks: int
+    node_blocks: int = 0
+    contact_blocks: int = 0
+    surfaces: int = 0
+    moving: int = 0
+    serial: bool = False
+
+
+class Method(ABC):
+    """Particles with a clock, and a step of both. SI units, scene coordinates; per metre of width in 2-D."""
+
+    frame: object
+    """`particles.coordinates.Frame`: dim, dx [m], origin (dim,) [m], precision"""
+    particles: object
+    """`particles.contract.Particles`"""
+    time: float
+    """[s]; the run loop sets it to the time of a frame that a step has reached but for round-off"""
+    steps: int
+    """taken since time zero"""
+    gravity: np.ndarray
+    """of the next step (dim,) [m/s2]"""
+    extremes: object
+    """`stepping.time_step.Extremes` of the last step"""
+    unconverged: int
+    """return maps that failed since time zero"""
+    forcing: object = None
+    """`forcing.Forcing` that acts on the particles, or None"""
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def step(self, dt):
+        """Advance by dt [s]. Raises SimulationError, with what `stable_dt` then says unchanged, when it fails."""
+
+    @abstractmethod
+    def stable_dt(self):
+        """-> (step for now [s], what limits it)."""
+
+    @abstractmethod
+    def critical_dt(self):
+        """-> (longest step that is not unstable now [s], what limits it)."""
+
+    def expected_dt(self):
+        """-> (step that a run takes about [s], what limits it)."""
+        return self.stable_dt()
+
+    @property
+    @abstractmethod
+    def limits(self):
+        """`StepLimits`."""
+
+    # ---- what acts on the particles ---------------------------------------------------------------------------
+
+    @abstractmethod
+    def set_loads(self, loads):
+        """loads: [(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])] that act within their radius from now
+        on, in place of those before."""
+
+    @abstractmethod
+    def push(self, numbers, gain, mass):
+        """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
+        `mass` [kg]; counts as a load."""
+
+    @abstractmethod
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
+        (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
+
+    @abstractmethod
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
+
+    def force(self, forcing):
+        """Let a `forcing.Forcing` act from now on."""
+        raise NotImplementedError(f"{type(self).__name__} takes no forcing")
+
+    # ---- settling ---------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def damp(self, kept):
+        """Keep the share `kept` of all velocities in each step from now on, while an initial state settles: 1 ends it.
+        -> the share of the impulses of terrain and sides that `totals` counts meanwhile: `kept` where damping takes its
+        part of them, else 1."""
+
+    @abstractmethod
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def totals(self):
+        """`Totals` as they are now."""
+
+    @property
+    def obstacle_totals(self):
+        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
+        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
+        dim = self.frame.dim
+        return np.zeros((0, dim + (1 if dim == 2 else 3) + 1))
+
+    def second_moment(self):
+        """D [m2] of the kinetic energy m D C:C / 2 of the affine motion of a particle; 0 where it carries none."""
+        return 0.0
+
+    def null_space_noise(self, energy):
+        """Share of the kinetic energy [J] of the particles that the method cannot see."""
+        return 0.0
+
+    @property
+    @abstractmethod
+    def memory(self):
+        """Bytes of everything but the particles."""
+
+    @property
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(self.particles.n_blocks)
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def state(self):
+        """All that a bitwise continuation needs, by name: numbers, arrays, lists and dictionaries of them."""
+
+    @abstractmethod
+    def restore(self, state):
+        """Take over the `state()` of a method of the same scene; loads are set apart.
+
+        Raises InputError when it does not fit.
+        """
