@@ -66,6 +66,14 @@ class AnticrackCamClay(CriticalStateLaw):
     def alpha(self):
         return self.softening
 
+    @property
+    def collapses(self):
+        return True
+
+    @property
+    def collapse_thickness(self):
+        return self.reference_thickness
+
     def drawn(self, thickness, drawn):
         reference = (self.reference_thickness or thickness) * drawn / thickness
         return super().drawn(thickness, drawn).model_copy(update={"reference_thickness": reference})

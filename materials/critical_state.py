@@ -244,6 +244,18 @@ class CriticalStateLaw(Law):
         return 0.0
 
     @property
+    def associated(self):
+        return self.return_map == "implicit"
+
+    @property
+    def tensile_strength(self):
+        return self.beta * self.p0
+
+    @property
+    def integration(self):
+        return self.return_map
+
+    @property
     def initial_zeta(self):
         """ζ₀ [-]"""
         return self.hardening_part.start

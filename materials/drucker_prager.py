@@ -195,6 +195,14 @@ class DruckerPrager(Law):
         return self.k / self.alpha if self.alpha > 0.0 else np.inf
 
     @property
+    def tensile_strength(self):
+        return self.tensile_apex
+
+    @property
+    def friction_exceeds_dilation(self):
+        return self.dilation_angle < self.friction_angle
+
+    @property
     def _k_per_cohesion(self):
         """α cot φ, which has a limit at φ = 0."""
         angle = max(self.friction_angle, 1e-6)

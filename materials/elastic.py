@@ -1,7 +1,8 @@
 """Hencky elasticity: the law of a material that never yields, and the trial state of every other law."""
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
+import numpy as np
 import taichi as ti
 
 from .hencky import hencky_strain, log_series, log_volume, strain_of_volume, trial_deviation
@@ -95,9 +96,14 @@ class Elastic(Law):
     """
 
     kind: Literal["elastic"] = "elastic"
+    YIELDS: ClassVar[bool] = False
 
     update = staticmethod(elastic_update(elastic_trial, -1))
     lanes = staticmethod(elastic_update(small_elastic_trial, REDO))
+
+    @property
+    def tensile_strength(self):
+        return np.inf
 
     def parameters(self):
         return ElasticParameters(self.bulk_modulus, self.shear_modulus)

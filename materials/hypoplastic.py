@@ -78,6 +78,7 @@ class RateLaw(Law):
 
     STATE: ClassVar[tuple[StateVariable, ...]] = (VOID_RATIO, GAP)
     OUTPUTS: ClassVar[dict[str, str]] = {"void_ratio": "-", "gap": "-"}
+    STORED: ClassVar[Literal["strain", "stress"]] = "stress"
     DISSIPATIVE: ClassVar[bool] = False
 
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)]  # ν_i [-]
@@ -142,6 +143,14 @@ class RateLaw(Law):
         """c cot φ [Pa]: the isotropic tension that intact bonds carry."""
         return float(self.cohesion / np.tan(np.radians(self.friction_angle)))
 
+    @property
+    def tensile_strength(self):
+        return self.tensile_apex
+
+    @property
+    def friction_exceeds_dilation(self):
+        return self.dilation_angle < self.friction_angle
+
     @cached_property
     def lateral_pressure(self):
         """K₀ [-], the ratio that oedometric compression of cohesionless material tends to."""
@@ -194,10 +203,6 @@ class RateLaw(Law):
 
     def initial_state(self):
         return self.void_ratio, 0.0
-
-    def h_from_stress(self, stress):
-        """The tensor that a solver carries: the stress itself (..., 3, 3) [Pa]."""
-        return np.asarray(stress, float)
 
     def hencky_from_stress(self, stress, state=None):
         """NaN: a rate law has no elastic strain."""

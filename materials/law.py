@@ -1,7 +1,7 @@
 """The contract of a constitutive law: what a solver, a scene and an output file may ask of it."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -37,7 +37,8 @@ class Law(BaseModel):
         update(prm, h, state, A, dt) -> (h, τ, state, dissipation, iterations)
 
     prm          the numbers of `parameters()` by name, see `parameters.named`; the argument must be `ti.template()`
-    h            symmetric tensor b − I at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py)
+    h            symmetric tensor at the start of the step, 6 entries, or 4 in plane strain (see symmetric.py): b − I,
+                 or the Cauchy stress [Pa] of a law with STORED "stress"
     state        vector that starts with the STATE variables (longer is allowed; the rest is returned untouched)
     A            f − I, f the relative deformation gradient of the step, 3×3, or 2×2 in plane strain. It must be
                  that of the path: I + dt grad v of a velocity given at the start swells a turning body.
@@ -60,10 +61,14 @@ class Law(BaseModel):
 
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
+    STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
     stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     lanes: ClassVar = None  # Taichi function like `update`, see above
+    failure_function: ClassVar = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
+    YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
+    RATE_DEPENDENT: ClassVar[bool] = False  # True where `update` reads dt
 
     density: Positive  # ρ₀ [kg/m³]
     youngs_modulus: Positive  # E [Pa]
@@ -97,6 +102,36 @@ class Law(BaseModel):
         of these, which `stiffness` gives to a kernel as ρ₀ c² (or a little more).
         """
         return np.full(len(stress), self.wave_speed())
+
+    @property
+    def associated(self):
+        """Whether plastic strain is normal to the yield surface that the step ends on."""
+        return False
+
+    @property
+    def tensile_strength(self):
+        """Isotropic tension that the initial state carries [Pa]; inf where no tension ends it."""
+        return 0.0
+
+    @property
+    def friction_exceeds_dilation(self):
+        """Whether it has friction and dilates by less than normality asks for."""
+        return False
+
+    @property
+    def collapses(self):
+        """Whether its bonds break under compression, one row of cells after the other."""
+        return False
+
+    @property
+    def collapse_thickness(self):
+        """Thickness [m] of the layer whose collapse the law gathers in one row of cells; None: that of the grid."""
+        return None
+
+    @property
+    def integration(self):
+        """How a step is followed: "implicit", which may be in closed form, "frozen" or "substepped"."""
+        return "implicit"
 
     def on_grid(self, spacing):
         """The law that cells of this size [m] need, so that a solver's result does not hang on them: this one, unless
@@ -149,7 +184,10 @@ class Law(BaseModel):
         return (stress - mean) / (2.0 * self.shear_modulus) + mean / (3.0 * self.bulk_modulus)
 
     def h_from_stress(self, stress):
-        """Stored tensor h = exp(2ε) − I (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa], for initial stresses."""
+        """Stored tensor h (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa] in the initial state: exp(2ε) − I, or the
+        stress itself where that is STORED."""
+        if self.STORED == "stress":
+            return np.asarray(stress, float)
         values, vectors = np.linalg.eigh(self.hencky_from_stress(stress))
         return np.einsum("...ik,...k,...jk->...ij", vectors, np.expm1(2.0 * values), vectors)
 

@@ -12,9 +12,7 @@ from math import isfinite
 
 import numpy as np
 
-from .symmetric import PAIRS
-
-COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
+from .symmetric import COMPONENTS, PAIRS
 
 
 class LoadingError(ValueError):

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .leg import COMPONENTS, Leg, LoadingError
+from .leg import Leg, LoadingError
+from .symmetric import COMPONENTS
 
 DEFORMATION = tuple(f"F_{i}{j}" for i in "xyz" for j in "xyz")
 STRAINS = tuple(f"strain_{component}" for component in COMPONENTS)

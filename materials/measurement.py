@@ -5,10 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .leg import COMPONENTS
 from .material_point import path_of
 from .mixed_control import stress_free_start
-from .symmetric import invariants
+from .symmetric import COMPONENTS, invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
 ROUND_OFF = 1e-6  # of the largest stress
@@ -42,6 +41,8 @@ class Characteristics:
     peak_row: int | None
     steady_ratio: float | None
     critical: bool
+    drops: bool = False
+    """Whether p and q both fall in the step that first yields: a material that collapses bore more before it."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +137,10 @@ class Measurement:
         steady = steady and sheared and p[-1] > 0.0
         moved = self.path.deformation[-1] @ np.linalg.inv(self.path.deformation[-last])
         dilates = abs(np.log(np.linalg.det(moved))) > STEADY_VOLUME * np.linalg.norm(moved - np.eye(3))
+        first = int(np.argmax(plastic)) if plastic.any() and stress_free_start(self.law) else None
         return Characteristics(
-            yield_row=int(np.argmax(plastic)) if plastic.any() and stress_free_start(self.law) else None,
+            yield_row=first,
+            drops=bool(first and p[first] < p[first - 1] and q[first] <= q[first - 1]),
             peak_row=int(np.argmax(q >= (1.0 - ROUND_OFF) * q.max())) if sheared else None,
             steady_ratio=float(q[-1] / p[-1]) if steady else None,
             critical=bool(steady and not dilates),
@@ -152,7 +155,7 @@ class Measurement:
         deviator = self.path.cauchy[row] + p[row] * np.eye(3)
         direction = deviator / q[row] if q[row] > 1e-3 * scale else TRIAXIAL
 
-        fails = getattr(self.law, "failure_function", None)
+        fails = self.law.failure_function
 
         def function(stress, state):
             admissible = self.law.yield_function(stress, state)

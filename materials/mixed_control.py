@@ -7,15 +7,19 @@ Of each pair (strain, stress; see `leg.py`) one is given. The unknown strains of
 by Newton's method. The tangent comes from differences, its k perturbed states updated in one batch, and so are the
 fractions of a correction among which a line search chooses. It needs nothing of a law but `update`, so it serves
 strain-driven and rate laws alike.
+
+A material that softens may not bear the prescribed stress anywhere near: a weak layer under its slab. As in a machine
+that holds its load it then gives way until it bears it again: the nearest of `JUMPS` from which Newton's method gets
+there. What it gives way through is not followed; its dissipation is that of one step of the law.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .leg import COMPONENTS, Leg, LoadingError, deformation_of
+from .leg import Leg, LoadingError, deformation_of
 from .stress_update import StressUpdate
-from .symmetric import pack
+from .symmetric import COMPONENTS, pack
 
 PERTURBATION = {"f32": 3e-5, "f64": 1e-7}  # of a strain, for differences: square root of its rounding, about
 RELATIVE = {"f32": 1e-5, "f64": 1e-11}  # accuracy of a prescribed stress, of the largest stress there is
@@ -24,6 +28,7 @@ MAX_CORRECTIONS = 30
 MAX_HALVINGS = 6  # of a step that does not converge: 64 parts
 LONGEST = 0.2  # strain of one correction: far from the solution a tangent may point anywhere
 FRACTIONS = 0.5 ** np.arange(11)  # of a correction, to choose from
+JUMPS = 1e-3 * 2.0 ** np.arange(10)  # of the free strains, where a material that softens drops its load
 
 
 @dataclass(frozen=True)
@@ -141,6 +146,9 @@ class MixedControl:
             if reached is not None:
                 return reached
         if halvings == MAX_HALVINGS:
+            reached = self._jump(point, target, dt)
+            if reached is not None:
+                return reached
             raise LoadingError(_failure(point, target, step), step)
         strain, stress = target
         middle = point.strain + 0.5 * (strain - point.strain), point.cauchy + 0.5 * (stress - point.cauchy)
@@ -154,15 +162,33 @@ class MixedControl:
             corrections=first.corrections + second.corrections,
         )
 
-    def _newton(self, point, target, dt, change):
-        """One step in one piece, or None."""
+    def _jump(self, point, target, dt):
+        """One step to where the prescribed stress is borne again, or None; of a test that a strain drives: what a load
+        alone crushes is refused."""
+        strain, stress = target
+        free = np.flatnonzero(np.isfinite(stress))
+        if not (strain != point.strain)[np.isfinite(strain)].any():
+            return None
+        _, cauchy = self._evaluate(point, np.where(np.isfinite(strain), strain, point.strain)[None], dt)
+        if not len(free) or np.isnan(cauchy).any():
+            return None
+        change = np.zeros(6)
+        for size in JUMPS:
+            change[free] = size * np.sign(stress[free] - cauchy[0, free])
+            reached = self._newton(point, target, dt, change, near=False)
+            if reached is not None:
+                return reached
+        return None
+
+    def _newton(self, point, target, dt, change, near=True):
+        """One step in one piece, or None; near: it may also begin at no change at all of the free strains."""
         strain, stress = target
         free = np.flatnonzero(np.isfinite(stress))
         wanted = stress[free]
         # First guess: as in the step before, or no change at all where that is nearer, as where the loading turns round
         guesses = np.tile(np.where(np.isfinite(strain), strain, point.strain), (2, 1))
         guesses[0, free] += change[free]
-        trials = guesses if len(free) else guesses[:1]
+        trials = guesses if near and len(free) else guesses[:1]
         before = np.inf
         for corrections in range(MAX_CORRECTIONS + 1):
             updated, cauchy = self._evaluate(point, trials, dt)

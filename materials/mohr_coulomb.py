@@ -162,6 +162,14 @@ class MohrCoulomb(Law):
         slope = float(np.tan(np.radians(self.friction_angle)))
         return self.cohesion / slope if slope > 0.0 else np.inf
 
+    @property
+    def tensile_strength(self):
+        return self.tensile_apex
+
+    @property
+    def friction_exceeds_dilation(self):
+        return self.dilation_angle < self.friction_angle
+
     def yield_function(self, stress, state):
         """y [Pa]; where a gap is open, no stress but zero is admissible: |σ|. NumPy."""
         values = np.linalg.eigvalsh(np.asarray(stress, float))

@@ -106,6 +106,8 @@ class MuI(Law):
     grain_diameter: Positive  # d [m]
     grain_density: Positive  # ρ_s [kg/m³]
 
+    RATE_DEPENDENT: ClassVar[bool] = True
+
     update = staticmethod(mu_i_update(GENERAL))
     lanes = staticmethod(mu_i_update(STRAIGHT))
 
@@ -114,6 +116,10 @@ class MuI(Law):
         if self.limit_friction < self.static_friction:
             raise ValueError("limit_friction must not be below static_friction: friction would fall with the rate")
         return self
+
+    @property
+    def friction_exceeds_dilation(self):
+        return True
 
     def friction(self, shear_rate, p):
         """μ(I) at a shear rate γ̇ [1/s] and a pressure p > 0 [Pa]. NumPy."""

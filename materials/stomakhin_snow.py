@@ -198,6 +198,12 @@ class StomakhinSnow(Law):
         """λ = K − 2G/3 [Pa]"""
         return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
+    @property
+    def tensile_strength(self):
+        stretch = 1.0 + self.critical_stretch
+        shape = 2.0 * self.shear_modulus * self.critical_stretch * stretch
+        return shape + self.lame_modulus * (stretch**3 - 1.0) * stretch**3
+
     def factor_at(self, state):
         """exp(ξ (1 − J_P)) at state (..., n_state). NumPy."""
         exponent = self.hardening * (1.0 - np.asarray(state, float)[..., 0])

@@ -10,6 +10,7 @@ import numpy as np
 import taichi as ti
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+COMPONENTS = tuple("xyz"[i] + "xyz"[j] for i, j in PAIRS)
 
 
 def size(dimension):

@@ -72,6 +72,14 @@ class VonMises(Law):
     update = staticmethod(von_mises_update(GENERAL))
     lanes = staticmethod(von_mises_update(STRAIGHT))
 
+    @property
+    def associated(self):
+        return True
+
+    @property
+    def tensile_strength(self):
+        return np.inf
+
     def yield_of_invariants(self, p, q, state):
         """y [Pa]; p only gives its shape. NumPy."""
         strength = self.yield_stress + self.hardening_modulus * np.asarray(state)[..., 0]

@@ -78,7 +78,7 @@ def _draw_path(axes, curves):
     axes.axvline(0.0, color="0.75", lw=0.8, zorder=0)
     top = axes.get_ylim()[1]
     axes.set_ylim(-0.03 * top, top)  # marks on the axis p are shown whole
-    axes.set_title("stress path", loc="left", fontsize=10)
+    axes.set_title("stress path (Cauchy)", loc="left", fontsize=10)
     axes.set_xlabel(f"p  [{unit}]")
     axes.set_ylabel(f"q  [{unit}]")
 
@@ -90,7 +90,7 @@ def _draw_stress(axes, curves):
         axes.plot(curves.strain, curves.q / scale, color=PATH, lw=2.0, label="q")
     axes.plot(curves.strain, curves.p / scale, color=SECOND, lw=1.6, label="p")
     _mark(axes, curves, curves.strain, (curves.q if sheared else curves.p) / scale)
-    axes.set_title("stress", loc="left", fontsize=10)
+    axes.set_title("stress (Cauchy)", loc="left", fontsize=10)
     axes.set_xlabel(curves.strain_label)
     axes.set_ylabel(f"{'p, q' if sheared else 'p'}  [{unit}]")
     axes.legend(frameon=False, fontsize=9)

@@ -12,7 +12,8 @@ from snowmpm.io.impact import impacts
 from snowmpm.io.status import cautions
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
-COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227", "#5a6570")
+COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227", "#5a6570", "#4aa3c4", "#a3586d", "#8a8f2d",
+           "#000000")
 FAINT = 0.35  # opacity of the fine record behind the means between frames
 LEGEND = {"fontsize": 8, "edgecolor": "none", "framealpha": 0.75, "borderpad": 0.2}
 PANEL = (5.4, 3.3)  # inches
@@ -20,7 +21,12 @@ PANEL = (5.4, 3.3)  # inches
 ENERGIES = {
     "kinetic_energy": "kinetic", "elastic_energy": "elastic", "potential_energy": "potential, lost",
     "plastic_work": "plastic work", "contact_work": "taken by contact", "energy_remainder": "numerical remainder",
+    "removed_energy": "left with snow", "affine_energy": "kinetic, affine", "damping_work": "taken by damping",
+    "force_work": "given by forces",
 }
+"""All but the work of forces, which is on the other side, add up to the energy of the start."""
+RARE = ("removed_energy", "affine_energy", "damping_work", "force_work")
+"""Drawn where they are not zero all along."""
 CAUSES = "steps_"
 
 
@@ -100,7 +106,8 @@ def _draw_speed(axes, run):
 
 def _draw_energies(axes, run):
     """Where the energy of the start went. The potential energy has no zero: what is drawn is how much of it is gone."""
-    there = {name: run.history[name] for name in ENERGIES if name in run.history}
+    there = {name: run.history[name] for name in ENERGIES if name in run.history
+             and (name not in RARE or np.nan_to_num(run.history[name]).any())}
     if "potential_energy" in there:
         there["potential_energy"] = there["potential_energy"][0] - there["potential_energy"]
     scale, unit = prefixed(*there.values(), unit="J")

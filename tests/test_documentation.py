@@ -172,3 +172,13 @@ def test_python_of_the_guide_runs_as_it_stands(smaller, tmp_path, monkeypatch, c
     assert "ParticleFields(" in repr(names["sim"].particles) and "101 steps, p = 1.258e+05 Pa" in repr(names["path"])
     p, q = (float(word) for word in printed.split("\n")[-2].split())
     assert f"# {p / 1e3:.1f} kPa, {q / 1e3:.1f} kPa" in text
+
+
+def test_keys_of_saw_tests_and_of_the_end_are_in_the_guide():
+    """Those of the schema: a key that is added to it is added there."""
+    from snowmpm.scenes.saw_test import SawTest, WeakLayer
+    from snowmpm.scenes.stop import Stop
+
+    guide = (ROOT / "scenes" / "README.md").read_text(encoding="utf-8")
+    keys = {"initial.from", *(field for spec in (SawTest, WeakLayer, Stop) for field in spec.model_fields)}
+    assert sorted(key for key in keys if not re.search(rf"`{re.escape(key)}[` ]", guide)) == []

@@ -6,11 +6,13 @@ import json
 
 import numpy as np
 import pytest
+import shapely
 
 import snowmpm
 from snowmpm.cli.app import app
 from snowmpm.io.status import status_of
 from snowmpm.render import render_report
+from snowmpm.scenes.library import FOLDER as LIBRARY
 
 SETTINGS = {"solver.dx": 7.5, "bodies.0.shape.top": 5.0, "end_time": 8.0, "output.interval": 2.0,
             "materials.snow.youngs_modulus": 3e5, "materials.snow.hardening": 10.0}
@@ -62,7 +64,7 @@ def test_the_report_says_so(cut, tmp_path, ending):
 
 def test_every_file_of_the_maps_says_so(cut, tmp_path):
     rasterio = pytest.importorskip("rasterio")
-    pytest.importorskip("pyogrio")
+    pyogrio = pytest.importorskip("pyogrio")
     from typer.testing import CliRunner
 
     result = CliRunner().invoke(app, ["maps", str(cut.path.parent), "-o", str(tmp_path)])
@@ -73,8 +75,19 @@ def test_every_file_of_the_maps_says_so(cut, tmp_path):
             assert file.tags()["final"] == "False" and "Still moving" in file.tags()["status"]
             assert file.transform.a % 10.0 == 0.0 and file.bounds.left % file.transform.a == 0.0
     assert json.loads((tmp_path / "avalanche.json").read_text())["final"] is False
-    for feature in json.loads((tmp_path / "avalanche.geojson").read_text())["features"]:
-        assert feature["properties"]["final"] is False
+    assert not (tmp_path / "avalanche.geojson").exists()  # the valley has no projection
+    areas = {}
+    for layer, _ in pyogrio.list_layers(tmp_path / "avalanche.gpkg"):
+        meta, _, _, columns = pyogrio.raw.read(tmp_path / "avalanche.gpkg", layer=layer)
+        fields = dict(zip(meta["fields"], columns, strict=True))
+        assert not any(fields["final"])
+        areas[layer] = float(np.sum(fields.get("area_m2", 0.0)))
+    numbers = cut.hazard["numbers"]
+    polygons = json.loads((LIBRARY / "valley_release.geojson").read_text())["features"]
+    drawn = sum(shapely.geometry.shape(feature["geometry"]).area for feature in polygons)
+    assert areas["release"] == pytest.approx(numbers["release_area"], abs=0.01) == pytest.approx(drawn, rel=1e-6)
+    assert areas["deposit"] == pytest.approx(numbers["deposit_area"])
+    assert areas["pressure_classes"] == areas["affected_area"] == pytest.approx(numbers["affected_area"])
     with open(tmp_path / "avalanche.csv", encoding="utf-8", newline="") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}
     assert rows["status"]["value"].startswith("NOT FINAL")
@@ -82,8 +95,9 @@ def test_every_file_of_the_maps_says_so(cut, tmp_path):
     with open(tmp_path / "areas.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert {row["final"] for row in rows} == {"False"}
-    pressure = sum(float(row["area_m2"]) for row in rows if row["map"] == "peak_pressure")
-    assert pressure == pytest.approx(cut.hazard["numbers"]["affected_area"], rel=0.2)
+    for name in cut.hazard["classes"]:
+        total = sum(float(row["area_m2"]) for row in rows if row["map"] == name)
+        assert total == pytest.approx(numbers["deposit_area" if name == "deposit_depth" else "affected_area"])
 
 
 def test_what_leaves_over_an_edge_is_told(tmp_path):

@@ -89,7 +89,7 @@ def _short(budget):
     """A cfl or dt below the usual one."""
     scene, solver = budget.facts.scene, budget.facts.solver
     critical = solver.limits.critical_cfl
-    usual = solver.limits.usual_cfl
+    usual = solver.limits.usual_cfl or solver.limits.cfl
     own = scene.solver.cfl
     if scene.solver.dt:
         own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / critical)
@@ -122,8 +122,7 @@ def _stiff(budget):
 
 
 def _softer(budget, name, factor):
-    modulus = getattr(budget.facts.scene.materials[name], "youngs_modulus", None)
-    return float(f"{modulus / factor:.3g}") if modulus else None
+    return float(f"{budget.facts.scene.materials[name].youngs_modulus / factor:.3g}")
 
 
 def _domain(budget):
@@ -144,7 +143,7 @@ def _domain(budget):
 def _return_maps(budget):
     """A return map that is more accurate than the step it is used with."""
     for name, law in zip(budget.facts.scene.materials, budget.facts.model.laws, strict=True):
-        if getattr(law, "return_map", None) == "substepped":
+        if law.integration == "substepped":
             kind = f"{law.kind}, substepped"
             more = costs.law(budget.scheme, kind) - costs.law(budget.scheme, law.kind)
             yield from _worth(budget, f"materials.{name}.return_map", '"implicit": sub-stepping pays where a step'

@@ -156,7 +156,7 @@ def _curves(name, law, measured, columns):
         volumetric=columns["volumetric_strain"][1],
         plastic=None if plastic is None else plastic[1] - plastic[1][0],
         hardening=(described, *columns[described]),
-        yield_row=found.yield_row,
+        yield_row=found.yield_row - 1 if found.drops else found.yield_row,
         peak_row=found.peak_row,
         section=None if section is None else (section.name, section.p, section.q, section.initial, section.final),
     )
@@ -175,7 +175,10 @@ def _facts(measured):
         return f"step {row}: {column} = {strain[row]:.4g}, {_stresses(measured, row)}"
 
     facts = {"start": _stresses(measured, 0)}
-    if found.yield_row is not None:
+    if found.drops:
+        facts["bears"] = f"{state(found.yield_row - 1)}, before it yields"
+        facts["yields and drops"] = f"{state(found.yield_row)}, after it; more --steps follow it closer"
+    elif found.yield_row is not None:
         facts["yield"] = state(found.yield_row)
     elif not measured.path.iterations.any():
         facts["yield"] = "none"
@@ -188,6 +191,7 @@ def _facts(measured):
         facts["failure"] = f"q/p = {found.steady_ratio:.5g}, while the volume changes"
     elif found.peak_row is not None:
         facts["critical_state"] = "not reached"
+    facts["p and q"] = "of the Cauchy stress; p0 is a Kirchhoff stress, J times as large (kirchhoff_p in the table)"
     facts["dissipation"] = f"{measured.path.dissipation[-1]:.4g} J/m3"
     facts["corrections"] = f"{sum(row.corrections for row in measured.rows)} of free strains"
     return facts

@@ -56,11 +56,13 @@ def impacts(run):
     areas."""
     found = {name: loaded(obstacle) for name, obstacle in run.obstacles.items()}
     found = {name: load for name, load in found.items() if load}
-    spacing = run.provenance.get("particle_spacing")
-    faces = {name: Face(run.obstacles[name].vertices, run.obstacles[name].facets, load.direction, spacing or np.inf)
-             for name, load in found.items() if len(run.obstacles[name].vertices)}
+    spacing = float(run.provenance.get("particle_spacing") or 0.0)
+    drawn = {name: one for name, one in run.obstacles.items()
+             if name in found and len(one.vertices) and np.isfinite(one.vertices).all()}
+    faces = {name: Face(one.vertices, one.facets, found[name].direction, spacing or np.inf)
+             for name, one in drawn.items()}
     wet = {name: ([], []) for name in found}
-    frames = {name: set(_frames(run.times, load)) for name, load in found.items()} if spacing else {}
+    frames = {name: set(_frames(run.times, load)) for name, load in found.items()} if spacing > 0.0 else {}
     for i in sorted(set().union(*frames.values())):
         particles = run.frame(i, []).points
         for name in found:

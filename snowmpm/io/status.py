@@ -67,7 +67,7 @@ class Status:
     def text(self):
         """One line: final, or why not."""
         if self.final:
-            return f"final: at rest at {self.time:g} s"
+            return f"final: at rest when it ended, at {self.time:g} s"
         return "NOT FINAL: " + " ".join(self.warnings)
 
     @property

@@ -21,6 +21,9 @@ COVER = 0.75
 PIECES = 40_000
 """Pieces of a face, about, at most: those of a larger one are coarser."""
 
+ALONG = 1000
+"""Pieces along the longest side of an obstacle, at most: also of one that is hardly an area."""
+
 
 class Face:
     """What of a closed body faces a load.
@@ -34,15 +37,14 @@ class Face:
         of the load; spacing [m]: of particles."""
         corners, against = facing(np.asarray(vertices, float), facets, direction)
         self.area = float(against.sum())
-        self.piece = 0.5 * spacing
-        if facets.shape[1] == 3:
-            self.piece = max(self.piece, np.sqrt(self.area / PIECES))
+        extent = float(np.ptp(vertices, axis=0).max())
+        self.piece = max(0.5 * spacing, extent / ALONG, np.sqrt(self.area / PIECES) if facets.shape[1] == 3 else 0.0)
         corners, self.areas = bisected(corners, against, self.piece)
         self.centres = corners.mean(axis=1)
 
     def wet(self, centres, direction, particles, spacing):
         """Area [m2] that particles (n, 3) [m] touch; centres (k, 3) [m]: of the pieces, where they are now."""
-        if not len(centres):
+        if not len(centres) or not np.isfinite(centres).all():
             return 0.0
         reach = REACH * spacing + 0.5 * self.piece
         lower, upper = centres.min(axis=0) - reach, centres.max(axis=0) + reach

@@ -8,6 +8,9 @@ import taichi as ti
 
 from snowmpm.compiler.runtime import DTYPES
 
+AT_ONCE = 100_000
+"""Particles whose wave speeds are computed at once."""
+
 DENSITY = 0
 """Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
 
@@ -67,6 +70,30 @@ class MaterialTable:
         """How many particles have bonds that break; material (n,): index of each."""
         bonded = [law.bonds_last_below > 0.0 for law in self.laws]
         return int(np.array(bonded)[material].sum())
+
+    def first_extremes(self, population):
+        """(largest |be - I|, largest wave speed [m/s]) of a `Population`, as the report of a step has them: laws that
+        stiffen tell the speed of their state, of the others counts the strain that they store."""
+        deviation, speed = 0.0, 0.0
+        for m, law in enumerate(self.laws):
+            own = np.flatnonzero(population.material == m)
+            if law.stiffness is None:
+                deviation = max(deviation, np.linalg.norm(population.elastic[own], axis=1).max(initial=0.0))
+                continue
+            for begin in range(0, len(own), AT_ONCE):
+                some = own[begin : begin + AT_ONCE]
+                stress, state = population.stress[some], self.state_of(population, some)[:, : len(law.STATE)]
+                stress = np.pad(stress, ((0, 0), (0, 6 - stress.shape[1])))
+                speed = max(speed, law.wave_speed_at(stress, state).max())
+        return float(deviation), float(speed)
+
+    def state_of(self, population, rows):
+        """State of the laws (n, state_size) that these particles of a `Population` start with."""
+        state = self.initial_state[population.material[rows]]
+        if population.state is not None:
+            given = population.state[rows, : state.shape[1]]
+            state[:, : given.shape[1]] = np.where(np.isnan(given), state[:, : given.shape[1]], given)
+        return state
 
     def elastic_energy(self, material, stress, state, volume):
         """Recoverable energy [J] of particles: material (n,), Kirchhoff stress (n, 4) or (n, 6) [Pa], state of the laws

@@ -57,7 +57,7 @@ class SortedParticles(ParticleStore, Particles):
         super().__init__(layout, len(order), precision)
         material = population.material[order]
         columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
-                   "volume_ratio": population.volume_ratio[order], "state": self._state(population, material, order),
+                   "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
                    "affine": population.affine[order],
                    "elastic": population.elastic[order], "stress": population.stress[order]}
         self.fill(columns, material, order)
@@ -66,14 +66,6 @@ class SortedParticles(ParticleStore, Particles):
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._follow(blocks)
-
-    def _state(self, population, material, order):
-        """State of the laws (n, state_size) at the start."""
-        state = self.materials.initial_state[material]
-        if population.state is not None:
-            given = population.state[order, : state.shape[1]]
-            state[:, : given.shape[1]] = np.where(np.isnan(given), state[:, : given.shape[1]], given)
-        return state
 
     def _follow(self, blocks, drift=0.0):
         self.blocks, self.drift = blocks, drift

@@ -51,10 +51,11 @@ class StopAtRest:
 
     @property
     def reason(self):
-        """Why the run ended, in words: "came to rest at t = 31.5 s"."""
+        """Why the run ended, in words: "came to rest at t = 31.5 s", or its end_time and since when it rests, if so."""
         if self.reached:
             return f"{RESTED} at t = {self.since:.6g} s"
-        return f"end_time = {self._simulation.scene.end_time:.6g} s"
+        since = "" if self.since is None else f", at rest since t = {self.since:.6g} s"
+        return f"end_time = {self._simulation.scene.end_time:.6g} s{since}"
 
 
 def rested(run):

@@ -21,6 +21,7 @@ from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.setup.build import build
 from snowmpm.setup.obstacle_reach import doubts
+from snowmpm.setup.refusals import require
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -146,6 +147,8 @@ class Simulation(Glance):
     def add_acceleration(self, function):
         """Let a force in proportion to mass act from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) gives
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not hold it: add it again after a restore."""
+        method = self.scene.solver.method
+        require(self.scene, "forcing", "solver.method", method, what="for add_acceleration")
         if self.solver.forcing is None:
             self.solver.force(Forcing())
         self.solver.forcing.fields.append(AccelerationBy(function))

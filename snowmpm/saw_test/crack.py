@@ -16,7 +16,7 @@ all at intervals in which neither a wave nor a crack can cross more than a bin, 
 
 import numpy as np
 
-from snowmpm.saw_test.prediction import elastic_predictions, predictions
+from snowmpm.saw_test.prediction import elastic_predictions, predictions, uncounted_by_theories
 from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
@@ -91,6 +91,8 @@ class CrackRecord:
 
     def before_the_saw(self):
         """In words: what of the weak layer has gone before the saw begins."""
+        if uncounted := uncounted_by_theories(self._scene):
+            yield f"theories of the saw test count the weight of the slab alone, not {' and '.join(uncounted)}"
         broken, (worn, place) = self.bins["broken_at_rest"].mean(), self.worn_at_rest
         if broken > 0.0:
             yield (f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight or its"

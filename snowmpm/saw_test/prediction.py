@@ -10,6 +10,11 @@ def column_of(scene):
     return slab, laws[test.weak_layer.material], test.weak_layer.thickness
 
 
+def uncounted_by_theories(scene):
+    """Keys of a scene that act on its saw test and are in no theory of it."""
+    return [name for name in ("forces", "damping", "events", "obstacles") if getattr(scene, name)]
+
+
 def elastic_predictions(scene):
     """What needs no strength, by name: load on the weak layer [Pa], its shear without a sign, and wave speeds of the
     slab [m/s]."""
@@ -29,7 +34,7 @@ def predictions(scene, collapse_height=None):
     found = elastic_predictions(scene)
     normal, shear = slab.stresses(scene.saw_test.slope_angle, scene.gravity)
     e, P, _, _ = theory.collapse_curve(law)
-    energy = theory.fracture_energy(law, getattr(law, "reference_thickness", None) or thickness)
+    energy = theory.fracture_energy(law, law.collapse_thickness or thickness)
     strength = theory.shear_strength(law, normal)
     found["maxwell_load"] = _known(theory.maxwell_load(e, P)[0])
     found["fracture_energy"] = _known(energy)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.materials import pack
 from snowmpm.setup.initial_stress import geostatic_stress, overburden
 
 
@@ -39,11 +40,6 @@ def _give_stress(model, tau):
     Raises InputError for a material that cannot carry it.
     """
     scene, population = model.scene, model.population
-    if scene.dimension == 2:
-        # Scene axes (x, z) are tensor axes 0, 1; the out-of-plane stress is tensor axis 2.
-        components = [(0, 0), (1, 1), (2, 2), (0, 1)]
-    else:
-        components = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
     for m, law in enumerate(model.laws):
         own = population.material == m
         elastic = law.h_from_stress(tau[own])
@@ -51,8 +47,8 @@ def _give_stress(model, tau):
             name, load = list(scene.materials)[m], np.abs(tau[own]).max()
             raise InputError(f"{scene.source}: materials.{name}: too soft for initial.stress ="
                              f' "{scene.initial.stress}": it cannot carry {load:.3g} Pa')
-        for c, (i, j) in enumerate(components):
-            population.stress[own, c], population.elastic[own, c] = tau[own][:, i, j], elastic[:, i, j]
+        population.stress[own] = pack(tau[own], scene.dimension)
+        population.elastic[own] = pack(elastic, scene.dimension)
 
 
 def _load_in_column(scene, positions):

@@ -25,6 +25,9 @@ class Solver(Method):
     `scheme_name`, then calls `_begin`.
     """
 
+    usual_cfl = breaking_cfl = None
+    """None of a method whose steps do not follow the state."""
+
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
 
@@ -36,8 +39,8 @@ class Solver(Method):
         self.materials = self.particles.materials
         self.gravity = np.asarray(gravity, float)
         self._gravity = real_array(self.gravity)
-        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
-                                 elastic_deviation=float(np.linalg.norm(population.elastic, axis=1).max(initial=0.0)))
+        self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
+                                 *self.materials.first_extremes(population))
         self.time, self.steps, self.keep = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
@@ -92,7 +95,7 @@ class Solver(Method):
 
     def stable_dt(self):
         """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
-        if not self.extremes.breaking > self._many_break:
+        if self.breaking_cfl is None or not self.extremes.breaking > self._many_break:
             return self._step_at(self.cfl, self.cfl)
         dt, cause = self._step_at(self.breaking_cfl, self.cfl)
         return dt, "breaking" if cause == "elastic" and self.breaking_cfl < self.cfl else cause

@@ -55,13 +55,15 @@ def _window(solver):
     """Largest speed [m/s] and imbalance [-] of the next steps."""
     frame, particles = solver.frame, solver.particles
     speed, carried, weight = 0.0, np.zeros(frame.dim), np.zeros(frame.dim)
+    before = solver.totals.impulse
     for _ in range(WINDOW):
         dt, _ = solver.stable_dt()
         left = solver.damp(1.0 - min(0.5, DAMPING * dt * particles.materials.wave_speed / frame.dx))
-        before = solver.totals.impulse
         solver.step(dt)
+        after = solver.totals.impulse
         # Damping takes its share of weight and stress alike; the ground of MPM carries what is left
-        carried += (solver.totals.impulse - before) / left
+        carried += (after - before) / left
+        before = after
         weight += dt * particles.mass * solver.gravity
         speed = max(speed, float(solver.extremes.speed))
     size = np.linalg.norm(weight)

@@ -74,6 +74,20 @@ def test_says_what_matters(call):
     assert "yield           none" in elastic.out and "not reached" in elastic.out
 
 
+WEAK = ("-m", "pst_2d:weak_layer")
+
+
+def test_what_a_layer_bore_before_it_collapsed(call):
+    """It yields and collapses within a step: what it bore is said, not what is left as its yield."""
+    result = call("element", "oedometer", *WEAK, "--strain", "0.02", "--steps", "40")
+    assert result.code == 0, result.err
+    lines = {line[2:].split("  ")[0].strip(): line for line in result.out.splitlines() if line.startswith("  ")}
+    assert "yield" not in lines
+    before, after = (float(lines[name].split("p = ")[1].split(" Pa")[0]) for name in ("bears", "yields and drops"))
+    assert before > 1000.0 > 20.0 > after
+    assert "Cauchy" in lines["p and q"] and "kirchhoff_p" in lines["p and q"]
+
+
 def test_every_test_has_a_name_and_is_listed(call, monkeypatch):
     listed = call("list").out
     for name, experiment in EXPERIMENTS.items():

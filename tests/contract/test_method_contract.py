@@ -1,6 +1,9 @@
 """Nothing but the contract of a method is used by run loop, events, audit, maps, probes, settling, recorder,
 description and advice: they work when all else of it is out of reach."""
 
+import ast
+from pathlib import Path
+
 import pytest
 import strict
 
@@ -115,6 +118,16 @@ def test_a_method_without_a_member_cannot_be_made(contract, methods):
         lacking = type("Lacking", (methods[0],), {name: contract.__dict__[name]})
         with pytest.raises(TypeError, match=name):
             lacking()
+
+
+@pytest.mark.parametrize("folder", ["running", "results", "setup", "saw_test", "io", "cli", "stepping", "particles"])
+def test_nobody_asks_a_method_for_its_name(folder):
+    """Capabilities decide. Advice has rules of single methods, and studies compare them by name."""
+    for path in (Path(snowmpm.__file__).parent / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Compare):
+                named = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+                assert "mpm" not in named and "sph" not in named, f"{path.name}: line {node.lineno}"
 
 
 def test_every_method_is_a_row_of_capabilities():

@@ -48,5 +48,5 @@ def test_layers_of_a_run_have_the_areas_of_its_table(straight):
     assert (point.x, point.y, point.z) == (numbers["runout_x"], numbers["runout_y"], numbers["runout_z"])
     way, line = layers["thalweg"].features[0][0], layers["runout_line"].features[0][0]
     assert way.distance(point) < 1e-3 and line.distance(point) < 1e-3
-    assert all(fields["final"] and fields["status"].startswith("final: at rest at 40 s")
+    assert all(fields["final"] and fields["status"].startswith("final: at rest when it ended, at 40 s")
                for layer in layers.values() for _, fields in layer.features)

@@ -23,7 +23,8 @@ REST, MOVING = {"moving_share": 0.0, "momentum_share": 0.01}, {"moving_share": 0
 
 def test_a_run_at_rest_is_final(tmp_path):
     status = status_of(write(tmp_path, {0.0: MOVING, 45.0: REST}))
-    assert status.final and status.text == "final: at rest at 45 s" and status.so_far == "" and not status.warnings
+    assert status.final and status.text == "final: at rest when it ended, at 45 s"
+    assert status.so_far == "" and not status.warnings
 
 
 @pytest.mark.parametrize(("row", "complete", "words"), [

@@ -5,30 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import taichi as ti
-from frictional_laws import LAWS as FRICTIONAL
 from frictional_laws import stretches
-from parameter_sets import W1, W2, A, B, C, changed
+from law_examples import EXAMPLES, STRAIGHT
+from parameter_sets import A, changed
 
-from snowmpm.materials import Elastic, StressUpdate, pack
+from snowmpm.materials import StressUpdate, pack
 from snowmpm.materials.law import REDO
 from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 
-ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
-LAWS = {
-    "elastic": ELASTIC,
-    "modified Cam-Clay": B,
-    "cohesive Cam-Clay": A,
-    "soft Cam-Clay": C,
-    "faint Cam-Clay": changed(A, p0=10.0, hardening=10.0),
-    "exponential Cam-Clay": changed(C, hardening=3.0, hardening_law="exponential"),
-    "perfect Cam-Clay": changed(A, hardening=0.0),
-    "frozen Cam-Clay": changed(A, return_map="frozen"),
-    "weak layer 1": W1,
-    "weak layer 2": W2,
-    **{name: law for name, law in FRICTIONAL.items() if law.lanes is not None},
-}
+LAWS = {"faint Cam-Clay": changed(A, p0=10.0, hardening=10.0), **{name: EXAMPLES[name] for name in STRAIGHT}}
+ELASTIC = EXAMPLES["elastic"]
 LEFT_TO_UPDATE = {"modified Cam-Clay": 0.15, "faint Cam-Clay": 0.02, "weak layer 2": 0.05, "DP softening": 0.5}
 """Largest share of ordinary steps that are beyond the straight line, where it is not 1 %: those that are many times the
 elastic range ask for more Newton steps, and a cohesion that softens asks for an exponential."""

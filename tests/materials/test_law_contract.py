@@ -3,28 +3,16 @@
 import numpy as np
 import pytest
 import taichi as ti
+from law_examples import EXAMPLES
 from parameter_sets import W1, A, B, changed
 from pydantic import TypeAdapter, ValidationError
 
-from snowmpm.materials import (
-    LAWS,
-    AnticrackCamClay,
-    CohesiveCamClay,
-    Elastic,
-    Law,
-    Material,
-    MaterialPoint,
-    ModifiedCamClay,
-    StressUpdate,
-    pack,
-    unpack,
-)
+from snowmpm.materials import Elastic, Law, Material, MaterialPoint, StressUpdate, unpack
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision
 from snowmpm.materials.stress_update import _update_kernel
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
-EXAMPLES = [ELASTIC, A, B, W1]
 SLAB = {
     "kind": "cohesive_cam_clay",
     "density": 250.0,
@@ -35,20 +23,6 @@ SLAB = {
     "hardening": 1.0,
     "p0": 2e4,
 }
-
-
-def test_material_is_chosen_by_kind():
-    adapter = TypeAdapter(Material)
-    assert adapter.validate_python(SLAB) == CohesiveCamClay(**SLAB)
-    assert {
-        "elastic": Elastic,
-        "modified_cam_clay": ModifiedCamClay,
-        "cohesive_cam_clay": CohesiveCamClay,
-        "anticrack_cam_clay": AnticrackCamClay,
-    }.items() <= LAWS.items()
-    for law in EXAMPLES:
-        assert adapter.validate_python(law.model_dump()) == law
-        assert LAWS[law.kind] is type(law)
 
 
 @pytest.mark.parametrize(
@@ -77,38 +51,14 @@ def test_bad_parameters_are_refused_by_name(key, value):
     assert key in str(error.value)
 
 
-def test_laws_cannot_be_changed():
-    with pytest.raises(ValidationError):
-        A.p0 = 1.0
-
-
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.kind)
-def test_derived_numbers(law):
+@pytest.mark.parametrize("name", [name for name in EXAMPLES if EXAMPLES[name].stiffness is None])
+def test_derived_numbers(name):
+    law = EXAMPLES[name]
     E, nu = law.youngs_modulus, law.poisson_ratio
     modulus = E * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))  # oedometric
     assert law.wave_speed() == pytest.approx(np.sqrt(modulus / law.density), rel=1e-14)
-    assert len(law.initial_state()) == len(law.STATE)
-    assert all(isinstance(x, float) for x in (*law.parameters(), *law.initial_state()))
-    fields = law.outputs(np.tile(np.array(law.initial_state()), (5, 1)))
-    assert set(fields) == set(law.OUTPUTS) and all(field.shape == (5,) for field in fields.values())
-    if "p0" in fields:
-        np.testing.assert_allclose(fields["p0"], law.p0, rtol=1e-13)
-        np.testing.assert_allclose(fields["damage"], 0.0, atol=1e-13)
-
-
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.kind)
-def test_initial_stress_is_stored_and_read_back(law):
-    rng = np.random.default_rng(2)
-    stress = 1e3 * rng.normal(size=(50, 3, 3))
-    stress += stress.transpose(0, 2, 1) - 4e3 * np.eye(3)
-    law = law if law is ELASTIC else changed(law, p0=1e6)
-    update = StressUpdate(law)
-    result = update(pack(law.h_from_stress(stress)), update.initial_state(50), np.zeros((50, 3, 3)))
-    np.testing.assert_allclose(unpack(result.stress), stress, atol=1e-9 * law.bulk_modulus * 1e-3)
-    state = np.tile(np.array(law.initial_state()), (50, 1))
-    assert (law.yield_of_invariants(2e3, 3e3, state) < 0.0).all()
-    if law is not ELASTIC:
-        assert (law.yield_of_invariants(2e6, 0.0, state) > 0.0).all()
+    fields = law.outputs(np.array([law.initial_state()]).reshape(1, -1))
+    assert fields.get("p0", [0.0])[0] == pytest.approx(getattr(law, "p0", 0.0), rel=1e-13)
 
 
 def test_parameters_change_without_compiling():
@@ -158,51 +108,10 @@ def test_two_laws_in_one_kernel_with_a_common_table():
         np.testing.assert_array_equal(state[i, len(law.STATE) :], before[i, len(law.STATE) :])
 
 
-NAN = np.full((3, 3), np.nan)
-ONE_NAN = np.diag([0.0, np.nan, 0.0])
-INFINITE = np.diag([np.inf, 0.0, 0.0])
-INVERTED = np.diag([-2.5, 0.0, 0.0])
-FLAT = np.diag([-1.0, 0.0, 0.0])
-
-
-@pytest.mark.parametrize("precision", ["f32", "f64"])
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.kind)
-def test_impossible_steps_are_reported_and_left_out(law, dimension, precision):
-    bad = np.array([NAN, ONE_NAN, INFINITE, INVERTED, FLAT, np.zeros((3, 3))])[:, :dimension, :dimension]
-    update = StressUpdate(law, dimension, precision)
-    h = np.tile(pack(law.h_from_stress(-1e3 * np.eye(3)), dimension), (6, 1))
-    state = update.initial_state(6)
-    result = update(h, state, bad)
-    np.testing.assert_array_equal(result.iterations, [-1, -1, -1, -1, -1, 0])
-    # What was before stays: the last row is the same state without a step
-    for array in (result.h, result.stress, result.state):
-        np.testing.assert_array_equal(array, np.tile(array[-1:], (6, 1)))
-    assert np.isfinite(result.stress).all() and not result.dissipation.any()
-
-
-@pytest.mark.parametrize("precision", ["f32", "f64"])
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.kind)
-def test_poisoned_state_is_reported(law, precision):
-    update = StressUpdate(law, 3, precision)
-    result = update(np.full((2, 6), np.nan), update.initial_state(2), np.zeros((2, 3, 3)))
-    np.testing.assert_array_equal(result.iterations, -1)
-
-
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.kind)
-def test_squeezed_almost_flat(law):
-    # det f -> 0: a stretch of exp(-5) and beyond in one step; finite, reported if not solved
-    A_flat = np.array([np.diag([s - 1.0, 0.0, 0.0]) for s in (1e-2, 1e-4, 1e-6, 1e-12)])
-    for precision in ("f32", "f64"):
-        update = StressUpdate(law, 3, precision)
-        result = update(np.zeros((4, 6)), update.initial_state(4), A_flat)
-        assert np.isfinite(result.stress).all() and np.isfinite(result.h).all()
-        assert (result.iterations >= -1).all()
-
-
 def test_material_point_checks_its_path():
     point = MaterialPoint(A)
-    for F in (np.eye(3), np.tile(np.eye(2), (4, 1, 1)), NAN[None], -np.eye(3)[None], np.zeros((1, 3, 3))):
+    flat, inverted, unknown = np.zeros((1, 3, 3)), -np.eye(3)[None], np.full((1, 3, 3), np.nan)
+    for F in (np.eye(3), np.tile(np.eye(2), (4, 1, 1)), unknown, inverted, flat):
         with pytest.raises(ValueError):
             point.drive(F)
 

@@ -5,9 +5,9 @@ import pytest
 import taichi as ti
 from parameter_sets import SETS, W1, A, B, C, diagonal, isotropic
 
-from snowmpm.materials import Elastic, Leg, LoadingError, MaterialPoint, MixedControl
-from snowmpm.materials.leg import COMPONENTS, deformation_of
-from snowmpm.materials.symmetric import PAIRS
+from snowmpm.materials import AnticrackCamClay, Elastic, Leg, LoadingError, MaterialPoint, MixedControl
+from snowmpm.materials.leg import deformation_of
+from snowmpm.materials.symmetric import COMPONENTS, PAIRS
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
 LATERAL = ("xx", "yy")
@@ -217,6 +217,21 @@ def test_drive_from_an_initial_stress(dimension):
     if dimension == 3:
         np.testing.assert_allclose(path.q, 6e3, rtol=1e-9)
     np.testing.assert_allclose(path.plastic_volumetric_strain, 0.0, atol=1e-14)
+
+
+def test_a_layer_that_drops_its_load_bears_it_again():
+    """A weak layer sheared under 1 kPa collapses: however fine the steps, it is followed to where it bears it again."""
+    law = AnticrackCamClay(density=100.0, youngs_modulus=5e5, poisson_ratio=0.3, critical_slope=1.4, cohesion=0.3,
+                           p0=2.7e3, hardening=0.15, softening=10.0)
+    ends = []
+    for steps in (50, 100):
+        rows = MixedControl(law).follow(
+            [Leg(strain={"xz": 0.05}, stress=dict.fromkeys(("zz",), -1e3), steps=steps)],
+            MixedControl(law).consolidated(1e3))
+        np.testing.assert_allclose(column(rows, "zz"), -1e3, rtol=1e-9)
+        ends.append([rows[-1].strain[2], rows[-1].cauchy[4]])
+    assert ends[1][0] < -0.01  # it has collapsed
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0.05)
 
 
 def test_wrong_starts_are_refused():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowmpm.materials import CohesiveCamClay, Elastic
+from snowmpm.materials import CohesiveCamClay, Elastic, pack
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 
@@ -21,14 +21,19 @@ def lattice(lower, upper, dx, per_axis=2):
 
 @pytest.fixture(scope="session")
 def make_solver():
-    """make_solver(dim, dx, lower, upper, velocity=f(x), law=..., **solver options) -> MpmSolver of one box."""
+    """make_solver(dim, dx, lower, upper, velocity=f(x), law=..., stress=(3, 3) [Pa], **solver options) -> MpmSolver of
+    one box."""
 
-    def make(dim, dx, lower, upper, *, velocity=None, law=ICE, precision="f64", gravity=0.0, reach=10.0, **options):
+    def make(dim, dx, lower, upper, *, velocity=None, law=ICE, stress=None, precision="f64", gravity=0.0, reach=10.0,
+             **options):
         positions, volumes = lattice(lower, upper, dx)
         velocities = np.zeros_like(positions) if velocity is None else np.array([velocity(x) for x in positions])
         pull = np.zeros(dim)
         pull[-1] = -gravity
-        return MpmSolver(Population(positions, volumes, 0, velocities), [law], dx=dx, precision=precision,
+        population = Population(positions, volumes, 0, velocities)
+        if stress is not None:
+            population.stress[:], population.elastic[:] = pack(stress, dim), pack(law.h_from_stress(stress), dim)
+        return MpmSolver(population, [law], dx=dx, precision=precision,
                          origin=np.full(dim, -reach), lower=np.full(dim, -reach), upper=np.full(dim, reach),
                          gravity=pull, **options)
 

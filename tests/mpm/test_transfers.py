@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from snowmpm.compiler import parallel, runtime
+from snowmpm.materials import unpack
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -66,12 +67,7 @@ def in_boxes(solver):
 
 def tensors(packed, dim):
     """In-plane part of packed symmetric tensors, (n, dim, dim)."""
-    pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
-    full = np.zeros((len(packed), 3, 3))
-    for k in range(packed.shape[1]):
-        i, j = pairs[k]
-        full[:, i, j] = full[:, j, i] = packed[:, k]
-    return full[:, :dim, :dim]
+    return unpack(packed)[:, :dim, :dim]
 
 
 @EVERY

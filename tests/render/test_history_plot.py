@@ -81,6 +81,7 @@ def test_every_quantity_is_in_its_panel(tmp_path):
     energies = lines(panel(figure, "energy"))
     assert panel(figure, "energy").get_ylabel() == "[kJ/m]"
     assert energies["potential, lost"] == pytest.approx(50.0 * TIMES)
+    assert "left with snow" not in energies
     assert energies["kinetic"] == pytest.approx(100.0 * np.exp(-2 * TIMES)) and len(energies) == 6
 
 

@@ -69,6 +69,14 @@ def test_a_layer_that_the_weight_alone_crushes():
     assert [load.strength for load in found] == [0.0] and "crushes it" in str(found[0])
 
 
+def test_what_theories_do_not_count_is_said():
+    """Forces and damping beside a saw test; a gravity that changes is refused (`tests/scenes/test_saw_test.py`)."""
+    beside = scene(0.0, damping={"coefficient": 1.0}, forces=[{"kind": "acceleration", "value": [0.1, 0.0]}])
+    caution = next(one for one in advise(beside).cautions if one.key == "forces")
+    assert "weight of the slab alone, not forces and damping" in caution.says
+    assert not [one for one in advise(scene(0.0)).cautions if "weight of the slab alone" in one.says]
+
+
 def test_check_says_so():
     shell = CliRunner()
     quiet = shell.invoke(app, ["check", "pst_2d", "--set", "saw_test.slope_angle=45"])

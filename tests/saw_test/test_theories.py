@@ -116,6 +116,18 @@ def test_no_panel_of_a_saw_test_is_one_of_zeros(runs):
         assert not [line for line in remarks(run) if "mass" in line]
 
 
+def test_energies_that_are_drawn_add_up(runs):
+    """What left with the snow that the saw took among them."""
+    from snowmpm.render.history_plot import history_figure
+
+    axes = next(one for one in history_figure(runs[1]).axes if one.get_title(loc="left") == "energy")
+    drawn = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+    lost = drawn.pop("potential, lost")
+    assert abs(drawn["left with snow"][-1]) > 0.1 * abs(lost[-1])
+    left_open = sum(drawn.values()) - lost
+    np.testing.assert_allclose(left_open, left_open[0], atol=1e-6 * abs(lost).max())
+
+
 def test_compare_sets_saw_tests_side_by_side(runs, tmp_path):
     folders = [str(run.path.parent) for run in runs]
     done = CliRunner().invoke(app, ["compare", *folders, "-o", str(tmp_path / "both.png")])

@@ -212,7 +212,7 @@ def test_bad_regions_are_named(tmp_path):
         (Spec(file="list.geojson"), 1.0, "not a readable GeoJSON"),
         (Spec(file="points.geojson"), 1.0, "holds no polygon"),
         (Spec(file="junk.shp"), 1.0, "not a readable shapefile|gis extra"),
-        (Spec(file="release.kml"), 1.0, "must be a .shp or .geojson file"),
+        (Spec(file="release.kml"), 1.0, "must be a .shp, .geojson or .gpkg file"),
         (Spec(polygon=[[0, 0], [1, 1], [2, 2]]), 1.0, "no area"),
         (Spec(polygon=[[0, 0], [1, 1]]), 1.0, "no area"),
         (Spec(x=(5.0, 6.0), polygon=SQUARE), 1.0, "give one of"),

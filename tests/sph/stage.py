@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.materials import Elastic
+from snowmpm.materials import Elastic, pack
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
@@ -29,11 +29,7 @@ def solver_of(positions, volumes, law=ICE, *, dx, velocity=None, stress=None, pr
     dim = positions.shape[1]
     population = Population(positions, volumes, 0, velocity(positions) if velocity else None)
     if stress is not None:
-        pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)][: 4 if dim == 2 else 6]
-        tau = np.broadcast_to(stress, (len(positions), 3, 3))
-        h = law.h_from_stress(tau)
-        for c, (i, j) in enumerate(pairs):
-            population.stress[:, c], population.elastic[:, c] = tau[:, i, j], h[:, i, j]
+        population.stress[:], population.elastic[:] = pack(stress, dim), pack(law.h_from_stress(stress), dim)
     size = np.ptp(positions, axis=0).max() + 10 * dx
     lower = positions.min(axis=0) - size if lower is None else np.asarray(lower, float)
     upper = positions.max(axis=0) + size if upper is None else np.asarray(upper, float)

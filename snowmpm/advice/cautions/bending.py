@@ -19,7 +19,7 @@ def bent_beam(facts):
     lower, upper = facts.model.lower, facts.model.upper
     for body, spec in enumerate(scene.bodies):
         law, x = facts.law(body), facts.positions(body)
-        if law.kind != "elastic":
+        if law.YIELDS:
             continue
         spacing = facts.dx / facts.per_axis
         length, thickness = np.ptp(x[:, 0]) + spacing, np.ptp(x[:, -1]) + spacing

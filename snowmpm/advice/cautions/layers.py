@@ -65,7 +65,7 @@ def softening_on_grid(facts):
     that of the tuning nothing is wrong; so it is said only of a layer of more cells than collapse as one."""
     for body, spec in enumerate(facts.scene.bodies):
         law = facts.scene.materials[spec.material]
-        if getattr(law, "softening", None) and getattr(law, "reference_thickness", None) is None:
+        if law.collapses and law.collapse_thickness is None:
             border = shipped()["softening_on_grid", "as given"]
             ratio = DRAWN_CELLS / facts.thickness(body)
             if border.failing(ratio):
@@ -112,9 +112,7 @@ def unstable_friction(facts):
     SPH does as the affine transfer does: 56 % too fast on 40 cells."""
     solver = facts.scene.solver
     for body, spec in enumerate(facts.scene.bodies):
-        law = facts.law(body)
-        rubs = getattr(law, "friction_angle", None) or (45.0 if law.kind == "mu_i" else 0.0)
-        if spec.shape.kind != "layer" or getattr(law, "dilation_angle", 0.0) >= rubs:
+        if spec.shape.kind != "layer" or not facts.law(body).friction_exceeds_dilation:
             continue
         if border := beyond("unstable_friction", _damping(solver), facts.model.depth / facts.dx):
             yield worded(border, f"bodies.{body} ({spec.name})", facts.model.depth / facts.dx)

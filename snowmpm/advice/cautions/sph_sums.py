@@ -1,5 +1,7 @@
 """Rules: sums over neighbours, for method "sph"."""
 
+import math
+
 from snowmpm.advice.cautions.caution import beyond, rule, worded
 
 
@@ -24,19 +26,13 @@ def sph_free_surface(facts):
 @rule("sph")
 def sph_tensile(facts):
     """Materials that bear tension, where nothing acts against it: the strength of cohesive ones, the load of those
-    without an end."""
+    whose tension nothing ends."""
     chosen = facts.scene.solver.sph
     if chosen.disorder_damping > 0.0 or chosen.artificial_stress > 0.0:
         return
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
-        modulus = law.density * law.wave_speed() ** 2
-        strength = getattr(law, "cohesion", None)
-        if law.kind == "elastic":
-            pulled = facts.least_strain
-        elif strength and hasattr(law, "p0"):
-            pulled = strength * law.p0 / modulus
-        else:
-            continue
+        strength = law.tensile_strength
+        pulled = strength / (law.density * law.wave_speed() ** 2) if strength < math.inf else facts.least_strain
         if border := beyond("sph_tensile", "wendland c6 1.5", pulled):
             yield worded(border, f"materials.{name}", pulled)
 

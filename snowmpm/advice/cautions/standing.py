@@ -1,10 +1,19 @@
 """Rule: a saw test whose column does not stand before it is cut."""
 
 from snowmpm.advice.cautions.caution import Caution, rule
+from snowmpm.saw_test.prediction import uncounted_by_theories
 from snowmpm.saw_test.strength import overloaded
 
 CURE = "a gentler saw_test.slope_angle, a lighter slab or a stronger layer stands"
 CURE_OF_END = 'saw_test.ends = "vertical", or a gentler slope'
+
+
+@rule("mpm", "sph")
+def uncounted_load(facts):
+    """A saw test beside which something else acts than the weight of its slab."""
+    if facts.scene.saw_test and (names := uncounted_by_theories(facts.scene)):
+        yield Caution("", names[0], f"theories of the saw test count the weight of the slab alone, not"
+                      f" {' and '.join(names)}", "read them as those of the test without")
 
 
 @rule("mpm", "sph")

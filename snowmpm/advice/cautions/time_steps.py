@@ -23,5 +23,5 @@ def apex(facts):
     """Return maps whose error grows with the step: strain of a step at the fastest motion of the start."""
     strain = facts.start_speed / facts.wave_speed * facts.solver.limits.cfl
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
-        if getattr(law, "return_map", None) == "frozen" and (border := beyond("apex", "cap, frozen", strain)):
+        if law.integration == "frozen" and (border := beyond("apex", "cap, frozen", strain)):
             yield worded(border, f"materials.{name}.return_map", strain)

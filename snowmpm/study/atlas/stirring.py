@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from snowmpm.errors import SimulationError
+from snowmpm.materials import pack
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 
@@ -48,13 +49,11 @@ def stirred(grains, law, *, dx=DX, drift=0.0, strain=None, state=None, reach=8.0
     stress = (K - 2.0 / 3.0 * G) * trace[:, None, None] * np.eye(3) + 2.0 * G * hencky
     energy = 0.5 * float(volumes @ (law.density * (velocities**2).sum(axis=1)))
     energy += 0.5 * float(volumes @ (stress * hencky).sum(axis=(1, 2))) if strain is None else 0.0
-    places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)][: 4 if dim == 2 else 6]
     # Principal axes are not needed: exp(2 e) - I is 2 e where it is not diagonal
     elastic = np.where(np.eye(3, dtype=bool), np.expm1(2.0 * hencky), 2.0 * hencky)
     velocities[:, 0] += drift
     population = Population(positions, volumes, 0, velocities,
-                            elastic=np.stack([elastic[:, i, j] for i, j in places], axis=1),
-                            stress=np.stack([stress[:, i, j] for i, j in places], axis=1))
+                            elastic=pack(elastic, dim), stress=pack(stress, dim))
     box = {"origin": np.full(dim, -reach * dx), "lower": np.full(dim, -reach * dx), "upper": np.full(dim, reach * dx)}
     solver = MpmSolver(population, [law], **{"dx": dx, "precision": "f64", "gravity": np.zeros(dim), **box, **options})
     if state is not None:
