@@ -50,6 +50,7 @@ class AnticrackCamClay(CriticalStateLaw):
         StateVariable("compaction", "-", "ζ that sets p0: bonds left while intact, plastic compaction once collapsed"),
         StateVariable("collapsed", "-", "1 after complete softening, else 0"),
     )
+    BONDS: ClassVar[int] = 1
     kind: Literal["anticrack_cam_clay"] = "anticrack_cam_clay"
     hardening: Annotated[HardeningRate, Field(gt=0.0)]  # ξ [-]
     hardening_law: Literal["sinh"] = "sinh"  # bonds are used up at ζ = 0, which an exponential never reaches
@@ -90,6 +91,15 @@ class AnticrackCamClay(CriticalStateLaw):
 
     def initial_state(self):
         return self.initial_zeta, 1.0 if self.p0 == 0.0 else 0.0
+
+    @property
+    def bonds_last_below(self):
+        return 1.0
+
+    @property
+    def bond_energy(self):
+        """That of an isotropic collapse, ½ p₀ ζ₀ / α."""
+        return 0.5 * self.p0 * self.initial_zeta / self.softening
 
     def severed_state(self):
         return 0.0, 1.0

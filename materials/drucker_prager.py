@@ -150,6 +150,7 @@ class DruckerPrager(Law):
     STATE: ClassVar[tuple[StateVariable, ...]] = (PLASTIC_STRAIN, GAP)
     OUTPUTS: ClassVar[dict[str, str]] = {"plastic_strain": "-", "gap": "-", "damage": "-"}
 
+    BONDS: ClassVar[int] = 0
     kind: Literal["drucker_prager"] = "drucker_prager"
     friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ [deg]
     dilation_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # ψ [deg]
@@ -254,6 +255,14 @@ class DruckerPrager(Law):
 
     def initial_state(self):
         return 0.0, 0.0
+
+    @property
+    def bonds_last_below(self):
+        return -np.inf if self.softening_strain is None else strain_of_loss(self.softening_strain)
+
+    @property
+    def bond_energy(self):
+        return (self.cohesion - self.residual_cohesion) * (self.softening_strain or 0.0)
 
     def severed_state(self):
         if self.softening_strain is None:

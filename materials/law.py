@@ -63,6 +63,7 @@ class Law(BaseModel):
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
     stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     lanes: ClassVar = None  # Taichi function like `update`, see above
     failure_function: ClassVar = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
@@ -155,6 +156,16 @@ class Law(BaseModel):
     def initial_state(self):
         """Initial value of each STATE variable."""
         return ()
+
+    @property
+    def bonds_last_below(self):
+        """Value of the state variable BONDS from which on all bonds are broken; −inf without bonds that break."""
+        return -np.inf
+
+    @property
+    def bond_energy(self):
+        """Plastic work per volume that breaks all bonds, about [J/m³]; 0 without bonds that break."""
+        return 0.0
 
     def severed_state(self):
         """STATE of material whose bonds are cut (saw cut, removed support), or None where the law has no such state.

@@ -121,8 +121,8 @@ class Solver(Spec):
     """mpm: particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
-    """share of a cell that a wave or a particle may cross in a step [-]; when missing 0.4, or 0.8 of the largest stable
-    one where that is less"""
+    """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9
+    of the largest stable one, for waves 0.4 while bonds of a weak layer break; 0.3 in sph"""
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"

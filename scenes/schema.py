@@ -10,6 +10,7 @@ from snowmpm.glance import Glance
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
+from snowmpm.scenes.choices import choices
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.forces import Damping, Force
 from snowmpm.scenes.gravity import Gravity
@@ -92,6 +93,7 @@ class Scene(Glance, Spec):
 
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)
+    _choices: tuple = PrivateAttr(default=())
 
     @model_validator(mode="wrap")
     @classmethod
@@ -99,7 +101,8 @@ class Scene(Glance, Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            return validate(with_cards(_with_saw_test(data, dimension) if known else data))
+            scene = validate(with_cards(_with_saw_test(data, dimension) if known else data))
+        return _with_choices(scene)
 
     @model_validator(mode="after")
     def _names_exist(self):
@@ -117,6 +120,11 @@ class Scene(Glance, Spec):
     def source(self) -> str:
         """What was loaded, in the words of messages: the TOML file, or the scene's name when it came from no file."""
         return self._source or self.name
+
+    @property
+    def choices(self) -> tuple:
+        """`Choice`s that were made for keys of the solver that the scene does not give (`snowmpm.scenes.choices`)."""
+        return self._choices
 
     @property
     def gravity_vector(self) -> tuple[float, ...]:
@@ -146,6 +154,17 @@ class Scene(Glance, Spec):
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
         return to_toml(self, leave_out=MADE if self.saw_test else ())
+
+
+def _with_choices(scene):
+    """The scene with numerics that it leaves open and that its contents tell."""
+    found = choices(scene)
+    if not found:
+        return scene
+    values = {key: value for choice in found for key, value in choice.values.items()}
+    chosen = scene.model_copy(update={"solver": scene.solver.model_copy(update=values)})
+    chosen._choices = tuple(found)
+    return chosen
 
 
 class _SawTestOnly(Spec):

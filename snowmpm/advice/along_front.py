@@ -15,7 +15,6 @@ from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 from snowmpm.study.presets import FASTER, LESS_ERROR, MARGIN
-from snowmpm.study.variation import LONGEST
 
 LEAST_CELLS = 0.7
 """Of the thinnest part of a scene: a row of particles or two, whose stiffness across is then that of a cell."""
@@ -84,8 +83,7 @@ def _step(scene, move=None):
     stiffness = max(grain_stiffness(law, scene.dimension) for law in scene.materials.values())
     own = {name: scheme.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
     critical = critical_cfl(**own, stiffness=stiffness)
-    usual = chosen.cfl or usual_cfl(critical)
-    return min(usual * (move.variation.step if move else 1.0), max(usual, LONGEST * critical))
+    return min(chosen.cfl or usual_cfl(critical), critical)
 
 
 def _saving(scene, budget=None):
@@ -121,7 +119,7 @@ def _overrides(scene, move):
             changed["solver.dt"] = float(f"{chosen.dt * move.coarser:.4g}")
     if move.variation.per_axis != 2:
         changed["solver.particles_per_cell"] = _per_cell(move, scene)
-    if not chosen.dt and _step(scene, move) > 1.001 * _step(scene):
+    if chosen.cfl and _step(scene, move) < chosen.cfl:
         # Rounded down: it must stay below the critical one
         changed["solver.cfl"] = float(np.floor(1e3 * _step(scene, move)) / 1e3)
     return changed

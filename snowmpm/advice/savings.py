@@ -11,7 +11,6 @@ from snowmpm.measured.borders import shipped
 from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
-from snowmpm.stepping.time_step import usual_cfl
 
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
@@ -90,7 +89,7 @@ def _short(budget):
     """A cfl or dt below the usual one."""
     scene, solver = budget.facts.scene, budget.facts.solver
     critical = solver.limits.critical_cfl
-    usual = usual_cfl(critical)
+    usual = solver.limits.usual_cfl or solver.limits.cfl
     own = scene.solver.cfl
     if scene.solver.dt:
         own = usual * scene.solver.dt / (solver.critical_dt()[0] * usual / critical)

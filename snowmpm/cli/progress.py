@@ -23,8 +23,8 @@ ENERGIES = {"kinetic_energy": "kinetic", "elastic_energy": "elastic", "plastic_w
             "contact_work": "contact"}
 """Energies of the history that the display shows, beside the potential energy lost since the start."""
 
-CAUSES = {"elastic": "elastic waves", "advective": "fastest particle", "deformation": "fast deformation",
-          "fixed": "fixed by the scene", "output": "cut to end on a frame"}
+CAUSES = {"elastic": "elastic waves", "breaking": "bonds that break", "advective": "fastest particle",
+          "deformation": "fast deformation", "fixed": "fixed by the scene", "output": "cut to end on a frame"}
 """What limits the step, in words."""
 
 

@@ -26,7 +26,8 @@ def report_functions(dim, real, basis):
 
     @ti.func
     def judge(x, velocity, grad_v, growth, h, tau, work, iterations):
-        """Report of one particle in a straight line, but for STRAIN and WAVE2, which depend on the law."""
+        """Report of one particle in a straight line, but for STRAIN, WAVE2 and BREAKING, which depend on
+        the law."""
         report = of_particle.judge(velocity, grad_v, growth, h, tau, work, iterations)
         distance = ti.cast(0.0, real)
         for a in ti.static(range(dim)):

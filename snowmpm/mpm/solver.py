@@ -17,7 +17,7 @@ from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report as report_of
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
-from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
+from snowmpm.stepping.time_step import BREAKING_CFL, critical_cfl, grain_stiffness, usual_cfl
 
 PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 """Of a step on one thread [s], about, by dimension."""
@@ -36,7 +36,8 @@ class MpmSolver(Solver):
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
         transfer: "pic", "apic", "flip" or "aflip"; flip_ratio: share of FLIP in the last two.
         obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
-        cfl: share of a cell that a wave or a particle may cross in a step, `timestep.usual_cfl` by default.
+        cfl: share of a cell that a wave or a particle may cross in a step, by default the usual one of
+        `time_step`, which follows the state.
         kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
@@ -52,7 +53,9 @@ class MpmSolver(Solver):
         stiffness = max(grain_stiffness(law, dim) for law in laws)
         self.scheme_name = f"{transfer} ({kernel} kernel, {gradient} gradient, {dim}-D, these materials)"
         self.critical_cfl = critical_cfl(kernel, gradient, transfer, stiffness)
-        self.cfl = cfl or usual_cfl(self.critical_cfl)
+        self.usual_cfl = usual_cfl(self.critical_cfl)
+        self.cfl = cfl or self.usual_cfl
+        self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
         frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)

@@ -19,13 +19,14 @@ def law_functions(layout, real, laws, width=LANES):
     """`apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)`.
 
     width: lanes of a pack; in packs of other widths than LANES the particles are taken one by one.
-    laws: `LawFunctions` of a scene. pack: arrays of a number a lane
-    by name; read: h, state, A; written: h, state, tau and, where a law stiffens, strain and wave2; held: `most_held`
-    arrays for the laws themselves.
+    laws: `LawFunctions` of a scene. pack: arrays of a number a lane by name; read: h, state, A; written: h, state, tau
+    and, where a law stiffens, strain and wave2, where one has bonds, breaks; held: `most_held` arrays for the laws
+    themselves.
     """
     n_laws, updates, lanes = len(laws), [law.update for law in laws], [law.lanes for law in laws]
     has_lanes = [function is not None and width == LANES for function in lanes]
     some_stiffen = any(law.stiffness is not None for law in laws)
+    some_bonded = any(law.bonds is not None for law in laws)
     particle = response_functions(layout, real, laws)
 
     @ti.func
@@ -46,7 +47,7 @@ def law_functions(layout, real, laws, width=LANES):
         left = 0
         for lane in range(width):
             left += ti.select(iterations[lane] == REDO, 1, 0)
-        some_left = left > 0 or ti.static(some_stiffen)
+        some_left = left > 0 or ti.static(some_stiffen or some_bonded)
         for lane in range(ti.select(some_left, count, 0)):
             own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):
@@ -58,5 +59,8 @@ def law_functions(layout, real, laws, width=LANES):
                         strain, wave2 = particle.extremes_of_law(k, materials, own, read_lane(pack["h"], lane),
                                                         read_lane(pack["tau"], lane), read_lane(pack["state"], lane))
                         pack["strain"][0][lane], pack["wave2"][0][lane] = strain, wave2
+                    if ti.static(some_bonded):
+                        pack["breaks"][0][lane] = particle.breaks(k, materials, own, read_lane(pack["state"], lane),
+                                                                  work[lane])
 
     return apply_laws

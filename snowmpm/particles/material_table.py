@@ -14,27 +14,33 @@ AT_ONCE = 100_000
 DENSITY = 0
 """Column of the table of numbers that holds the reference density; a law's own parameters follow it."""
 
+BREAKING_RATE = 1e-3
+"""Share of `Law.bond_energy` that the plastic work of a step must reach for bonds to count as breaking: what creeps at
+its yield stress, or yields by round-off, keeps its bonds for longer than a crack takes to pass."""
+
 
 class LawFunctions(NamedTuple):
-    """What a kernel is compiled for: the Taichi functions of a `Law`, None for what it lacks, and the names of its
-    numbers."""
+    """What a kernel is compiled for: the Taichi functions of a `Law`, None for what it lacks, the names of its numbers,
+    and its BONDS, None without bonds that break."""
 
     update: Callable
     lanes: Callable | None
     stiffness: Callable | None
     names: type
+    bonds: int | None
 
     @classmethod
     def of(cls, law):
         """Those of a law."""
-        return cls(law.update, law.lanes, law.stiffness, type(law.parameters()))
+        bonds = law.BONDS if law.bonds_last_below > 0.0 else None
+        return cls(law.update, law.lanes, law.stiffness, type(law.parameters()), bonds)
 
 
 class MaterialTable:
     """Numbers of every material of a scene; kernels are compiled for `functions`, never for the numbers.
 
-    numbers[m]: density, then the law's own parameters; law_of[m]: index into `functions`, the `LawFunctions` of the
-    scene.
+    numbers[m]: density, the law's own parameters, `Law.bonds_last_below` and the plastic work of a step [J/m3] from
+    which on bonds count as breaking; law_of[m]: index into `functions`, the `LawFunctions` of the scene.
     """
 
     def __init__(self, laws, precision):
@@ -48,16 +54,22 @@ class MaterialTable:
         self.wave_speed = max(law.wave_speed() for law in laws)
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
-        numbers = np.zeros((len(laws), 1 + max(len(law.parameters()) for law in laws)), DTYPES[precision][1])
+        numbers = np.zeros((len(laws), 3 + max(len(law.parameters()) for law in laws)), DTYPES[precision][1])
         for m, law in enumerate(laws):
             state, parameters = law.initial_state(), law.parameters()
             self.initial_state[m, : len(state)] = state
-            numbers[m, : 1 + len(parameters)] = (law.density, *parameters)
+            row = law.density, *parameters, law.bonds_last_below, BREAKING_RATE * law.bond_energy
+            numbers[m, : len(row)] = row
         self.numbers = ti.ndarray(DTYPES[precision][0], numbers.shape)
         self.numbers.from_numpy(numbers)
         law_of = np.array([self.functions.index(functions) for functions in functions_of], np.int32)
         self.law_of = ti.ndarray(ti.i32, law_of.shape)
         self.law_of.from_numpy(law_of)
+
+    def n_bonded(self, material):
+        """How many particles have bonds that break; material (n,): index of each."""
+        bonded = [law.bonds_last_below > 0.0 for law in self.laws]
+        return int(np.array(bonded)[material].sum())
 
     def first_extremes(self, population):
         """(largest |be - I|, largest wave speed [m/s]) of a `Population`, as the report of a step has them: laws that

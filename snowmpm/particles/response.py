@@ -22,6 +22,7 @@ def response_functions(layout, real, laws):
     stiffnesses, names = [law.stiffness for law in laws], [law.names for law in laws]
     stiffens = [function is not None for function in stiffnesses]
     sizes = [len(fields._fields) for fields in names]
+    breakable, bonds_at = [law.bonds is not None for law in laws], [law.bonds or 0 for law in laws]
 
     @ti.func
     def deform(L, ratio, dt):
@@ -49,6 +50,17 @@ def response_functions(layout, real, laws):
         return strain, wave2
 
     @ti.func
+    def breaks(k: ti.template(), materials: ti.template(), material, state, work):
+        """1 where a particle of law k lost bonds in the step that led to `state`, by its plastic work per volume, and
+        has some left; else 0."""
+        found = ti.cast(0.0, real)
+        if ti.static(breakable[k]):
+            lasting = state[ti.static(bonds_at[k])] < materials[material, DENSITY + 1 + sizes[k]]
+            breaking = lasting & (work > materials[material, DENSITY + 2 + sizes[k]])
+            found = ti.select(breaking, ti.cast(1.0, real), found)
+        return found
+
+    @ti.func
     def blend(velocity, changed, flip_ratio):
         """Velocity of FLIP or AFLIP from that on the grid and the particle's own with its change."""
         return velocity + flip_ratio * (changed - velocity)
@@ -73,5 +85,5 @@ def response_functions(layout, real, laws):
         response[2 * sym_size + layout.state_size] = ratio
         access.store(reals, places, p, at["elastic"], response)
 
-    return SimpleNamespace(deform=deform, parameters_of=parameters_of, extremes_of_law=extremes_of_law, blend=blend,
-                           store_motion=store_motion, store_response=store_response)
+    return SimpleNamespace(deform=deform, parameters_of=parameters_of, extremes_of_law=extremes_of_law, breaks=breaks,
+                           blend=blend, store_motion=store_motion, store_response=store_response)

@@ -24,6 +24,8 @@ def _acting(model):
            for name, share in model.shares.items() if share < 1.0}
     if cut:
         told["cut_bodies"] = cut
+    if scene.choices:
+        told["chosen"] = "; ".join(map(str, scene.choices))
     if model.taken:
         source = model.taken.source
         told["starts_from"] = (f"{source['run']} (scene {source['scene']}) at t = {source['time']:.6g} s:"
@@ -67,8 +69,8 @@ def _vector(values):
 def describe(model, solver):
     """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
     "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}; before
-    them, where a scene has them, "coordinates" (their reference system), "cut_bodies", "starts_from", "gravity",
-    "forces" and "damping", in words."""
+    them, where a scene has them, "coordinates" (their reference system), "cut_bodies", "chosen" (numerics that it
+    leaves open, and why), "starts_from", "gravity", "forces" and "damping", in words."""
     scene, store = model.scene, solver.particles
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
     dt, cause = solver.expected_dt()

@@ -25,7 +25,7 @@ from snowmpm.solids.loads import LoadHistory
 from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import system_beside
 
-CAUSES = ("elastic", "advective", "deformation", "fixed", "output")
+CAUSES = ("elastic", "breaking", "advective", "deformation", "fixed", "output")
 """What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
 
 
@@ -101,6 +101,7 @@ class Recorder:
                 "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
                 **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),
                 **map_origin(scene)}

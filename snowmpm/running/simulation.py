@@ -37,8 +37,9 @@ class Simulation(Glance):
             sim.step()
         sim.particles["velocity"]
 
-    time [s]; dt [s] and dt_cause of the last step: "elastic", "advective", "deformation", "fixed" or "output" (cut to
-    land on a time asked for); particles[name]: NumPy copies (`snowmpm.particles.fields.ParticleFields`).
+    time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, and shorter since bonds break),
+    "advective", "deformation", "fixed" or "output" (cut to land on a time asked for); particles[name]: NumPy copies
+    (`snowmpm.particles.fields.ParticleFields`).
     Several simulations may take turns, also in several threads: one of them computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
     `ti.reset` and in a forked process.

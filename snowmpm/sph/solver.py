@@ -34,6 +34,7 @@ from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report as report_of
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
+from snowmpm.stepping.time_step import BREAKING_CFL
 
 PARTICLE_TIME = {2: 2.5e-7, 3: 1.5e-6}
 """Of a step on one thread [s], about, by dimension."""
@@ -54,14 +55,17 @@ class SphSolver(Solver):
 
         scheme: what `snowmpm.scenes.Sph` has. terrain: object with `query(points) -> distance, normal` in scene
         coordinates, or None. sides: (dim, 2) names of `contact.CODES` or "periodic". obstacles: `solids.Obstacle`s.
-        cfl: share of dx that a wave or a particle may cross in a step. width: lanes of a pack, as the backend asks.
+        cfl: share of dx that a wave or a particle may cross in a step, by default the usual one, less while bonds
+        break. width: lanes of a pack, as the backend asks.
         """
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
         self.width = width or (1 if runtime.fine_grained() else LANES)
         self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
-        self.cfl = cfl or usual_cfl(self.critical_cfl)
+        self.usual_cfl = usual_cfl(self.critical_cfl)
+        self.cfl = cfl or self.usual_cfl
+        self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
         frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)

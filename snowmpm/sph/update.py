@@ -37,7 +37,17 @@ from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.row_writing import row_functions
 from snowmpm.sph.smoothing import KERNELS
-from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger, particle_report
+from snowmpm.stepping.step_report import (
+    BAD,
+    BREAKING,
+    EXCURSION,
+    N_REPORT,
+    STRAIN,
+    SUMMED,
+    WAVE2,
+    larger,
+    particle_report,
+)
 
 
 @functools.cache
@@ -52,7 +62,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
     stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
-    some_stiffen = any(stiffens)
+    some_stiffen, some_bonded = any(stiffens), any(law.bonds is not None for law in laws)
     judged, particle = particle_report(real), response_functions(layout, real, laws)
     apply_laws = law_functions(layout, real, laws, width)
     store_row, inverse = row_functions(layout, row_layout, real, form, epsilon), inverse_function(dim, real)
@@ -60,7 +70,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
                ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
-               ("growth", 1), ("strain", 1), ("wave2", 1), ("most", N_REPORT),
+               ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1), ("most", N_REPORT),
                ("back", dim * dim * row_layout.full), ("held", most_held(laws, sym_size, width)))
 
     @ti.func
@@ -134,6 +144,8 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            if ti.static(some_bonded):
+                one[BREAKING] = pack["breaks"][0][lane]
             one[EXCURSION] = 0.0
             for a in ti.static(range(dim)):
                 one[EXCURSION] += (v[a] - ti.cast(mean[a], real)) ** 2

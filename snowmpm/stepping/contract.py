@@ -32,11 +32,12 @@ class Totals:
 @dataclass(frozen=True)
 class StepLimits:
     """cfl: share of a cell that a wave or a particle may cross in a step; critical_cfl: the largest that is stable;
-    scheme: name of the scheme in messages."""
+    scheme: name of the scheme in messages; usual_cfl: of a scene that gives none, where it is not cfl."""
 
     cfl: float
     critical_cfl: float
     scheme: str
+    usual_cfl: float | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report as report_of
 from snowmpm.stepping.contract import Method, StepLimits, Totals
-from snowmpm.stepping.time_step import FLIGHT_LIMIT, Extremes, stable_step
+from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step
 
 
 class Solver(Method):
@@ -20,9 +20,13 @@ class Solver(Method):
     came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
     share of the velocity kept each step, below 1 only while an initial state settles.
 
-    A solver sets `dim`, `dx`, `precision`, `frame`, `surfaces`, `particles`, `cfl`, `critical_cfl` and `scheme_name`,
-    then calls `_begin`.
+    A solver sets `dim`, `dx`, `precision`, `frame`, `surfaces`, `particles`, `critical_cfl`, `usual_cfl` of a scene
+    that gives none, `cfl` and `breaking_cfl`, the C of its steps while no bonds break and while some do, and
+    `scheme_name`, then calls `_begin`.
     """
+
+    usual_cfl = breaking_cfl = None
+    """None of a method whose steps do not follow the state."""
 
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
@@ -38,6 +42,7 @@ class Solver(Method):
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
                                  *self.materials.first_extremes(population))
         self.time, self.steps, self.keep = 0.0, 0, 1.0
+        self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = None
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
@@ -86,11 +91,14 @@ class Solver(Method):
     @property
     def limits(self):
         """`StepLimits`."""
-        return StepLimits(self.cfl, self.critical_cfl, self.scheme_name)
+        return StepLimits(self.cfl, self.critical_cfl, self.scheme_name, self.usual_cfl)
 
     def stable_dt(self):
-        """-> (step for now [s], what limits it), with the margin of cfl."""
-        return self._step_at(self.cfl, self.cfl)
+        """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
+        if self.breaking_cfl is None or not self.extremes.breaking > self._many_break:
+            return self._step_at(self.cfl, self.cfl)
+        dt, cause = self._step_at(self.breaking_cfl, self.cfl)
+        return dt, "breaking" if cause == "elastic" and self.breaking_cfl < self.cfl else cause
 
     def expected_dt(self):
         """-> (step that a run takes about [s], what limits it): the first one, but where all laws stiffen without their
@@ -118,7 +126,8 @@ class Solver(Method):
             self._fail(int(report[report_of.BAD]) - 1)
         self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
                                  elastic_deviation=report[report_of.STRAIN] ** 0.5,
-                                 wave_speed=report[report_of.WAVE2] ** 0.5)
+                                 wave_speed=report[report_of.WAVE2] ** 0.5,
+                                 breaking=int(report[report_of.BREAKING]))
         self.plastic_work += report[report_of.DISSIPATION]
         self.unconverged += int(report[report_of.UNCONVERGED])
         self.n_plastic = int(report[report_of.PLASTIC])

@@ -7,15 +7,16 @@ import taichi as ti
 
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT
 
-SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2 = range(9)
+SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING = range(10)
 """Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| of laws of constant
 stiffness and excursion (from home [cells] on a grid; squared speed over that of all [m2/s2] in SPH); sums of plastic
 work [J] and of particles whose return map failed; index + 1 of a particle that is not finite or inverted; number of
-particles that yielded; largest squared wave speed of the laws that stiffen."""
+particles that yielded; largest squared wave speed of the laws that stiffen; number of particles that lost bonds and
+have some left."""
 
-N_REPORT = 9
+N_REPORT = 10
 
-SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC)
+SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC, BREAKING)
 
 FREE_SHARE = (DEFORMATION_LIMIT / FREE_LIMIT) ** 2
 """What the squared velocity gradient of a grain without stress counts."""
@@ -43,7 +44,7 @@ def particle_report(real):
 
     @ti.func
     def judge(velocity, grad_v, growth, h, tau, work, iterations):
-        """Report of one particle in a straight line, but for STRAIN, WAVE2 and EXCURSION."""
+        """Report of one particle in a straight line, but for STRAIN, WAVE2, BREAKING and EXCURSION."""
         report = ti.Vector.zero(real, N_REPORT)
         report[SPEED2] = velocity.norm_sqr()
         report[GRADIENT2] = grad_v.norm_sqr() * ti.select(tau.norm_sqr() > 0.0, 1.0, FREE_SHARE)

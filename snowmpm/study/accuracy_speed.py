@@ -121,7 +121,7 @@ def step_chart(rows, output):
         work.append(Curve(problem.title, problem.kind, *zip(*known, strict=True)))
     if not errors:
         return []
-    panels = [Panel("error on the usual grid", tuple(errors), note="over that of the program's step, C = 0.4"),
+    panels = [Panel("error on the usual grid", tuple(errors), note="over that of the program's step"),
               Panel("particle-steps to the same error", tuple(work), note="over the program's, by refining the grid")]
     return [render_work_precision(panels, output, x_label="time step over the program's", y_label="ratio", columns=2,
                                   size=(10.5, 5.2), legend_columns=3, title="The time step: what a longer one changes")]

@@ -12,10 +12,12 @@ from snowmpm.study.problems.catalogue import CATALOGUE
 from snowmpm.study.variation import BY_NAME, DEFAULT
 
 CAUSES = (("3 per axis", "quadrature: the particles integrate the forces over a cell, with two an axis to so much"),
-          ("float64", "round-off of float32, or noise that grows from it"), ("half the step", "the time step"))
+          ("float64", "round-off of float32, or noise that grows from it"), ("C = 0.2", "the time step"))
 """Variations that would lift a floor, and what it then is."""
 LIFTED = 1.5
 """Times by which the error at the floor falls when its cause is taken away."""
+SAME_STEP = 0.01
+"""Share by which the C of a row may differ from that of its variation."""
 WORTH_IT = 0.9
 """Share of the program's particle-steps below which another choice is named."""
 
@@ -29,13 +31,35 @@ def page(rows):
              f"Written by `snowmpm study accuracy-speed` from accuracy_speed.csv: {len(best)} solutions of"
              f" {len(problems)} problems with known answers. \"program\" is what a scene gets that says nothing:"
              " quadratic splines, APIC, gradient by moving least squares, float32, two particles per cell and axis."
-             " Every other line changes one thing.", "",
+             " Every other line changes one thing.", "", *_other_steps(best),
              f"Times are processor seconds of the steps on {_machine()}, without compilation and output."
              f" Repeated, the same computation takes times that differ by {times:.0%} at most, and its errors by"
              f" {errors:.1%}: smaller differences of time mean nothing.", "", *_overall(best, problems)]
     for problem in problems:
         lines += ["", *_section(problem, [row for row in best if row.problem == problem.name])]
     return "\n".join(lines) + "\n"
+
+
+def _other_steps(rows):
+    """Which rows were measured with another C than their variation takes now."""
+    now = {}
+    for row in rows:
+        scheme, law = BY_NAME[row.variation], CATALOGUE[row.problem].law
+        now[row.key] = scheme.solved(law, row.dimension).courant(law, row.dimension)
+    other = {}
+    for row in rows:
+        if abs(row.cfl / now[row.key] - 1.0) > SAME_STEP:
+            other.setdefault(row.variation, []).append(row.cfl / now[row.key])
+    if not other:
+        return []
+    named = ", ".join(f"{name} ({_range(shares)})" for name, shares in other.items())
+    return [f"Measured with other steps than are taken now, so many times as long: {named}. A full run of the study"
+            " replaces them.", ""]
+
+
+def _range(values):
+    least, most = min(values), max(values)
+    return f"{least:.2g}" if most < 1.01 * least else f"{least:.2g} to {most:.2g}"
 
 
 def _machine():
@@ -97,7 +121,7 @@ def _except(values):
     return f", but not in: {', '.join(worse)}" if worse else ""
 
 
-STEPS = ("half the step", DEFAULT.name, "longer step", "longest step")
+STEPS = ("C = 0.2", "C = 0.4", "C = 0.56", DEFAULT.name)
 
 
 def _step(rows, problems, work):

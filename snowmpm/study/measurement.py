@@ -27,7 +27,7 @@ class TimedScheme(Scheme):
 @dataclass(frozen=True)
 class Measurement:
     """Row of a table. cells: along the length that the problem names; error: relative, as the problem defines it;
-    seconds: processor time of the steps; cfl: C of the elastic limit."""
+    seconds: processor time of the steps; cfl: C of the elastic limit, of the longest steps."""
 
     problem: str
     variation: str
@@ -60,7 +60,8 @@ def measure(problem, variation, cells):
     error = problem.error(timed, cells, per_axis=variation.per_axis, **variation.options)
     watch = timed.watch
     return Measurement(problem.name, variation.name, dim, scheme.kernel, scheme.gradient, scheme.transfer,
-                       scheme.flip_ratio if "flip" in scheme.transfer else 0.0, scheme.precision, round(scheme.cfl, 4),
+                       scheme.flip_ratio if "flip" in scheme.transfer else 0.0, scheme.precision,
+                       round(scheme.courant(problem.law, dim), 4),
                        variation.per_axis, cells, watch.particles, watch.steps, watch.particle_steps,
                        float(f"{watch.seconds:.4g}"), float(f"{abs(error):.4g}"))
 

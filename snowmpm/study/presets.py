@@ -1,7 +1,7 @@
 """What `snowmpm run --fast` and `--accurate` change, measured: error and time of moves along the Pareto front.
 
 Every problem is solved on its usual grid as the program would, and again after each move: a coarser or finer grid, with
-other splines, particles and steps. The table of the package (`data/presets.csv`), from which the commands choose and
+other splines and particles. The table of the package (`data/presets.csv`), from which the commands choose and
 whose numbers they print, is what this study writes; the page says which moves they choose and what they give.
 """
 
@@ -19,9 +19,9 @@ from snowmpm.study.problems.catalogue import CATALOGUE
 from snowmpm.study.variation import BY_NAME, DEFAULT, Variation
 
 DATA = Path(__file__).with_name("data") / "presets.csv"
-LEFT_OUT = ("waves", "fresh", "energy_line")
-"""Its grid must be of whole blocks; a front without a length of its own; two cells, which no grid a little coarser
-has."""
+LEFT_OUT = ("waves", "fresh", "energy_line", "anticrack")
+"""Its grid must be of whole blocks; a front without a length of its own; two cells, which no grid a little coarser has;
+a crack that not every grid lets run."""
 PROBLEMS = tuple(name for name in CATALOGUE if name not in LEFT_OUT)
 FASTER, LESS_ERROR = 3.0, 0.5
 """What --fast and --accurate promise: times the speed, share of the error."""
@@ -40,13 +40,11 @@ class Move:
     def name(self):
         return f"{self.coarser:g} dx, {self.variation.name}"
 
-LONG = BY_NAME["longest step"]
-CUBIC_LONG = Variation("cubic, longest step", "basis", {"kernel": "cubic"}, step=LONG.step)
+CUBIC = BY_NAME["cubic"]
 MOVES = (
-    *(Move(coarser, LONG) for coarser in (1.0, 1.25, 1.35, 1.5, 2.0)),
-    *(Move(coarser, CUBIC_LONG) for coarser in (1.5, 2.0)),
-    *(Move(1.0, BY_NAME[name]) for name in ("cubic", "3 per axis")), Move(1.0, CUBIC_LONG),
-    *(Move(0.7, variation) for variation in (DEFAULT, LONG, CUBIC_LONG)), Move(0.5, LONG),
+    *(Move(coarser, DEFAULT) for coarser in (1.25, 1.35, 1.5, 2.0)), *(Move(coarser, CUBIC) for coarser in (1.5, 2.0)),
+    Move(1.0, CUBIC), Move(1.0, BY_NAME["3 per axis"]), *(Move(0.7, variation) for variation in (DEFAULT, CUBIC)),
+    Move(0.5, DEFAULT),
 )
 
 
@@ -85,7 +83,7 @@ def moved(problem, quick, say):
 
 def _named(move):
     variation = move.variation
-    return Variation(move.name, variation.group, variation.scheme, variation.per_axis, variation.step)
+    return Variation(move.name, variation.group, variation.scheme, variation.per_axis)
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from snowmpm.materials.law import Law
 
-FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "half the step", "longest step")
+FINEST = ("program", "float64", "cubic", "3 per axis", "cubic, 3 per axis", "C = 0.2", "C = 0.4")
 """Variations that are taken to the last grid, where floors and their causes are seen."""
-MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "longest step", "SPH")
-FOR_THE_STEP = ("program", "cubic", "FLIP 0.99", "half the step", "longer step", "longest step")
+MAIN = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 0.99", "3 per axis", "C = 0.4", "SPH")
+FOR_THE_STEP = ("program", "cubic", "FLIP 0.99", "C = 0.2", "C = 0.4", "C = 0.56")
 KINDS = ("elastic", "granular", "impact", "damage")
 
 

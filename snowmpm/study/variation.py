@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field, replace
 
-from snowmpm.sph.courant import USUAL as SPH_CFL
-from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 from snowmpm.study.problems.schemes import Scheme
 
 PROGRAM = Scheme("apic", precision="f32")
@@ -15,28 +13,22 @@ class Variation:
     """A change of the program's own choice.
 
     group: what is varied, for the chart's legend; scheme: fields of `Scheme` that differ; per_axis: particles per cell
-    and axis; step: C of the elastic limit over the program's own; options: keywords of a problem that it must know
-    (offset, wall, return_map, dim).
+    and axis; cfl: C of every step, the program's own choice when None; options: keywords of a problem that it must
+    know (offset, wall, return_map, dim).
     """
 
     name: str
     group: str
     scheme: dict = field(default_factory=dict)
     per_axis: int = 2
-    step: float = 1.0
+    cfl: float | None = None
     options: dict = field(default_factory=dict)
 
     def solved(self, law, dim):
-        """`Scheme` for a law, its time step included."""
+        """`Scheme` for a law; without a cfl of its own its steps follow the state, as those of a scene do."""
         scheme = replace(PROGRAM, **self.scheme)
-        if scheme.method == "sph":
-            return replace(scheme, cfl=self.step * SPH_CFL)
-        critical = critical_cfl(scheme.kernel, scheme.gradient, scheme.transfer, grain_stiffness(law, dim))
-        return replace(scheme, cfl=min(self.step * usual_cfl(critical), LONGEST * critical))
+        return scheme if self.cfl is None else replace(scheme, cfl=min(self.cfl, scheme.courant(law, dim)))
 
-
-LONGEST = 0.8
-"""Share of the critical step that no variation goes beyond: finite strain stiffens a body."""
 
 DEFAULT = Variation("program", "program")
 
@@ -55,9 +47,9 @@ VARIATIONS = (
     Variation("1 per axis", "particles", per_axis=1),
     Variation("3 per axis", "particles", per_axis=3),
     Variation("cubic, 3 per axis", "particles", {"kernel": "cubic"}, per_axis=3),
-    Variation("half the step", "step", step=0.5),
-    Variation("longer step", "step", step=1.4),
-    Variation("longest step", "step", step=2.5),
+    Variation("C = 0.2", "step", cfl=0.2),
+    Variation("C = 0.4", "step", cfl=0.4),
+    Variation("C = 0.56", "step", cfl=0.56),
     Variation("wall between nodes", "wall", options={"offset": 1.0 / 3.0}),
     Variation("walls as obstacles", "wall", options={"wall": "obstacle"}),
     Variation("frozen hardening", "return map", options={"return_map": "frozen"}),

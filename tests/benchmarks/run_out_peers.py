@@ -33,7 +33,7 @@ SCALE, WIDE = 20.0, 40.0
 """Of AvaFrame's ground over that of the problem; width of its sheet [m]."""
 CELLS = (10.0, 5.0, 2.5)
 """Of AvaFrame's raster [m]."""
-OWN = ("program", "longest step")
+OWN = ("program", "C = 0.4")
 
 
 def own_rows():

@@ -22,7 +22,7 @@ def test_a_particle_that_is_not_finite_is_named(make_solver):
 
 def test_an_unstable_step_fails_loudly_not_silently(make_solver):
     solver = make_solver(2, 0.1, [0.0, 0.0], [0.6, 0.6], velocity=lambda x: np.array([0.1 * x[1], 0.2 * x[0]]))
-    dt = 8.0 * solver.stable_dt()[0]  # cfl 0.4 of a limit near 1: well beyond it
+    dt = 4.0 * solver.critical_dt()[0]
     with pytest.raises(SimulationError, match="no longer finite"):
         for _ in range(2000):
             solver.step(dt)

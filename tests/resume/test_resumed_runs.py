@@ -22,6 +22,7 @@ def test_the_scene_does_what_the_test_is_about(whole):
     assert state["solver"]["removed"]["count"] > 0
     assert all(event["done"] for event in state["events"])
     assert run.frame(len(run) - 1).fields["damage"].max() == 1.0
+    assert run.history["steps_breaking"][-1] > 0 < run.history["steps_elastic"][-1]
 
 
 def test_resumed_in_the_middle_of_events(scene, whole, stopped, tmp_path):

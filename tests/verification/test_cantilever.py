@@ -14,11 +14,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_bvp
 
 from snowmpm.materials import Elastic
+from snowmpm.scenes.schema import Scene
 from snowmpm.study.problems.cantilever import LENGTH, SMALL_LOAD, THICKNESS, beam, first_mode, hang, small_deflection
 from snowmpm.study.problems.particle_states import ParticleStates
-from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP
+from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, Scheme
 
 
 @pytest.mark.parametrize(("scheme", "kept"), [
@@ -55,6 +57,43 @@ def test_a_small_deflection():
 BENT = pytest.mark.xfail(strict=True, reason="affine: 4 % too far per thickness of deflection; quadratic shape: 8 %")
 SMALL, LARGE = (1.0, 0.123471), (5.0, 0.495905)
 SHAPE, CUBIC = replace(APIC, gradient="shape"), replace(APIC, gradient="shape", kernel="cubic")
+
+
+def deflection(load):
+    """Of the end over L under q L^3 / EI: theta'' = -load (1 - s) cos theta, theta(0) = theta'(1) = 0."""
+    def rate(s, y):
+        return np.stack([y[1], -load * (1.0 - s) * np.cos(y[0]), np.sin(y[0])])
+
+    def ends(first, last):
+        return np.array([first[0], last[1], first[2]])
+
+    s = np.linspace(0.0, 1.0, 101)
+    return solve_bvp(rate, ends, s, np.zeros((3, 101)), tol=1e-9).y[2, -1]
+
+
+def chosen(load, thickness):
+    """`Scheme` that a scene gets which leaves it to the program: a beam that hangs under qL^3/EI = `load`."""
+    gravity = load * 1e6 * thickness**2 / (12.0 * 1000.0)
+    solver = Scene.model_validate({
+        "name": "beam", "dimension": 2, "end_time": 1.0, "gravity": gravity, "solver": {"dx": thickness / 6},
+        "domain": {"min": [0.0, -2.0], "max": [2.0, 1.0], "boundary": {"x_min": "stick"}},
+        "materials": {"rubber": {"kind": "elastic", "density": 1000.0, "youngs_modulus": 1e6, "poisson_ratio": 0.0}},
+        "bodies": [{"name": "beam", "material": "rubber", "shape": {
+            "kind": "box", "min": [0.0, 0.0], "max": [1.0, thickness]}}]}).solver
+    return Scheme(solver.transfer, solver.flip_ratio, solver.kernel, solver.gradient)
+
+
+def test_the_program_chooses_what_bends_far_and_leaves_the_rest():
+    assert deflection(1.0) == pytest.approx(SMALL[1], rel=1e-4) and deflection(5.0) == pytest.approx(LARGE[1], rel=1e-4)
+    assert {str(chosen(load, 0.05)) for load in (1.0, 5.0, 10.0)} == {str(CUBIC)}
+    assert str(chosen(SMALL_LOAD, THICKNESS)) == str(APIC)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [1.0, 5.0, 10.0])
+def test_hanging_by_default_choices(load):
+    """L / t = 20, six cells."""
+    assert -hang(load, 0.05, chosen(load, 0.05))[1] == pytest.approx(deflection(load), rel=0.03)
 
 
 @pytest.mark.slow

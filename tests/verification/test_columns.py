@@ -6,7 +6,8 @@ compression would be 60 degrees strong in plane strain and stop short. Run-out a
 `snowmpm.comparison`: the front is where the deposit is a twentieth of its height deep. Sizes as in Favero Neto and
 Borja (2018), doi:10.1007/s11440-018-0700-3; a softer sand than theirs, on which nothing depends (below).
 
-MPM takes random particles ("poisson"). A tall column is stretched fourfold sideways while its middle falls: rows of a
+MPM takes random particles ("poisson") and the transfer "aflip", which the program chooses for columns of grains
+(`snowmpm.scenes.choices`). A tall column is stretched fourfold sideways while its middle falls: rows of a
 lattice move further apart than the grid sees, the sand between them is gone for it, and the heap comes to rest too low
 (`test_rows_of_particles_lower_a_tall_column`). Sixteen particles a cell in rows do what four random ones do.
 
@@ -38,8 +39,7 @@ SOFT = {"materials.sand.youngs_modulus": 5.04e5}
 def collapse(folder, scene, method, spacing, changes):
     """`Case` of a column; spacing of its particles [m]."""
     dx = spacing if method == "sph" else 2.0 * spacing
-    sampling = "regular" if method == "sph" else "poisson"
-    changes = {"solver.method": method, "solver.dx": dx, "solver.sampling": sampling, "output.interval": 0.1, **changes}
+    changes = {"solver.method": method, "solver.dx": dx, "output.interval": 0.1, **changes}
     return Case(method, snowmpm.run(load_scene(scene, changes), folder))
 
 

@@ -23,7 +23,7 @@ from snowmpm.mpm.transfer.gather_packs import pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
+from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
 
 
 def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
@@ -69,18 +69,20 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
         h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
         state = access.load(reals, places, p, at["state"], layout.state_size)
         work, iterations = ti.cast(0.0, real), 0
-        strain, wave2 = ti.cast(0.0, real), ti.cast(0.0, real)
+        strain, wave2, breaks = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
         for k in ti.static(range(n_laws)):
             if law_of[material[p]] == k:
                 h, tau, state, work, iterations = updates[k](particle.parameters_of(k, materials, material[p]), h,
                                                              state, A, dt)
                 strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
+                breaks = particle.breaks(k, materials, material[p], state, work)
         access.store(reals, places, p, at["position"], x)
         particle.store_motion(p, reals, places, velocity, C)
         particle.store_response(p, reals, places, h, tau, state, ratio)
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
+        report[BREAKING] = breaks
         return report
 
     @taichi_kernel

@@ -21,7 +21,7 @@ from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
+from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
 
 
 @functools.cache
@@ -31,6 +31,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
     some_stiffen = any(law.stiffness is not None for law in laws)
+    some_bonded = any(law.bonds is not None for law in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
@@ -40,7 +41,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
-               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("held", most_held(laws, sym_size)))
+               ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
+               ("held", most_held(laws, sym_size)))
     n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
@@ -138,6 +140,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            if ti.static(some_bonded):
+                one[BREAKING] = pack["breaks"][0][lane]
             used = lane < count
             worst[lane] = ti.select(used & (one[BAD] > 0.0), first + lane + 1, worst[lane])
             for c in ti.static(range(N_REPORT)):

@@ -22,15 +22,18 @@ SINE = 0.5
 
 
 def _waves(scheme, cells, per_axis):
-    return periodic_waves.wave_errors(scheme, cells, per_axis=per_axis, courant=scheme.cfl).displacement
+    courant = scheme.courant(periodic_waves.LAW, 2)
+    return periodic_waves.wave_errors(scheme, cells, per_axis=per_axis, courant=courant).displacement
 
 
 def _vortex(scheme, cells, per_axis):
-    return generalised_vortex.vortex_errors(scheme, cells, per_axis=per_axis, courant=scheme.cfl).displacement
+    courant = scheme.courant(generalised_vortex.LAW, 2)
+    return generalised_vortex.vortex_errors(scheme, cells, per_axis=per_axis, courant=courant).displacement
 
 
-def _bar(scheme, cells, per_axis, **options):
-    return bar_vibration.shape_error(scheme, cells, per_axis=per_axis, courant=scheme.cfl, **options)
+def _bar(scheme, cells, per_axis, dim=2, **options):
+    courant = scheme.courant(bar_vibration.LAW, dim)
+    return bar_vibration.shape_error(scheme, cells, per_axis=per_axis, dim=dim, courant=courant, **options)
 
 
 def _column(scheme, cells, per_axis, offset=0.0, wall="side"):

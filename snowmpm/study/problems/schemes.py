@@ -7,7 +7,10 @@ import numpy as np
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
+from snowmpm.sph.courant import critical_cfl as critical_sph_cfl
+from snowmpm.sph.courant import usual_cfl as usual_sph_cfl
 from snowmpm.sph.solver import SphSolver
+from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,14 @@ class Scheme:
         if self.cfl:
             chosen["solver.cfl"] = self.cfl
         return Simulation(load_scene(scene, chosen | (overrides or {})))
+
+    def courant(self, law, dim):
+        """Longest C of its steps: its cfl, or that of a scene without one."""
+        if self.cfl is not None:
+            return self.cfl
+        if self.method == "sph":
+            return usual_sph_cfl(critical_sph_cfl(Sph().viscosity, Sph().disorder_damping))
+        return usual_cfl(critical_cfl(self.kernel, self.gradient, self.transfer, grain_stiffness(law, dim)))
 
     @property
     def affine(self):

@@ -1,0 +1,94 @@
+"""Numerics that a scene leaves open and that its contents tell: what the program chooses, and why.
+
+Only keys of `[solver]` that the scene does not give are chosen; giving one of a group keeps the defaults of all of it.
+"""
+
+from dataclasses import dataclass
+
+GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i")
+"""Laws of dry grains, where they have no cohesion."""
+SLENDER = 5.0
+"""Length over thickness from which on beam theory says how far a body hangs."""
+BENT = 0.8
+"""Deflection of the end of a slender body, in thicknesses, from which on the affine gradient lets it hang too low: the
+border `bent_beam` of the atlas of failures."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """values: keys of the solver with what is chosen for them; why: in a few words."""
+
+    values: dict
+    why: str
+
+    def __str__(self):
+        return ", ".join(f"solver.{key} = {value!r}".replace("'", '"') for key, value in self.values.items()) + (
+            f": {self.why}")
+
+
+GRAINS_AT_RANDOM = Choice({"sampling": "poisson"}, "rows of a lattice part where a column of grains stretches, and its"
+                                                   " heap sinks by up to a quarter")
+GRAINS_CALM = Choice({"transfer": "aflip", "flip_ratio": 0.99}, "the viscosity of apic stops a column of grains a tenth"
+                                                                " to a fifth too early")
+THIN_BEAM = Choice({"kernel": "cubic", "gradient": "shape"}, "a thin elastic body that bends by more than its thickness"
+                                                             " hangs a sixth too low with the affine gradient")
+
+
+def choices(scene):
+    """`Choice`s for a scene whose tables are validated, each by itself."""
+    if scene.solver.method != "mpm" or scene.saw_test:
+        return []
+    if any(body.material not in scene.materials for body in scene.bodies):  # which is refused
+        return []
+    found = [GRAINS_AT_RANDOM, GRAINS_CALM] if _columns_of_grains(scene) else [THIN_BEAM] if _bends_far(scene) else []
+    given = scene.solver.model_fields_set
+    return [choice for choice in found if not given & choice.values.keys()]
+
+
+def _columns_of_grains(scene):
+    """Whether all bodies are of dry grains that stand, with nothing beside them, on ground that is level."""
+    laws = [scene.materials[body.material] for body in scene.bodies]
+    level = scene.terrain is None or (scene.terrain.kind == "plane" and scene.terrain.angle == 0.0)
+    return (level and not scene.obstacles and all(
+        law.kind in GRAINS and getattr(law, "cohesion", 0.0) == 0.0 for law in laws)
+        and all(_has_room(scene, body.shape) for body in scene.bodies))
+
+
+def _has_room(scene, shape):
+    """Whether a box or an upright cylinder may spread by its own height to one side at least."""
+    if shape.kind == "box":
+        lower, upper = shape.min, shape.max
+    elif shape.kind == "cylinder" and not any(shape.axis[:2]):
+        lower = [centre - shape.radius for centre in shape.base[:2]] + [shape.base[2]]
+        upper = [centre + shape.radius for centre in shape.base[:2]] + [shape.base[2] + shape.height]
+    else:
+        return False
+    if scene.domain is None or scene.domain.min is None:
+        return True
+    height = upper[-1] - lower[-1]
+    return any(scene.domain.max[a] - upper[a] > height or lower[a] - scene.domain.min[a] > height
+               for a in range(scene.dimension - 1))
+
+
+def _bends_far(scene):
+    """Whether all bodies are elastic, and one of them, held at one end, hangs by more than BENT thicknesses."""
+    if scene.terrain is not None or scene.domain is None or scene.domain.min is None:
+        return False
+    laws = [scene.materials[body.material] for body in scene.bodies]
+    return all(law.kind == "elastic" for law in laws) and any(
+        _hangs(scene, body.shape, law) > BENT for body, law in zip(scene.bodies, laws, strict=True))
+
+
+def _hangs(scene, shape, law):
+    """w / t = 3 rho g L^4 / 2 E' t^3 of a box that a side holds at one end, E' = E / (1 - nu^2); 0 of other bodies."""
+    if shape.kind != "box":
+        return 0.0
+    length, thickness = shape.max[0] - shape.min[0], shape.max[-1] - shape.min[-1]
+    sides, dx = scene.domain.sides(scene.dimension), scene.solver.dx
+    held = [sides["x_min"] == "stick" and shape.min[0] < scene.domain.min[0] + dx,
+            sides["x_max"] == "stick" and shape.max[0] > scene.domain.max[0] - dx]
+    lies = shape.min[-1] < scene.domain.min[-1] + dx
+    if sum(held) != 1 or lies or length < SLENDER * thickness:
+        return 0.0
+    modulus = law.youngs_modulus / (1.0 - law.poisson_ratio**2)
+    return 1.5 * law.density * abs(scene.gravity_vector[-1]) * length**4 / (modulus * thickness**3)
