@@ -21,7 +21,8 @@ def _definitions(wanted: bool):
             print(f"\n{title}")
             for one in group:
                 print(f"  {one.name}: {one.label}{_unit(one)}")
-                print(textwrap.fill(one.definition, line_length(), initial_indent="      ", subsequent_indent="      "))
+                print(textwrap.fill(one.definition, line_length(), initial_indent="      ", subsequent_indent="      ",
+                                    break_on_hyphens=False))
         raise typer.Exit
 
 
