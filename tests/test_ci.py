@@ -68,3 +68,34 @@ def test_the_slow_part_says_what_it_skips():
     assert (done.returncode, done.stderr) == (2, "no part fast: oldest, pythons, audit, slow\n")
 
 
+
+
+def row(seconds, commit="abc", failed="0"):
+    return {"processor seconds": str(seconds), "commit": commit, "failed": failed}
+
+
+def test_slow_tests_are_grouped_by_the_time_they_took():
+    rows = {"long": row(5000), "a": row(2000), "b": row(1500), "c": row(1400), "d": row(100)}
+    groups = script("slow_tests").grouped(["a", "b", "c", "d", "long", "new"], rows)
+    assert sorted(groups) == [["a", "b", "d"], ["c"], ["long"], ["new"]]
+
+
+@pytest.mark.parametrize(("found", "label", "counts"), [
+    (row(1), "abc", True), (row(1), "abd", False), (row(1, failed="1"), "abc", False), (None, "abc", False),
+    (row(1, commit="abc+"), "abc+", False)])
+def test_slow_tests_count_as_passed_on_their_commit_only(found, label, counts):
+    assert script("slow_tests").passed(found, label) is counts
+
+
+def test_slow_tests_are_counted_by_file(tmp_path):
+    report = tmp_path / "report.xml"
+    report.write_text("""<testsuites><testsuite>
+        <testcase file="a.py" time="1.5"/>
+        <testcase file="a.py" time="2"><failure/></testcase>
+        <testcase file="b.py" time="3"><skipped type="pytest.xfail"/></testcase>
+        <testcase file="b.py" time="0"><skipped type="pytest.skip"/></testcase>
+        <testcase file="b.py" time="1"><error/></testcase>
+        </testsuite></testsuites>""")
+    counts, times = script("slow_tests").counted(report)
+    assert counts == {"a.py": {"passed": 1, "failed": 1}, "b.py": {"expected failures": 1, "skipped": 1, "failed": 1}}
+    assert times == {"a.py": 3.5, "b.py": 4.0}
