@@ -182,3 +182,18 @@ def test_keys_of_saw_tests_and_of_the_end_are_in_the_guide():
     guide = (ROOT / "scenes" / "README.md").read_text(encoding="utf-8")
     keys = {"initial.from", *(field for spec in (SawTest, WeakLayer, Stop) for field in spec.model_fields)}
     assert sorted(key for key in keys if not re.search(rf"`{re.escape(key)}[` ]", guide)) == []
+
+
+CASES = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
+
+
+def test_cases_that_tests_cite_are_on_the_page():
+    cited = {name for path in (ROOT / "tests").rglob("test_*.py")
+             for name in re.findall(r"\b(?:T1\.\d|M[1-9]\d?[a-f]?|G[1-9]|S[1-7])\b", path.read_text(encoding="utf-8"))}
+    assert {"M5", "M18c", "S1", "T1.9"} <= cited
+    assert sorted(name for name in cited if not re.search(rf"\b{re.escape(name)}\b", CASES)) == []
+
+
+def test_tests_that_the_page_of_cases_names_exist():
+    present = {path.name for path in (ROOT / "tests").rglob("test_*.py")}
+    assert set(re.findall(r"\btest_\w+\.py\b", CASES)) <= present
