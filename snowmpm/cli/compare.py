@@ -63,7 +63,8 @@ def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = Non
 
 
 def _compare_saw_tests(cases, output):
-    """Print the table of saw tests and remarks where measurement and theory differ much; draw the figure; -> its path."""
+    """Print the table of saw tests and remarks where measurement and theory differ much; draw the figure; -> its
+    path."""
     from snowmpm.cli.compare_saw_tests import remarks_of, saw_test_rows
     from snowmpm.render import ComparedSawTest, render_saw_tests
     from snowmpm.saw_test.theories import further_theories
@@ -193,7 +194,8 @@ def _print_table(found):
 
 
 def _print_rows(labels, rows, known_rows=()):
-    """Print a table with one column a run. rows: (name, texts, numbers or None); known_rows: lists of texts, in bold."""
+    """Print a table with one column a run. rows: (name, texts, numbers or None); known_rows: lists of texts, in
+    bold."""
     from rich.console import Console
     from rich.table import Table
 

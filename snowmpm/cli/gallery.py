@@ -30,7 +30,7 @@ def gallery(
     settings: Settings = None,
     backend: BackendOption = Backend.auto,
     threads: Threads = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that already have a run in DIR.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that have a run in DIR.")] = False,
 ):
     """Draw pictures of library scenes, and write the page of all of them.
 

@@ -53,7 +53,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instea
 Fast = Annotated[
     bool, typer.Option("--fast", help="Run in a third of the time or less, with a larger error; prints the changes.")
 ]
-Accurate = Annotated[bool, typer.Option("--accurate", help="Run with half of the error, in more time; prints the changes.")]
+Accurate = Annotated[bool, typer.Option("--accurate", help="Run with half of the error; prints the changes.")]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="CPU threads; all cores by default.")]
 
 

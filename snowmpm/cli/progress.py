@@ -1,8 +1,8 @@
 """Progress of a run: a live display on a terminal, plain lines elsewhere. Before the first step, a run reports stages
 (`snowmpm.stages`) like any other command.
 
-All displays take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
-wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
+All displays take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m],
+steps, wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
 """
 
 import sys

@@ -61,7 +61,7 @@ def render(
         ),
     ] = False,
     mirror: Annotated[
-        bool, typer.Option("--mirror", help="Draw half and quarter bodies whole, with their mirror images at symmetric sides.")
+        bool, typer.Option("--mirror", help="Draw half and quarter bodies whole, with their mirror images.")
     ] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,

@@ -45,10 +45,10 @@ def run(
     fast: Fast = False,
     accurate: Accurate = False,
     lines: Annotated[
-        bool, typer.Option("--lines", help="Print plain lines from the first step to the end, even on a terminal: for logs.")
+        bool, typer.Option("--lines", help="Print plain lines from the first step on, even on a terminal.")
     ] = False,
     accept_cost: Annotated[
-        bool, typer.Option("--accept-cost", help="Run even if it takes more than a month or more than the free disk space.")
+        bool, typer.Option("--accept-cost", help="Run even if it takes over a month or more than the free disk.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
