@@ -41,13 +41,13 @@ def report_functions(dim, real, basis):
         return ti.max(0.0, (0.5 - lowest).max(), (highest - (edge + 0.5)).max())
 
     @ti.func
-    def store_box(boxes: ti.template(), b, lowest, highest):
+    def store_active_nodes(active_nodes: ti.template(), b, lowest, highest):
         """The nodes of the tile that stencils of positions between these touch."""
         for a in ti.static(range(dim)):
             first = ti.floor(lowest[a] - stencil.reach, ti.i32) + 1
             last = ti.floor(highest[a] - stencil.reach, ti.i32) + 1 + stencil.width
-            boxes[b, 3 - dim + a] = ti.max(0, first)
-            boxes[b, 6 - dim + a] = ti.min(tile_edge, last)
+            active_nodes[b, 3 - dim + a] = ti.max(0, first)
+            active_nodes[b, 6 - dim + a] = ti.min(tile_edge, last)
 
-    return SimpleNamespace(judge=judge, excursion=excursion, store_box=store_box,
+    return SimpleNamespace(judge=judge, excursion=excursion, store_active_nodes=store_active_nodes,
                            add_row=of_particle.add_row)

@@ -181,14 +181,15 @@ def sort_kernels(layout):
         return ti.select(inside == 1, code, -1)
 
     @taichi_kernel
-    def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-                    lower: ti.types.ndarray(), upper: ti.types.ndarray(), ahead: ti.f64, lead: ti.f64,
-                    counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
+    def count_moves(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+                    coordinates: ti.types.ndarray(), lower: ti.types.ndarray(), upper: ti.types.ndarray(),
+                    ahead: ti.f64, lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(),
+                    chunk_bounds: ti.types.ndarray()):
         """How many particles of a block take which step; leaves the step of each in `target`."""
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
-                places = access.places(reals, turn)
+                first, last = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 for b in range(first, last):
                     for s in range(3**dim):
                         counts[b, s] = 0
@@ -201,13 +202,13 @@ def sort_kernels(layout):
                             counts[b, s] += 1
 
     @taichi_kernel
-    def aim(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
-            target: ti.types.ndarray(), shares: ti.types.ndarray()):
+    def aim(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
+            target: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
         """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new home."""
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
-                places = access.places(reals, turn)
+                first, last = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 for b in range(first, last):
                     for p in range(start[b], start[b + 1]):
                         code = target[p]

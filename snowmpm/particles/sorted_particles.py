@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array, real_array
-from snowmpm.compiler.parallel import shares
+from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.particles.contract import Particles
@@ -65,12 +65,12 @@ class SortedParticles(ParticleStore, Particles):
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(self.dim)}
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
-        self._follow(blocks)
+        self._rebuild_for(blocks)
 
-    def _follow(self, blocks, drift=0.0):
+    def _rebuild_for(self, blocks, drift=0.0):
         self.blocks, self.drift = blocks, drift
         self.start, self.coordinates = int_array(blocks.start), int_array(blocks.coordinates)
-        self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
+        self.chunk_bounds = int_array(chunk_bounds(np.diff(blocks.start) + BLOCK_COST))
         if self._keep_block_of:
             self.block_of = int_array(np.repeat(np.arange(len(blocks)), np.diff(blocks.start)))
 
@@ -94,8 +94,8 @@ class SortedParticles(ParticleStore, Particles):
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
         lead = LEAD * self._home_limit
         ahead = lead / max(speed, 1e-30)
-        self._count_moves(self.reals, self.turn, self.start, self.coordinates, *self._bounds, ahead, lead,
-                          counts, self.target, self.shares)
+        self._count_moves(self.reals, self.slot_offset, self.start, self.coordinates, *self._bounds, ahead, lead,
+                          counts, self.target, self.chunk_bounds)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < self.count:
@@ -109,10 +109,10 @@ class SortedParticles(ParticleStore, Particles):
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._aim(self.reals, self.turn, self.start, int_array(target), self.target, self.shares)
+        self._aim(self.reals, self.slot_offset, self.start, int_array(target), self.target, self.chunk_bounds)
         self.move(alive)
-        self._follow(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
-                              self._period))
+        self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                                   self._period))
         self.sorts += 1
 
     def remove(self, gone):
@@ -125,7 +125,7 @@ class SortedParticles(ParticleStore, Particles):
         counts = np.bincount(home, minlength=len(self.blocks))
         filled = counts > 0
         self.replace(table, labels)
-        self._follow(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
+        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
 
     def sever(self, line, radius, numbers, state):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
@@ -135,16 +135,16 @@ class SortedParticles(ParticleStore, Particles):
         line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
         with runtime.precision(self.precision):
             return sever_kernel(self.layout, real)(
-                self.reals, self.turn, self.identity, self.start, self.coordinates, line, radius / self.dx, *numbers,
-                np.array(state, numpy_real), len(self.blocks))
+                self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
+                *numbers, np.array(state, numpy_real), len(self.blocks))
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""
         self.changes += 1
         real, numpy_real = runtime.DTYPES[self.precision]
         with runtime.precision(self.precision):
-            push_kernel(self.layout, real)(self.reals, self.turn, self.identity, np.asarray(gain, numpy_real), *numbers,
-                                           self.count)
+            push_kernel(self.layout, real)(self.reals, self.slot_offset, self.identity, np.asarray(gain, numpy_real),
+                                           *numbers, self.count)
 
     def _tally_removed(self, gone):
         removed, mass = self.removed, self.masses()[gone]
@@ -238,5 +238,5 @@ class SortedParticles(ParticleStore, Particles):
         if not near.all() or len(keys) != len(starts) - 1 or (np.diff(keys) <= 0).any() or starts[0] != 0:
             raise InputError("the particles of the checkpoint are not in its blocks")
         self.replace(reals, labels)
-        self._follow(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
+        self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
         self.sorts, self.mass, self.removed = state["sorts"], state["mass"], {"taken": 0.0, **state["removed"]}

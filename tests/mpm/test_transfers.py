@@ -60,7 +60,7 @@ def tiles_of(solver, name="tiles"):
 
 def in_boxes(solver):
     """Which nodes of the tiles the particles reach; beyond them a tile holds anything."""
-    box = solver.grid.boxes.to_numpy()[: solver.grid.n_tiles].reshape(-1, 1, 2, 3)[..., 3 - solver.dim :]
+    box = solver.grid.active_nodes.to_numpy()[: solver.grid.n_tiles].reshape(-1, 1, 2, 3)[..., 3 - solver.dim :]
     nodes = np.array(list(np.ndindex(*[TILE[solver.dim]] * solver.dim)))
     return ((nodes >= box[:, :, 0]) & (nodes < box[:, :, 1])).all(axis=-1)
 

@@ -52,10 +52,10 @@ def node_functions(dim, real, flip, moving):
         return v
 
     @ti.func
-    def set_velocity(nodes: ti.template(), room, place, u, solid, totals: ti.template(), coordinates: ti.template(),
-                     motion: ti.template()):
+    def set_velocity(nodes: ti.template(), contact_offset, place, u, solid, totals: ti.template(),
+                     coordinates: ti.template(), motion: ti.template()):
         """Give a node the velocity u relative to the solid; add what it gained to the totals."""
-        before, mass = as_vector(nodes[room + place]), nodes[room + place][3]
+        before, mass = as_vector(nodes[contact_offset + place]), nodes[contact_offset + place][3]
         after = u + solid
         J = mass * (after - before)
         for a in ti.static(range(dim)):
@@ -75,6 +75,6 @@ def node_functions(dim, real, flip, moving):
         for a in ti.static(range(dim)):
             node[a] = after[a]
         node[3] = mass
-        nodes[room + place] = node
+        nodes[contact_offset + place] = node
 
     return SimpleNamespace(as_vector=as_vector, solid_velocity=solid_velocity, set_velocity=set_velocity)

@@ -51,7 +51,7 @@ class SolidField:
         slots[near] = np.arange(self._n)
         return slots
 
-    def follow(self, time):
+    def move_to(self, time):
         """Take the place of `time` [s]; -> whether it has gone farther than the node blocks that are prepared."""
         self._table.move(time)
         self._measure()
