@@ -1,6 +1,6 @@
 """The grid of MPM, stored as one overlapping tile of nodes per occupied block.
 
-Tile b holds every node that a particle at home in block b can touch: nodes -1 .. EDGE + 2 of the block per axis (a
+Tile b holds every node that a particle of block b can touch: nodes -1 .. EDGE + 2 of the block per axis (a
 stencil of 3 nodes, a drift of one cell either way). Scatter and gather of a block touch only memory that is its own: no
 colours, no atomics, one parallel loop, and sums in an order that no thread count changes. A node lies in at most two
 tiles per axis; the grid update adds up its copies, advances it, and writes its velocity back to each.

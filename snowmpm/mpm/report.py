@@ -14,14 +14,14 @@ from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.step_report import BAD, larger, particle_report
 
 FARTHEST_STEP = 1.5
-"""Cells beyond the stencil's home limit that a sort can still bring back; farther means an unstable step."""
+"""Cells beyond the stencil's drift limit that a sort can still bring back; farther means an unstable step."""
 
 
 @functools.cache
 def report_functions(dim, real, basis):
     """Taichi functions that judge one particle and gather what is found of many."""
     edge, tile_edge, stencil = EDGE[dim], TILE[dim], STENCILS[basis]
-    farthest = 0.5 * edge + stencil.home_limit + FARTHEST_STEP
+    farthest = 0.5 * edge + stencil.drift_limit + FARTHEST_STEP
     of_particle = particle_report(real)
 
     @ti.func
@@ -37,7 +37,7 @@ def report_functions(dim, real, basis):
 
     @ti.func
     def excursion(lowest, highest):
-        """Largest distance from home [cells] of positions between these."""
+        """Largest distance from the owner block [cells] of positions between these."""
         return ti.max(0.0, (0.5 - lowest).max(), (highest - (edge + 0.5)).max())
 
     @ti.func

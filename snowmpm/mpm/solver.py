@@ -64,8 +64,8 @@ class MpmSolver(Solver):
         self.surfaces = [*ground, *frame.sides(sides), *self.obstacles]
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, home_limit=STENCILS[kernel].home_limit, second_moment=self.second_moment(), period=period,
-            keep_block_of=self.atomic)
+            gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
+            period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * len(population.volumes))
         bodies = self._meeting_bodies(population, body_friction)
@@ -108,8 +108,8 @@ class MpmSolver(Solver):
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
-        home, work = self._work()
-        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, home, grid.active_nodes,
+        owners, work = self._work()
+        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
                       grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, work)
 
     def update_grid(self, dt, pushed):
@@ -130,10 +130,10 @@ class MpmSolver(Solver):
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
-        home, work = self._work()
+        owners, work = self._work()
         report = np.zeros(step_report.N_REPORT)
         self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
-                     home, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
+                     owners, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
                      report, grid.n_tiles, work)
         self._read(report)
 
@@ -147,7 +147,7 @@ class MpmSolver(Solver):
         self.particles.drift = report[step_report.EXCURSION]
 
     def sort(self):
-        """Bring every particle home to its block; those outside the domain are removed and counted."""
+        """Bring every particle to its block; those outside the domain are removed and counted."""
         self.particles.sort(self.extremes.speed)
         self._rebuild_for_blocks()
 
@@ -165,7 +165,8 @@ class MpmSolver(Solver):
             self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
 
     def _work(self):
-        """Particles by block and the shares of the CPU's threads, or the block of each particle and their number."""
+        """Which block owns which particles, and how the work is cut: first particles and chunks for the threads of a
+        CPU, or the block of each particle and their number."""
         particles = self.particles
         return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.chunk_bounds)
 

@@ -15,7 +15,7 @@ NOWHERE = -1
 
 @functools.cache
 def probe_kernel(layout, real):
-    """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, home block to `blocks`."""
+    """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, owner block to `blocks`."""
     dim = layout.dim
     access = accessors(layout)
 

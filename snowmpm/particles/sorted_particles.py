@@ -1,4 +1,4 @@
-"""The particles of a simulation in the order of the blocks that they are at home in; what left is accounted for."""
+"""The particles of a simulation in the order of the blocks that own them; what left is accounted for."""
 
 import numpy as np
 
@@ -34,9 +34,9 @@ class SortedParticles(ParticleStore, Particles):
     that did not leave the domain but were taken out. repeats (dim,): whether the domain is periodic along each axis.
     """
 
-    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, home_limit, second_moment,
+    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
                  period=None, keep_block_of=False):
-        """limits: (lower, upper) cells beyond which a particle has left; home_limit: `Stencil.home_limit`;
+        """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
         second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s.
         """
         self.dim = len(origin)
@@ -44,7 +44,7 @@ class SortedParticles(ParticleStore, Particles):
         self.materials = MaterialTable(laws, precision)
         self._limits, self._second_moment = limits, second_moment
         self._bounds = [real_array(limit) for limit in limits]
-        self._home_limit, self._keep_block_of = home_limit, keep_block_of
+        self._drift_limit, self._keep_block_of = drift_limit, keep_block_of
         self._period = np.zeros(self.dim, np.int64) if period is None else period
         self.repeats = self._period > 0
         self._gravity = np.where(self.repeats, 0.0, gravity)
@@ -83,16 +83,16 @@ class SortedParticles(ParticleStore, Particles):
     @property
     def strayed(self):
         """Whether some particle may be out of reach of its block's tile, so that they must be sorted."""
-        return self.drift >= self._home_limit
+        return self.drift >= self._drift_limit
 
     def sort(self, speed):
-        """Bring every particle home to its block; those outside the limits are removed and counted.
+        """Bring every particle to its block; those outside the limits are removed and counted.
 
         speed: of the fastest one [m/s], which is sorted furthest ahead of itself (`LEAD`).
         """
         blocks = self.blocks
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lead = LEAD * self._home_limit
+        lead = LEAD * self._drift_limit
         ahead = lead / max(speed, 1e-30)
         self._count_moves(self.reals, self.slot_offset, self.start, self.coordinates, *self._bounds, ahead, lead,
                           counts, self.target, self.chunk_bounds)
@@ -121,8 +121,8 @@ class SortedParticles(ParticleStore, Particles):
         self._tally_removed(~keep)
         self.removed["taken"] += self.removed["mass"] - before
         table, labels = self.table()[keep], self.labels()[keep]
-        home = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
-        counts = np.bincount(home, minlength=len(self.blocks))
+        owner_block = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
+        counts = np.bincount(owner_block, minlength=len(self.blocks))
         filled = counts > 0
         self.replace(table, labels)
         self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
@@ -196,8 +196,8 @@ class SortedParticles(ParticleStore, Particles):
         that they belong to."""
         local = self.column("position") if local is None else local
         blocks = blocks or self.blocks
-        home = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
-        cells = EDGE[self.dim] * home + local
+        owner_block = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
+        cells = EDGE[self.dim] * owner_block + local
         length = EDGE[self.dim] * self._period
         return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 
@@ -231,10 +231,10 @@ class SortedParticles(ParticleStore, Particles):
                 labels[:, MATERIAL].max(initial=0) >= len(self.materials.laws)):
             raise InputError("the particles of the checkpoint are of materials that the scene does not have")
         # Kernels go by both without looking: what lies elsewhere would be written there. Particles that strayed in the
-        # last step, which crosses a cell at most, are brought home before the next one
-        home, limit = reals[:, self.layout.columns("position")] - 0.5, self._home_limit + ROUND_OFF
-        limit += 1.0 if state["excursion"] >= self._home_limit else 0.0
-        near = (home >= -limit) & (home <= EDGE[self.dim] + limit)
+        # last step, which crosses a cell at most, are sorted before the next one
+        base, limit = reals[:, self.layout.columns("position")] - 0.5, self._drift_limit + ROUND_OFF
+        limit += 1.0 if state["excursion"] >= self._drift_limit else 0.0
+        near = (base >= -limit) & (base <= EDGE[self.dim] + limit)
         if not near.all() or len(keys) != len(starts) - 1 or (np.diff(keys) <= 0).any() or starts[0] != 0:
             raise InputError("the particles of the checkpoint are not in its blocks")
         self.replace(reals, labels)

@@ -6,7 +6,7 @@ of slots, one slot more than there are tables: a sort moves the first table to t
 that became free, and so on, so that it needs room for one more table, not for all of them. Table t lies in slot
 (t + turn) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
 
-Positions are kept relative to the particle's home block, in cells, so that float32 resolves 3e-7 of a cell however
+Positions are kept relative to the particle's owner block, in cells, so that float32 resolves 3e-7 of a cell however
 large the terrain is.
 """
 

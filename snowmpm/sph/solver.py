@@ -72,7 +72,7 @@ class SphSolver(Solver):
         self.radius = 2.0 * scheme.smoothing
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, home_limit=1.0, second_moment=0.0, period=period)
+            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
         self.boundary = Boundary(frame, self.radius, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
                                  first_row=self.particles.capacity)
@@ -121,13 +121,13 @@ class SphSolver(Solver):
                 self.sort()
             pushed = self._act(dt)
             if not self._row_cache.current:
-                self._row_cache.show()
+                self._row_cache.write_rows()
             if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
-            self._extrapolation.show()
+            self._extrapolation.extrapolate_all()
             self._row_cache.correct(self._near.packs, self._near.lists)
             self.kick(pushed)
-            self._extrapolation.move()
+            self._extrapolation.extrapolate_velocities()
             self.regularise(dt)
             self.update(dt)
         self._near.age(dt / self.dx * max(2.0 * self._near.deviation, self.extremes.speed + self._pushing_speed))
@@ -189,7 +189,7 @@ class SphSolver(Solver):
         self._near.deviation = report[step_report.EXCURSION] ** 0.5
 
     def sort(self):
-        """Bring every particle home to its block and find its neighbours anew; those outside the domain are removed
+        """Bring every particle to its block and find its neighbours anew; those outside the domain are removed
         and counted."""
         store = self.particles
         with runtime.precision(self.precision):
@@ -208,7 +208,7 @@ class SphSolver(Solver):
         if len(velocity) and np.ptp(velocity, axis=0).any():
             table[:, columns("affine")] = self.operate("corrected_gradient", velocity).reshape(len(table), -1) / self.dx
             store.overwrite(table)
-            self._row_cache.show()
+            self._row_cache.write_rows()
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
@@ -217,7 +217,7 @@ class SphSolver(Solver):
 
     def _rebuild_lists(self):
         """Lists for particles that lie in the order of their blocks."""
-        self._row_cache.show()
+        self._row_cache.write_rows()
         with runtime.precision(self.precision):
             self._near.begin(self.rows, self.particles.blocks, self._row_cache.current_rows, self._place)
         self._sum_up()
