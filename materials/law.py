@@ -78,7 +78,7 @@ class Law(BaseModel):
 
     def __init_subclass__(cls, **options):
         """A law with an `update` of its own does not take over the `vector_update` of another."""
-        if "update" in cls.__dict__ and "lanes" not in cls.__dict__:
+        if "update" in cls.__dict__ and "vector_update" not in cls.__dict__:
             cls.vector_update = None
         super().__init_subclass__(**options)
 

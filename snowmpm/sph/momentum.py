@@ -201,8 +201,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             row = ti.Vector.zero(real, layout.moved_width)
             for a in ti.static(range(dim)):
                 row[a] = pack["x"][a][lane]
-                accelerated = pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + g[a])
-                row[dim + a] = damping_factor * accelerated
+                row[dim + a] = damping_factor * (
+                    pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + g[a]))
             row[2 * dim] = pack["V"][0][lane]
             moved[first + lane] = row
 
