@@ -19,6 +19,7 @@ from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.particles.store import LARGEST_INDEX
 
@@ -61,8 +62,8 @@ class TileGrid:
         self.bodies = bodies
         self.joins = joins
         self.tiles = self.impulses = self.nodes = None
-        self._per_block = (2 if flip else 1) * EDGE[dim] ** dim
-        self.contact_offset = self._per_block * most_workers()
+        self._block_stride = block_stride(dim, flip)
+        self.contact_offset = self._block_stride * most_workers()
 
     def rebuild(self, blocks):
         """Follow a new block map."""
@@ -89,7 +90,7 @@ class TileGrid:
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
         if self.bodies:
             self.bodies.rebuild(places, fields_of(keys, self.dim), self.contact.index_of)
-        self.nodes = self._reserved(self.nodes, self.contact_offset + self._per_block * self.contact.n)
+        self.nodes = self._reserved(self.nodes, self.contact_offset + self._block_stride * self.contact.n)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
@@ -144,7 +145,7 @@ def grid_kernels(dim, real, flip, serial):
     vec4 = ti.types.vector(4, real)
     n_nodes = edge**dim
     stride = tile_strides(dim)
-    stride_of_block = (2 if flip else 1) * n_nodes
+    contact_stride = block_stride(dim, flip)
 
     @ti.func
     def common_box(active_nodes: ti.template(), tile, step):
@@ -170,7 +171,7 @@ def grid_kernels(dim, real, flip, serial):
             if (last > first).all():
                 if ti.static(gathering):
                     if found == 0:
-                        for q in range(stride_of_block):
+                        for q in range(contact_stride):
                             nodes[sums + q] = vec4(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
@@ -225,8 +226,8 @@ def grid_kernels(dim, real, flip, serial):
                 for n in range(first, last):
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
-                    sums = ti.select(touching >= 0, contact_offset + touching * stride_of_block,
-                                     worker(i) * stride_of_block)
+                    sums = ti.select(touching >= 0, contact_offset + touching * contact_stride,
+                                     worker(i) * contact_stride)
                     found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
                                                   impulses)
                     if touching >= 0 and found == 0:
@@ -277,7 +278,7 @@ def grid_kernels(dim, real, flip, serial):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
                 for c in range(first, last):
-                    sums, n = contact_offset + c * stride_of_block, node_block[c]
+                    sums, n = contact_offset + c * contact_stride, node_block[c]
                     if ti.static(flip):
                         for q in range(n_nodes):
                             nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]

@@ -51,7 +51,7 @@ class NeighbourLists:
     def __init__(self, dim, precision, width):
         self.dim, self.width = dim, width
         self._real, self._numpy_real = DTYPES[precision]
-        self._find = find_kernel(dim, self._real, width, 3 * dim + 4)
+        self._find = find_kernel(dim, self._real, width)
         self.capacity = {2: 128, 3: 640}[dim] if width > 1 else {2: 64, 3: 256}[dim]
         self.entries = self.runs = self.n_runs = None
         self.counts = np.zeros(0, np.int32)
@@ -104,7 +104,7 @@ class NeighbourLists:
 
 
 @functools.cache
-def find_kernel(dim, real, width, _key):
+def find_kernel(dim, real, width):
     """Kernel that fills the lists."""
     serial = runs_serially()
 

@@ -101,20 +101,15 @@ class Solver(Method):
         return dt, "breaking" if cause == "elastic" and self.breaking_cfl < self.cfl else cause
 
     def expected_dt(self):
-        """-> (step that a run takes about [s], what limits it): the first one, but where all laws stiffen without their
-        elastic variable. They report the wave speed of their state from the first step on."""
-        first = self.extremes
-        if all(law.stiffness is not None for law in self.materials.laws):
-            first = replace(first, elastic_deviation=0.0)
-        return self._step_at(self.cfl, self.cfl, first)
+        """-> (step that a run takes about [s], what limits it): the one for now, as long as no bonds break."""
+        return self._step_at(self.cfl, self.cfl)
 
     def critical_dt(self):
         """-> (longest step that is not unstable [s], what limits it)."""
         return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
 
-    def _step_at(self, elastic, advective, extremes=None):
-        extremes = extremes or self.extremes
-        extremes = replace(extremes, speed=max(self._pushing_speed, extremes.speed))
+    def _step_at(self, elastic, advective):
+        extremes = replace(self.extremes, speed=max(self._pushing_speed, self.extremes.speed))
         return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
 
     def _read(self, report):

@@ -20,6 +20,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -67,9 +68,8 @@ class BodyContact:
 @functools.cache
 def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
-    edge = EDGE[dim]
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
     vec4 = ti.types.vector(4, real)
 
     @ti.func

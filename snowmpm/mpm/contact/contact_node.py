@@ -11,6 +11,11 @@ N_TOTALS = {2: 5, 3: 8}
 """What a surface gave the snow: impulse, minus work, moment about the reference point, minus the work of the solid."""
 
 
+def block_stride(dim, flip):
+    """Vectors from one contact block to the next in the memory of the nodes: FLIP keeps the velocities before too."""
+    return (2 if flip else 1) * EDGE[dim] ** dim
+
+
 @functools.cache
 def node_functions(dim, real, flip, moving):
     """Taichi functions of nodes of the contact blocks.
@@ -18,9 +23,7 @@ def node_functions(dim, real, flip, moving):
     moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
     the angular velocity is the last of its three), lengths in cells; moments are added up too.
     """
-    edge = EDGE[dim]
-    n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     vec4 = ti.types.vector(4, real)
     n_totals = N_TOTALS[dim]
 

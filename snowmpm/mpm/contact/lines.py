@@ -13,6 +13,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE
 
 REACH = {"quadratic": 3, "cubic": 4}
@@ -110,9 +111,8 @@ def line_kernels(dim, real, kernel, flip, stored):
     stored: distance and normal of each node come from `walls`, where `slots[c]` >= 0; else the surface is the plane
     `x[axis] = level`, its normal along `sign`.
     """
-    edge = EDGE[dim]
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
     mass_share = half_space_mass(kernel)
