@@ -77,7 +77,7 @@ def chunks(chunk_bounds: ti.template()):
 
 @ti.func
 def is_worker(i):
-    """Whether turn i of that loop is a worker's."""
+    """Whether iteration i of that loop is a worker's."""
     return i % ti.static(spread()) == 0
 
 

@@ -4,7 +4,7 @@ A particle's numbers are cut into tables, a row per particle on a CPU (the numbe
 faster scatter than a column each, measured) and a column per particle on a GPU (coalesced). All tables lie in one array
 of slots, one slot more than there are tables: a sort moves the first table to the free slot, the second one to the slot
 that became free, and so on, so that it needs room for one more table, not for all of them. Table t lies in slot
-(t + turn) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
+(t + slot_offset) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
 
 Positions are kept relative to the particle's owner block, in cells, so that float32 resolves 3e-7 of a cell however
 large the terrain is.
@@ -90,7 +90,7 @@ class Layout:
 def accessors(layout):
     """Taichi functions of the array of slots `reals`, as attributes.
 
-    places(reals, turn): where every table begins, and the free slot, for the other two;
+    places(reals, slot_offset): where every table begins, and the free slot, for the other two;
     load(reals, places, p, offset, n): n numbers of particle p; store(reals, places, p, offset, vector).
     """
     n_tables, width = layout.tables
@@ -198,8 +198,8 @@ def store_kernels(layout, real):
 class ParticleStore:
     """Particles of one simulation; `count` rows are alive, the rest is room.
 
-    reals, turn: the tables, for `accessors`; material (bytes), identity: NumPy-like arrays of the labels; target: the
-    row that a sort gives each particle, -1 for none.
+    reals, slot_offset: the tables, for `accessors`; material (bytes), identity: NumPy-like arrays of the labels;
+    target: the row that a sort gives each particle, -1 for none.
     """
 
     def __init__(self, layout, capacity, precision):

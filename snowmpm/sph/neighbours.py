@@ -29,7 +29,7 @@ FIRST, COUNT, BLOCK = range(3)
 
 
 class Packs:
-    """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; shares: chunks for kernels."""
+    """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; chunk_bounds: for kernels."""
 
     def __init__(self, first, counts, width):
         """first, counts (blocks,): first row of each block, and how many it has."""

@@ -19,7 +19,7 @@ from snowmpm.particles.store import accessors
 @functools.cache
 def column_kernels(layout, real):
     """`take(reals, slot_offset, fields, count)`: elastic strains of the particles as vectors, one each;
-    `give(reals, slot_offset, out, kept_share, share, count)`: h <- keep h + share out."""
+    `give(reals, slot_offset, out, kept_share, share, count)`: h <- kept_share h + share out."""
     access, first, n = accessors(layout), layout.offsets["elastic"], layout.sym_size
 
     @taichi_kernel
