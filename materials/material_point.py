@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .leg import LoadingError
+from .loading_stage import LoadingError
 from .mixed_control import MixedControl
 from .stress_update import StressUpdate
 from .symmetric import invariants, pack, unpack
@@ -74,20 +74,20 @@ class MaterialPoint:
         before = np.concatenate([np.eye(d)[None], F[:-1]])
         increments = (F - before) @ np.linalg.inv(before)
         start = self._initial(stress)
-        followed = self._update.follow(
+        integrated = self._update.integrate(
             pack(self.law.h_from_stress(start), d)[None], self._update.initial_state(1), increments[None], dt
         )
-        failed = np.flatnonzero(followed.iterations[0] < 0)
+        failed = np.flatnonzero(integrated.iterations[0] < 0)
         if len(failed):
             raise LoadingError(f"step {failed[0] + 1}: the stress update failed; smaller steps may help",
                                int(failed[0]) + 1)
         whole = np.tile(np.eye(3), (len(F), 1, 1))
         whole[:, :d, :d] = F
-        entries = (followed.stress, followed.state, followed.dissipation, followed.iterations)
+        entries = (integrated.stress, integrated.state, integrated.dissipation, integrated.iterations)
         return _path(self.law, whole, *(entry[0] for entry in entries), start)
 
-    def load(self, legs, stress=None):
-        """Follow `Leg`s of prescribed strains and Cauchy stresses (mixed control; see `MixedControl`) -> `Path`.
+    def load(self, stages, stress=None):
+        """Follow `LoadingStage`s of strains and Cauchy stresses (mixed control, see `MixedControl`) -> `Path`.
 
         stress: as in `drive`. Raises LoadingError, which names the step, for a stress that cannot be reached;
         ValueError for a point in plane strain: prescribe zero strain out of the plane instead.
@@ -95,7 +95,7 @@ class MaterialPoint:
         if self.dimension != 3:
             raise ValueError("mixed control needs dimension = 3")
         control, start = MixedControl(self.law, self.precision), self._initial(stress)
-        return path_of(self.law, control.follow(legs, control.at_stress(start)), start)
+        return path_of(self.law, control.follow_stages(stages, control.at_stress(start)), start)
 
     def _initial(self, stress):
         """The initial stress (3, 3), which must be admissible."""

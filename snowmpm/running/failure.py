@@ -11,7 +11,7 @@ TORN = 0.05
 """Share of emptied cells above which a body counts as torn."""
 
 
-def likeness(chosen, solver, dt):
+def diagnose(chosen, solver, dt):
     """One line: the known failure that the failure of a step of dt [s] resembles, and its cure; None if there is none.
 
     chosen: the scene's table `solver`; solver: with the extremes of its last good step.
