@@ -112,7 +112,8 @@ def test_filters_and_coverage():
 
 
 def test_coverage_tells_the_first_layer_from_the_second():
-    """The threshold works with the particle itself left out (measured: 0.469, 0.681, 0.684 for the cubic spline)."""
+    """The threshold works with the particle itself left out (sums on the lattice: 0.469, 0.681, 0.684 for the cubic
+    spline)."""
     solver, x, _ = stage(20, 0.0, scheme={"kernel": "cubic_spline", "smoothing": 1.2})
     cover = solver.operate("coverage", x[:, 0])[:, 0]
     middle = np.abs(x[:, 0] - 0.5) < 0.06
