@@ -17,7 +17,7 @@ from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
-from snowmpm.stepping.time_step import BREAKING_CFL, critical_cfl, grain_stiffness, usual_cfl
+from snowmpm.stepping.time_step import BREAKING_CFL, USUAL_ADVECTIVE, critical_cfl, grain_stiffness, usual_cfl
 
 PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 """Of a step on one thread [s], about, by dimension."""
@@ -56,6 +56,7 @@ class MpmSolver(Solver):
         self.usual_cfl = usual_cfl(self.critical_cfl)
         self.cfl = cfl or self.usual_cfl
         self.breaking_cfl = cfl or min(BREAKING_CFL, self.cfl)
+        self.advective_cfl = cfl or min(USUAL_ADVECTIVE, self.cfl)
         frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)

@@ -53,12 +53,19 @@ CRITICAL = {
 Measured to 1 % by tests/benchmarks/critical_step.py at a lone grain in the worst place of a cell, in 2-D and 3-D; full,
 sparse, random, squeezed, hardened bodies, at walls or passing through the grid, bear at least as much."""
 
-USUAL_SHARE = 0.9
-"""The C of a scene that gives none, over the critical one. Errors do not grow with the step where nothing softens
-(`snowmpm study accuracy-speed`), and no grain bears less than the critical one, which is known to 1 %."""
+USUAL_SHARE = 0.7
+"""The C of the elastic limit over the critical one, of a scene that gives none. Errors do not grow with the step where
+nothing softens (`snowmpm study accuracy-speed`), and no grain bears less than the critical one, known to 1 %."""
+
+USUAL_ADVECTIVE = 0.4
+"""Cells that a particle may cross in a step of a scene that gives no C: paths and what walls take depend on it."""
+
+LARGE_STRAIN = 0.1
+"""Largest |be - I| of such steps. The critical C is that of small strains; beyond, the elastic limit takes `BREAKING_CFL`.
+Snow never is there: bars stretched to twice their length and blocks pressed to a third are."""
 
 BREAKING_CFL = 0.4
-"""The C of the elastic limit while bonds break, where that is less: the error in the work that a crack takes grows with
+"""The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a crack takes grows with
 the strain of a step. With 0.2 it is a third less, at twice the steps."""
 
 BREAKING_SHARE = 1e-3
