@@ -61,12 +61,12 @@ USUAL_ADVECTIVE = 0.4
 """Cells that a particle may cross in a step of a scene that gives no C: paths and what walls take depend on it."""
 
 LARGE_STRAIN = 0.1
-"""Largest |be - I| of such steps. The critical C is that of small strains; beyond, the elastic limit takes `BREAKING_CFL`.
-Snow never is there: bars stretched to twice their length and blocks pressed to a third are."""
+"""Largest |be - I| of such steps, as the critical C is that of small strains; beyond, the elastic limit takes
+`BREAKING_CFL`. Snow never is there; bars stretched to twice their length and blocks pressed to a third are."""
 
 BREAKING_CFL = 0.4
-"""The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a crack takes grows with
-the strain of a step. With 0.2 it is a third less, at twice the steps."""
+"""The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a
+crack takes grows with the strain of a step. With 0.2 it is a third less, at twice the steps."""
 
 BREAKING_SHARE = 1e-3
 """Of the particles that bonds held at the start: fewer that break are stragglers, and leave the step alone."""
