@@ -9,7 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
+from .arrays import Precision
+from .law import Law
 from .leg import Leg, LoadingError
+from .loading_file import LoadingFile
 from .measurement import Driven, Measurement
 from .mixed_control import MixedControl
 
@@ -24,34 +27,34 @@ class Experiment:
     driven: Driven
     strain: float
     steps: int
-    legs: Callable
+    legs: Callable[[float, float, int, float], list[Leg]]
 
 
-def _isotropic(amount, pressure, steps, duration):
+def _isotropic(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg(dict.fromkeys(AXES, -amount / 3.0), {}, steps, duration)]
 
 
-def _oedometer(amount, pressure, steps, duration):
+def _oedometer(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg({"zz": -amount}, {}, steps, duration)]
 
 
-def _triaxial(amount, pressure, steps, duration):
+def _triaxial(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg({"zz": -amount}, {"xx": -pressure, "yy": -pressure}, steps, duration)]
 
 
-def _triaxial_constant_volume(amount, pressure, steps, duration):
+def _triaxial_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg({"xx": 0.5 * amount, "yy": 0.5 * amount, "zz": -amount}, {}, steps, duration)]
 
 
-def _simple_shear(amount, pressure, steps, duration):
+def _simple_shear(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg({"xz": amount}, {"zz": -pressure}, steps, duration)]
 
 
-def _simple_shear_constant_volume(amount, pressure, steps, duration):
+def _simple_shear_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     return [Leg({"xz": amount}, {}, steps, duration)]
 
 
-def _tension(amount, pressure, steps, duration):
+def _tension(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
     # Back through the initial volume and as far into compression, so that a gap closes and carries again
     out = max(1, round(steps / 3))
     back = Leg(dict.fromkeys(AXES, -amount / 3.0), {}, max(1, steps - out), 2.0 * duration)
@@ -78,7 +81,8 @@ EXPERIMENTS = {
 }
 
 
-def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, precision="f64"):
+def measure(law: Law, name: str, *, strain: float | None = None, pressure: float = 0.0, steps: int | None = None,
+            rate: float = 1.0, precision: Precision = "f64") -> Measurement:
     """Run the experiment `name` of EXPERIMENTS on a law -> `Measurement`.
 
     strain: amount of the driven strain [-]; pressure: isotropic Cauchy pressure at the start [Pa]; steps: of the test;
@@ -100,7 +104,8 @@ def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, preci
     return Measurement(name, law, experiment.driven, [start, *control.follow(legs, start)])
 
 
-def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
+def measure_path(law: Law, loading: LoadingFile, *, pressure: float = 0.0, steps: int = 1,
+                 precision: Precision = "f64") -> Measurement:
     """Follow a `LoadingFile`, with `steps` equal steps from each of its rows to the next -> `Measurement`.
 
     Strains, stresses and F change linearly between rows. Raises as `measure` does.
@@ -114,7 +119,7 @@ def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
     return Measurement(loading.name, law, Driven("step", 1.0, "step"), [start, *rows])
 
 
-def _checked(pressure):
+def _checked(pressure: float) -> float:
     if not pressure >= 0.0 or not isfinite(pressure):
         raise LoadingError(f"pressure = {pressure}: must be >= 0")
     return float(pressure)

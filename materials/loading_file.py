@@ -2,6 +2,7 @@
 
 import csv
 import difflib
+import os
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .arrays import Array
 from .leg import Leg, LoadingError
 from .symmetric import COMPONENTS
 
@@ -27,16 +29,16 @@ class LoadingFile:
     """
 
     name: str
-    deformation: np.ndarray | None
-    targets: list
-    durations: np.ndarray
+    deformation: Array | None
+    targets: list[tuple[dict[str, float], dict[str, float]]]
+    durations: Array
 
-    def legs(self, steps):
+    def legs(self, steps: int) -> list[Leg]:
         """One `Leg` a row."""
         pairs = zip(self.targets, self.durations, strict=True)
         return [Leg(strain, stress, steps, float(duration)) for (strain, stress), duration in pairs]
 
-    def subdivided(self, steps):
+    def subdivided(self, steps: int) -> tuple[Array, Array]:
         """F (n steps, 3, 3) with `steps` equal parts from I to the first row and from row to row, and the durations."""
         ends = np.concatenate([np.eye(3)[None], self.deformation])
         shares = np.arange(1, steps + 1)[:, None, None] / steps
@@ -47,7 +49,7 @@ class LoadingFile:
         return F, np.repeat(self.durations / steps, steps)
 
 
-def read_loading(file):
+def read_loading(file: str | os.PathLike[str]) -> LoadingFile:
     """Read a path -> `LoadingFile`.
 
     The first line names the columns, each line below is one row: what is reached next. Either
@@ -85,11 +87,11 @@ def read_loading(file):
     return LoadingFile(str(file), None, [_targets(file, n, columns, row) for n, row in rows], durations)
 
 
-def _cells(line):
+def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line]))]
 
 
-def _columns(file, cells):
+def _columns(file: Path, cells: list[str]) -> list[str]:
     names = []
     for cell in cells:
         name, bracket, unit = cell.partition("[")
@@ -110,7 +112,7 @@ def _columns(file, cells):
     return names
 
 
-def _row(file, n, columns, cells):
+def _row(file: Path, n: int, columns: list[str], cells: list[str]) -> tuple[int, dict[str, float]]:
     """Line number and the numbers of a row by column; empty cells are left out."""
     if len(cells) != len(columns):
         raise LoadingError(f"{file}: line {n}: {len(cells)} values for {len(columns)} columns")
@@ -129,11 +131,11 @@ def _row(file, n, columns, cells):
     return n, values
 
 
-def _wanted(name):
+def _wanted(name: str) -> str:
     return "number > 0" if name == "duration" else "finite number"
 
 
-def _deformation(file, n, row):
+def _deformation(file: Path, n: int, row: dict[str, float]) -> Array:
     F = np.eye(3)
     for name, value in row.items():
         F["xyz".index(name[2]), "xyz".index(name[3])] = value
@@ -142,7 +144,8 @@ def _deformation(file, n, row):
     return F
 
 
-def _targets(file, n, columns, row):
+def _targets(file: Path, n: int, columns: list[str], row: dict[str, float]) -> tuple[dict[str, float],
+             dict[str, float]]:
     for component in COMPONENTS:
         pair = [name for name in (f"strain_{component}", f"stress_{component}") if name in columns]
         if pair and sum(name in row for name in pair) != 1:

@@ -1,10 +1,12 @@
 """The avalanche along its thalweg: ground, travel angle, and the peak values across it."""
 
 import textwrap
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.records import Record
@@ -22,7 +24,7 @@ PANELS = (
 )
 
 
-def render_thalweg(run_path, output, *, dpi=130):
+def render_thalweg(run_path: PathLike | Run, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw a run along its thalweg to a PNG, PDF or SVG. Returns the path written.
 
     Top: the ground, the travel angle from the top of the release to the run-out; below: peak depth with the deposit,

@@ -130,11 +130,11 @@ class Solver(Spec):
     """of method = "sph" """
 
     @property
-    def filling(self):
+    def filling(self) -> int:
         """Particles in a full cell at the start."""
         return METHODS[self.method].capabilities.filling or self.particles_per_cell
 
-    def spacing(self, dimension):
+    def spacing(self, dimension: int) -> float:
         """Mean distance of particles at the start [m]."""
         return self.dx / self.filling ** (1.0 / dimension)
 
@@ -179,7 +179,7 @@ class Domain(Spec):
             check_corners(self.min, self.max)
         return self
 
-    def sides(self, dimension):
+    def sides(self, dimension: int) -> dict[str, str]:
         """Boundary of each side of a scene of this dimension: {"x_min": "open", ...}."""
         names = [f"{axis}_{end}" for axis in AXES[dimension] for end in ("min", "max")]
         if isinstance(self.boundary, str):

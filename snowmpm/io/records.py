@@ -4,6 +4,8 @@ Keys that are used must be of their kind; others may be anything that JSON can h
 """
 
 import json
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
 
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.archive import MEMORY_PER_BYTE
@@ -13,18 +15,18 @@ LONGEST = 100
 """Characters of a name that is shown on pictures and pages."""
 
 
-class Record(dict):
+class Record(dict[str, Any]):
     """A table that says by an InputError, which names the file, that a key is missing."""
 
-    def __init__(self, values, file):
+    def __init__(self, values: Mapping[str, Any], file: object) -> None:
         super().__init__(values)
         self.file = file
 
-    def __missing__(self, key):
+    def __missing__(self, key: str) -> NoReturn:
         raise InputError(f"{self.file}: has no {key}")
 
 
-def read_record(text, file, kinds):
+def read_record(text: str | bytes, file: object, kinds: Mapping[str, Callable[[Any], Any]]) -> Record:
     """The `Record` in a JSON text (str or bytes). kinds: {key: function that returns the value or raises ValueError}.
 
     Raises InputError, which names the file, for what is no table or has a value of another kind.

@@ -4,9 +4,11 @@ import contextlib
 import itertools
 import time as clock
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, SimulationError, WriteError
 from snowmpm.io import FolderLock, Run, checkpoint
 from snowmpm.io.archive import write_text
@@ -17,6 +19,7 @@ from snowmpm.running.interruption import Interruption
 from snowmpm.running.recorder import Recorder
 from snowmpm.running.rest import StopAtRest
 from snowmpm.running.simulation import Simulation
+from snowmpm.scenes.schema import Scene
 from snowmpm.setup.taken_state import KEPT
 from snowmpm.stages import stage
 
@@ -39,7 +42,7 @@ class Progress:
     frames: int = 0
     wall: float = 0.0
     particle_steps: int = 0
-    audit: dict = field(default_factory=dict)
+    audit: dict[str, float] = field(default_factory=dict)
     """the last row of the history (`snowmpm.running.audit`)"""
 
 
@@ -75,7 +78,8 @@ class Phases:
             setattr(self, name, getattr(self, name) + value)
 
 
-def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=None):
+def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] | None = None, resume: bool = False,
+        overwrite: bool = True, approve: Callable[[Simulation], object] | None = None) -> Run:
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
     out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress` now
