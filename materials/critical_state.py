@@ -286,7 +286,7 @@ class CriticalStateLaw(Law):
         falls = y_p * y_p0 > 0.0
         part = Hardening.of(self.hardening_law, K, 1.0, p0)
         slope = np.hypot(part.scale * np.sqrt(part.offset), p0)  # dp₀/dz over ξ
-        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * slope) if slope > 0.0 else ()
+        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * slope) if slope > 0.0 else np.zeros(0)
         return float(limits.min()) if len(limits) else np.inf
 
     def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:

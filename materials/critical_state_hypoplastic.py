@@ -142,7 +142,7 @@ class CriticalStateHypoplastic(RateLaw):
             -3.0 * pressure / self.pressure_scale
         )
 
-    def parameters(self) -> CriticalStateRateParameters:
+    def parameters(self) -> CriticalStateRateParameters:  # type: ignore[override]
         return CriticalStateRateParameters(
             **super().parameters()._asdict(),
             critical_limit=self.critical_void_ratio_limit,

@@ -247,7 +247,7 @@ class DruckerPrager(Law):
             per_3G=1.0 / (3.0 * G),
             k_left=left,
             k_loss=self.k - left,
-            per_strain=1.0 / self.softening_strain if softens else 0.0,
+            per_strain=0.0 if self.softening_strain is None else 1.0 / self.softening_strain,
             strain_of_loss=broken,
             per_K=1.0 / K,
             six_G2=6.0 * G * G,

@@ -66,7 +66,7 @@ EXPANSION = Driven("volumetric_strain", 1.0, "volumetric expansion [-]")
 SHORTENING = Driven("strain_zz", -1.0, "axial shortening [-]")
 SHEAR = Driven("strain_xz", 1.0, "shear γ [-]")
 
-EXPERIMENTS = {
+EXPERIMENTS: dict[str, Experiment] = {
     "isotropic": Experiment("compression, equal in all directions", COMPRESSION, 0.1, 200, _isotropic),
     "oedometer": Experiment("axial compression, no lateral strain", SHORTENING, 0.1, 200, _oedometer),
     "triaxial": Experiment("drained: axial compression, lateral stress held", SHORTENING, 0.2, 200, _triaxial),

@@ -1,7 +1,7 @@
 """The contract of a constitutive law: what a solver, a scene and an output file may ask of it."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,10 +64,10 @@ class Law(BaseModel):
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
-    stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    stiffness: ClassVar[Any] = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
-    lanes: ClassVar = None  # Taichi function like `update`, see above
-    failure_function: ClassVar = None  # (stress, state) -> > 0 where a law without a yield surface fails
+    lanes: ClassVar[Any] = None  # Taichi function like `update`, see above
+    failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
     RATE_DEPENDENT: ClassVar[bool] = False  # True where `update` reads dt
@@ -77,7 +77,15 @@ class Law(BaseModel):
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
     card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
 
-    def __init_subclass__(cls, **options):
+    if TYPE_CHECKING:  # of every law, its own
+
+        @property
+        def kind(self) -> str: ...
+
+        @property
+        def update(self) -> Any: ...
+
+    def __init_subclass__(cls, **options: Any) -> None:
         """A law with an `update` of its own does not take over the `lanes` of another."""
         if "update" in cls.__dict__ and "lanes" not in cls.__dict__:
             cls.lanes = None

@@ -20,6 +20,8 @@ from .symmetric import COMPONENTS, PAIRS
 class LoadingError(ValueError):
     """A test that cannot be made as asked for. `step`, counted from 1: the one that failed, None if none was begun."""
 
+    step: int | None
+
     def __init__(self, message: str, step: int | None = None) -> None:
         super().__init__(message)
         self.step = step

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,9 @@ MAX_BYTES, MAX_ROWS = 64 << 20, 200_000
 LONGEST_LINE = 10_000
 UNITS = {**dict.fromkeys(DEFORMATION + STRAINS, "-"), **dict.fromkeys(STRESSES, "Pa"), "duration": "s"}
 
+Targets: TypeAlias = tuple[dict[str, float], dict[str, float]]
+"""Strains and stresses by component."""
+
 
 @dataclass(frozen=True)
 class LoadingFile:
@@ -30,7 +34,7 @@ class LoadingFile:
 
     name: str
     deformation: Array | None
-    targets: list[tuple[dict[str, float], dict[str, float]]]
+    targets: list[Targets]
     durations: Array
 
     def legs(self, steps: int) -> list[Leg]:
@@ -92,10 +96,10 @@ def _cells(line: str) -> list[str]:
 
 
 def _columns(file: Path, cells: list[str]) -> list[str]:
-    names = []
+    names: list[str] = []
     for cell in cells:
-        name, bracket, unit = cell.partition("[")
-        name, unit = name.strip(), unit.removesuffix("]") if bracket else None
+        name, bracket, rest = cell.partition("[")
+        name, unit = name.strip(), rest.removesuffix("]") if bracket else None
         if name not in UNITS:
             near = difflib.get_close_matches(name, UNITS, n=1)
             hint = f"did you mean {near[0]}?" if near else "known are F_xx, strain_xx, stress_xx ... and duration"
@@ -144,14 +148,13 @@ def _deformation(file: Path, n: int, row: dict[str, float]) -> Array:
     return F
 
 
-def _targets(file: Path, n: int, columns: list[str], row: dict[str, float]) -> tuple[dict[str, float],
-             dict[str, float]]:
+def _targets(file: Path, n: int, columns: list[str], row: dict[str, float]) -> Targets:
     for component in COMPONENTS:
         pair = [name for name in (f"strain_{component}", f"stress_{component}") if name in columns]
         if pair and sum(name in row for name in pair) != 1:
             problem = "is empty" if len(pair) == 1 else "and its strain: exactly one of the two must be given"
             raise LoadingError(f"{file}: line {n}, column {pair[-1]} {problem}")
-    split = {"strain": {}, "stress": {}}
+    split: dict[str, dict[str, float]] = {"strain": {}, "stress": {}}
     for name, value in row.items():
         kind, component = name.split("_")
         split[kind][component] = value

@@ -54,6 +54,10 @@ class MaterialPoint:
     precision "f32" or "f64"; dimension 3, or 2 for plane strain (the same stresses from 2×2 gradients).
     """
 
+    law: Law
+    dimension: int
+    precision: Precision
+
     def __init__(self, law: Law, precision: Precision = "f64", dimension: int = 3) -> None:
         self.law, self.dimension, self.precision = law, dimension, precision
         self._update = StressUpdate(law, dimension, precision)
@@ -87,8 +91,8 @@ class MaterialPoint:
                                int(failed[0]) + 1)
         whole = np.tile(np.eye(3), (len(F), 1, 1))
         whole[:, :d, :d] = F
-        entries = (followed.stress, followed.state, followed.dissipation, followed.iterations)
-        return _path(self.law, whole, *(entry[0] for entry in entries), start)
+        return _path(self.law, whole, followed.stress[0], followed.state[0], followed.dissipation[0],
+                     followed.iterations[0], start)
 
     def load(self, legs: Iterable[Leg], stress: ArrayLike | None = None) -> Path:
         """Follow `Leg`s of prescribed strains and Cauchy stresses (mixed control; see `MixedControl`) -> `Path`.
@@ -113,7 +117,8 @@ def path_of(law: Law, rows: Sequence[Reached], start: Array | None = None) -> Pa
     """`Path` of a list of `Reached`, which began at F = I and the Kirchhoff stress `start` (3, 3) [Pa], or none."""
     start = np.zeros((3, 3)) if start is None else start
     names = ("deformation", "kirchhoff", "state", "dissipation", "iterations")
-    return _path(law, *(np.array([getattr(row, name) for row in rows]) for name in names), start)
+    F, stress, state, dissipation, iterations = (np.array([getattr(row, name) for row in rows]) for name in names)
+    return _path(law, F, stress, state, dissipation, iterations, start)
 
 
 def _path(law: Law, F: Array, stress: Array, state: Array, dissipation: Array, iterations: Whole, start: Array) -> Path:

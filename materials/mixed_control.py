@@ -70,6 +70,9 @@ def stress_free_start(law: Law) -> bool:
 class MixedControl:
     """A material point in a testing machine: `MixedControl(law).follow(legs)`. precision "f32" or "f64"."""
 
+    law: Law
+    precision: Precision
+
     def __init__(self, law: Law, precision: Precision = "f64") -> None:
         self.law, self.precision = law, precision
         self._update = StressUpdate(law, 3, precision)
@@ -110,7 +113,8 @@ class MixedControl:
         Raises LoadingError, which names the step, where a prescribed stress cannot be reached or the law fails.
         """
         point = self.at_stress() if start is None else start
-        rows, change = [], np.zeros(6)
+        rows: list[Reached] = []
+        change = np.zeros(6)
         for leg in legs:
             first_strain, first_stress = point.strain, point.cauchy
             strain, stress = leg.targets(point.strain)

@@ -124,6 +124,11 @@ class StressUpdate:
     but for round-off.
     """
 
+    law: Law
+    dimension: int
+    precision: Precision
+    n_state: int
+
     def __init__(self, law: Law, dimension: int = 3, precision: Precision = "f64", packed: bool = True) -> None:
         self.law, self.dimension, self.precision = law, dimension, precision
         self._lanes = law.lanes if packed else None
@@ -141,11 +146,13 @@ class StressUpdate:
         with working_precision(self.precision) as (_, dtype):
             inputs = [np.ascontiguousarray(a, dtype) for a in (self._parameters, h, state, increments)]
         n, m = inputs[3].shape[:2]
-        entries = size(self.dimension)
+        tensors = (n, m, size(self.dimension))
         result = Updated(
-            *(np.zeros((n, m, k), dtype) for k in (entries, entries, self.n_state)),
-            np.zeros((n, m), dtype),
-            np.zeros((n, m), np.int32),
+            h=np.zeros(tensors, dtype),
+            stress=np.zeros(tensors, dtype),
+            state=np.zeros((n, m, self.n_state), dtype),
+            dissipation=np.zeros((n, m), dtype),
+            iterations=np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
             self.law.update, self._lanes, type(self._parameters), self.dimension, self.precision, self.n_state

@@ -1,6 +1,6 @@
 """From a run to a film or a picture: `render_run`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +68,7 @@ def checked_wishes(output, size, time, fps, run):
 def write_pictures(view: Any, times: Floats, output: PathLike, time: float | None = None, fps: float = 25,
                    progress: Callable[[int, int], object] | None = None) -> Path:
     """One picture of a view for each of `times`; output, time, fps, progress as of `render_run`. Returns the path."""
-    chosen = range(len(times))
+    chosen: Sequence[int] = range(len(times))
     if output_kind(output) == ".png":
         chosen = [len(times) - 1 if time is None else int(np.abs(times - time).argmin())]
     with open_film(output, fps) as show:

@@ -59,7 +59,8 @@ def render_thalweg(run_path: PathLike | Run, output: PathLike, *, dpi: float = 1
     if not status.final:
         figure.text(0.5, 0.955, textwrap.fill(status.text, 100), ha="center", va="top", fontsize=9, color=LINE,
                     fontweight="bold")
-        figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.945 - 0.013 * len(textwrap.wrap(status.text, 100))))
+        lines = len(textwrap.wrap(status.text, 100))
+        figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 0.945 - 0.013 * lines))
         figure.suptitle(f"{title}: along the thalweg", y=0.985, fontsize=13, fontweight="bold", color="#11161c")
     credits = attribution(run.provenance)
     if credits:

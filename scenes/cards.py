@@ -78,7 +78,7 @@ def with_cards(data: Any) -> Any:
     if not isinstance(materials, dict):
         return data
     cards = material_cards()
-    named = {name: {} for name in wanted if isinstance(name, str) and name in cards}
+    named: dict[str, Any] = {name: {} for name in wanted if isinstance(name, str) and name in cards}
     expanded = {name: expanded_material(name, table) for name, table in {**named, **materials}.items()}
     return {**data, "materials": expanded} if expanded or "materials" in data else data
 

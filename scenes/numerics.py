@@ -8,7 +8,7 @@ from snowmpm.materials import LAWS
 from snowmpm.methods import METHODS
 from snowmpm.quantities.particle_fields import UNITS
 from snowmpm.scenes.shapes import check_corners
-from snowmpm.scenes.space import AXES, Vector, by_type, dimension
+from snowmpm.scenes.space import AXES, TABLE, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
 
@@ -25,7 +25,7 @@ class Output(Spec):
 
     interval: Positive = 0.05
     """time between frames [s]"""
-    fields: tuple[one_of(field_names), ...] = ("velocity", "density")
+    fields: tuple[Annotated[str, one_of(field_names)], ...] = ("velocity", "density")
     """particle fields of each frame, beside the position"""
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
@@ -102,15 +102,15 @@ class Sph(Spec):
 class Solver(Spec):
     """The method and its discretisation."""
 
-    method: one_of(lambda: METHODS) = "mpm"
+    method: Annotated[str, one_of(lambda: METHODS)] = "mpm"
     dx: Positive
     """grid spacing (mpm) or particle spacing (sph) [m]"""
-    kernel: Literal[tuple(BASES)] = "quadratic"
-    gradient: Literal[GRADIENTS] = "affine"
+    kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
+    gradient: Annotated[str, one_of(lambda: GRADIENTS)] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
     cubic kernel and flip, the classical scheme). affine is closer to the exact stress and tears later; shape suits thin
     bodies that bend far, whose ends affine lets hang too low"""
-    transfer: one_of(lambda: TRANSFERS) = "apic"
+    transfer: Annotated[str, one_of(lambda: TRANSFERS)] = "apic"
     """errors fall as dx^2 with apic, flip and aflip of every kernel and gradient, with pic as dx at best; the spacing
     of particles ends that at some thousandths of a displacement with 4 in a cell, at a third of it with 9"""
     flip_ratio: Fraction = 0.97
@@ -169,7 +169,7 @@ class Domain(Spec):
     """lower corner [m]"""
     max: Vector | None = None
     """upper corner [m]"""
-    boundary: by_type(text=Boundary, table=Sides) = "open"
+    boundary: Annotated[Annotated[Boundary, TEXT] | Annotated[Sides, TABLE], by_type(TEXT, TABLE)] = "open"
 
     @model_validator(mode="after")
     def _corners(self):

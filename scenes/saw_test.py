@@ -79,7 +79,7 @@ class SawTest(Spec):
 
     @field_validator("notch", "saw_length")
     @classmethod
-    def _within_the_column(cls, cut, info: ValidationInfo):
+    def _within_the_column(cls, cut: float | None, info: ValidationInfo) -> float | None:
         length = info.data.get("length")
         if cut is not None and length is not None and cut >= length:
             raise refuse(f"must be less than length = {length:g}")

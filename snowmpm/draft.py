@@ -66,7 +66,7 @@ def _reason(error: OSError, path: Path) -> tuple[int, str]:
     if error.errno in (None, errno.EPIPE):  # of an encoder that died, and nobody's pipe out of this program
         lines = str(error).splitlines()
         return errno.EIO, error.strerror or (lines[0] if lines else os.strerror(errno.EIO))
-    return error.errno, error.strerror
+    return error.errno, error.strerror or os.strerror(error.errno)
 
 
 def _is_full(path: Path) -> bool:

@@ -11,6 +11,9 @@ WIDTH = 100
 class Glance:
     """Base of classes with a short `repr`, of a dozen lines: they give a `_glance()` -> (title, {name: text})."""
 
+    def _glance(self) -> tuple[str, dict[str, Any]]:
+        raise NotImplementedError
+
     def __repr__(self) -> str:
         title, facts = self._glance()
         width = max(map(len, facts), default=0)

@@ -146,6 +146,7 @@ class Run(Glance):
     def _read(self, action: Callable[[h5py.File], T]) -> T:
         """`action(open file)`, repeated if a commit passed meanwhile, so that it has seen one state only."""
         for _ in range(ATTEMPTS):
+            failure: Exception | None = None
             try:
                 with self._snapshot() as (h5, snapshot):
                     try:
@@ -160,8 +161,6 @@ class Run(Glance):
                 raise
             except Exception as error:  # damaged bytes fail in HDF5, NumPy and JSON in a dozen ways
                 failure = error
-            else:
-                failure = None
             if failure is not None and not self._being_written():
                 reason = " ".join(str(failure).split())[:200]
                 raise InputError(f"{self.path}: not a readable run file ({reason})") from failure
@@ -244,7 +243,7 @@ class Run(Glance):
                  "particles": particles,
                  "fields": ", ".join(_with_unit(name, self.units) for name in self.field_names),
                  "history": f"{len(self.history['time'])} rows of {', '.join(self.history)}"}
-        parts = {"obstacles": self.obstacles, "maps": self.maps}
+        parts: dict[str, dict[str, Any]] = {"obstacles": self.obstacles, "maps": self.maps}
         facts |= {name: ", ".join(part) for name, part in parts.items() if part}
         facts |= {"also": ", ".join(name for name, part in (("terrain", self.terrain), ("saw_test", self.saw_test),
                                                             ("hazard", self.hazard)) if part)}

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.archive import MEMORY_PER_BYTE
 from snowmpm.reading import budget as read_budget
@@ -18,7 +19,9 @@ LONGEST = 100
 class Record(dict[str, Any]):
     """A table that says by an InputError, which names the file, that a key is missing."""
 
-    def __init__(self, values: Mapping[str, Any], file: object) -> None:
+    file: PathLike
+
+    def __init__(self, values: Mapping[str, Any], file: PathLike) -> None:
         super().__init__(values)
         self.file = file
 
@@ -26,7 +29,7 @@ class Record(dict[str, Any]):
         raise InputError(f"{self.file}: has no {key}")
 
 
-def read_record(text: str | bytes, file: object, kinds: Mapping[str, Callable[[Any], Any]]) -> Record:
+def read_record(text: str | bytes, file: PathLike, kinds: Mapping[str, Callable[[Any], Any]]) -> Record:
     """The `Record` in a JSON text (str or bytes). kinds: {key: function that returns the value or raises ValueError}.
 
     Raises InputError, which names the file, for what is no table or has a value of another kind.

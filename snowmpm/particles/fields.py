@@ -1,6 +1,7 @@
 """Particle fields by name, as output, diagnostics and users read them: NumPy copies in SI units."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,6 +10,10 @@ from snowmpm.annotations import Floats, Numbers
 from snowmpm.materials import LAWS
 from snowmpm.particles.contract import Particles
 from snowmpm.quantities.particle_fields import UNITS
+
+if TYPE_CHECKING:
+    from snowmpm.particles.material_table import MaterialTable
+    from snowmpm.particles.snapshot import Snapshot
 
 
 def of_laws() -> dict[str, str]:
@@ -29,6 +34,9 @@ class ParticleFields:
     J = det F; material, body: index in the scene; id: number given at seeding; and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
+
+    materials: "MaterialTable"
+    snapshot: "Snapshot"
 
     def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""

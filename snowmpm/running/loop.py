@@ -54,7 +54,8 @@ class Phases:
     steps: float = 0.0
     output: float = 0.0
     processor: float = 0.0
-    started: tuple = field(default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
+    started: tuple[float, float] = field(
+        default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
 
     def lap(self, name):
         """Book the time since the last lap."""
@@ -96,7 +97,7 @@ def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] 
             resume, overwrite = False, True
         saved = _saved(folder, scene) if resume else None
         simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
-        if resume:
+        if saved is not None:
             checkpoint.take_over(simulation, saved)
             if approve:
                 approve(simulation)

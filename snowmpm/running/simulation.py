@@ -27,8 +27,10 @@ from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
+from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
+from snowmpm.stepping.contract import Method
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -52,6 +54,14 @@ class Simulation(Glance):
     `ti.reset` and in a forked process.
     """
 
+    scene: Scene
+    model: Model
+    solver: Method
+    events: list[Any]
+    crack: CrackRecord | None
+    dt: float
+    dt_cause: str
+
     def __init__(self, scene: Scene, resumed: PathLike | None = None,
                  approve: "Callable[[Simulation], object] | None" = None) -> None:
         """resumed: run folder from whose checkpoint the state comes, so that an initial stress "settle" is not relaxed
@@ -68,7 +78,8 @@ class Simulation(Glance):
         self._start = lifetime.current()
         self.solver = self.model.solver()
         self.events = make_events(scene)
-        self.dt, self.dt_cause, self._first_dt = 0.0, "elastic", None
+        self.dt, self.dt_cause = 0.0, "elastic"
+        self._first_dt: float | None = None
         check_step(scene, self.solver)
         if approve:
             approve(self)
@@ -157,9 +168,11 @@ class Simulation(Glance):
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not hold it: add it again after a restore."""
         method = self.scene.solver.method
         require(self.scene, "forcing", "solver.method", method, what="for add_acceleration")
-        if self.solver.forcing is None:
-            self.solver.force(Forcing())
-        self.solver.forcing.fields.append(AccelerationBy(function))
+        forcing = self.solver.forcing
+        if forcing is None:
+            forcing = Forcing()
+            self.solver.force(forcing)
+        forcing.fields.append(AccelerationBy(function))
 
     @in_turn
     def audit(self, particles: ParticleFields | None = None) -> dict[str, float]:
@@ -202,10 +215,10 @@ class Simulation(Glance):
                                       f" is {rounded_down(limit)} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
         dt, cause = self.solver.stable_dt()
-        self._first_dt = self._first_dt or dt
-        if not dt > COLLAPSE * self._first_dt:
+        first = self._first_dt = self._first_dt or dt
+        if not dt > COLLAPSE * first:
             raise SimulationError(f"the time step fell to {dt:.3g} s at t = {self.time:.6g} s, by the {cause} limit,"
-                                  f" from {self._first_dt:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
+                                  f" from {first:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
                                   " than anything real; lower solver.cfl or check the material")
         return dt, cause
 
