@@ -15,8 +15,8 @@ from .elastic import Elastic
 from .experiments import EXPERIMENTS, measure, measure_path
 from .hypoplastic import Hypoplastic
 from .law import Law, StateVariable
-from .leg import Leg, LoadingError
 from .loading_file import LoadingFile, read_loading
+from .loading_stage import LoadingError, LoadingStage
 from .material_point import MaterialPoint, Path
 from .measurement import Measurement
 from .mixed_control import MixedControl
@@ -55,9 +55,9 @@ __all__ = [
     "Elastic",
     "Hypoplastic",
     "Law",
-    "Leg",
     "LoadingError",
     "LoadingFile",
+    "LoadingStage",
     "Material",
     "MaterialPoint",
     "Measurement",

@@ -35,9 +35,9 @@ class AnticrackCamClay(CriticalStateLaw):
     since ξ and ζ appear as ξζ only, and α is the same in both phases: the collapse height t ζ₀/α and all that follows
     it, compaction and hardening, are those of the layer as a whole, but gathered in one row. Elastic stiffness,
     strength and Maxwell load do not change. A layer of more than about two cells has room for a second row, which the
-    weight of a falling slab may collapse as well: its collapse is then too high. So a layer is best `drawn` two cells
-    thick on any grid: with E d/t over a thickness d, and t_d = d, stiffness, strength, collapse and energy per area
-    are the same. Cells too large for their softening (a row would snap back: α ξ_h beyond `critical_hardening`) are
+    weight of a falling slab may collapse as well: its collapse is then too high. So a layer is best `thickened_to` two
+    cells on any grid: with E d/t over a thickness d, and t_d = d, stiffness, strength, collapse and energy per area are
+    the same. Cells too large for their softening (a row would snap back: α ξ_h beyond `critical_hardening`) are
     refused.
     Backward Euler, softening included (see `ellipse.py`). A step that passes complete softening is solved in the
     collapsed phase, with the whole step in the flow direction.
@@ -75,9 +75,9 @@ class AnticrackCamClay(CriticalStateLaw):
     def collapse_thickness(self) -> float | None:
         return self.reference_thickness
 
-    def drawn(self, thickness: float, drawn: float) -> "Law":
-        reference = (self.reference_thickness or thickness) * drawn / thickness
-        return super().drawn(thickness, drawn).model_copy(update={"reference_thickness": reference})
+    def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
+        reference = (self.reference_thickness or thickness) * new_thickness / thickness
+        return super().thickened_to(thickness, new_thickness).model_copy(update={"reference_thickness": reference})
 
     def on_grid(self, spacing: float) -> "Law":
         if self.reference_thickness is None:

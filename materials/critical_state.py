@@ -20,7 +20,7 @@ from .hardening import Hardening, HardeningKind, HardeningRate, in_reach
 from .hencky import deviation_of_small_strain
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import REDO, Law, NonNegative, Positive, StateVariable
-from .packs import Stages, joined, part
+from .packs import StagedUpdate, joined, part
 from .substepping import substeps
 from .symmetric import contract
 
@@ -100,9 +100,9 @@ def plastic_work(prm: ti.template(), p_trial, p, deviator2, ratio):
 
 
 @functools.cache
-def critical_state_lanes(return_map, hardening, weak):
-    """`Stages` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening; weak:
-    whether α may be more than 0.
+def critical_state_vector_update(return_map, hardening, weak):
+    """`StagedUpdate` of that update for states that are near enough: "implicit" or "frozen", of one kind of hardening;
+    weak: whether α may be more than 0.
 
     Held are, from the places below on: the iterate of `straight_step`, the trial state: 1 if it could be found in a
     straight line, p, e : e; what `return_problem` found, but v, the last five numbers of it only where they are not
@@ -184,13 +184,13 @@ def critical_state_lanes(return_map, hardening, weak):
         tau = stress_of_invariants(prm.G, deviator, p, ratio)
         return h_new, tau, state_new, work, ti.select(valid, iterations, REDO)
 
-    return Stages(
+    return StagedUpdate(
         begin, first=ITERATE, step=((step, ITERATE),), end=end, going=ITERATE, changed=PROBLEM, numbers=numbers
     )
 
 
 ITERATE, TRIAL, PROBLEM = 0, 6, 9
-"""Where what is held of a lane begins, see `critical_state_lanes`."""
+"""Where what is held of a lane begins, see `critical_state_vector_update`."""
 
 
 class CriticalStateLaw(Law):
@@ -223,11 +223,11 @@ class CriticalStateLaw(Law):
         return critical_state_update(self.return_map)
 
     @property
-    def lanes(self) -> Any:
+    def vector_update(self) -> Any:
         if self.return_map == "substepped":
             return None
         kind = "sinh" if self.hardening_part.offset else "exponential"
-        return critical_state_lanes(self.return_map, kind, self.alpha > 0.0)
+        return critical_state_vector_update(self.return_map, kind, self.alpha > 0.0)
 
     @property
     def hardening_part(self) -> Hardening:

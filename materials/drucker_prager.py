@@ -11,7 +11,7 @@ from .cohesion_softening import softening_multiplier, strain_of_loss, strength_l
 from .cone import Cone, cone_slope, dilation_slope
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
-from .separation import GAP, trial_behind_gap
+from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 NEVER = 1e30  # a plastic strain that no material reaches, within float32
@@ -49,7 +49,7 @@ def _strength(prm: ti.template(), strain, straight: ti.template()):
 def drucker_prager_return(prm: ti.template(), p_trial, q_trial, strain, gap, straight: ti.template()):
     """Return map in (p, q): p, q, plastic strain κ, gap, dissipation, iterations (0: elastic).
 
-    The trial state lies behind the gap that was there (see separation.py).
+    The trial state lies behind the gap that was there (see tension_gap.py).
     straight: in a straight line, −1 iterations where the strength softens.
     """
     K, alpha, alpha_psi = prm.K, prm.alpha, prm.alpha_psi
@@ -139,7 +139,7 @@ class DruckerPrager(Law):
     tension breaks bonds. Under strain control the softening is single-valued while k₀ − k_r < κ_c (3G + K α α_ψ).
 
     Separation: without cohesion (c = 0, or all of it lost) the apex is at p = 0 and what opens there is a gap that must
-    close before stress comes back (separation.py). With cohesion left the apex stress is kept, perfectly plastic, and
+    close before stress comes back (tension_gap.py). With cohesion left the apex stress is kept, perfectly plastic, and
     its opening is plastic flow like any other: it is not undone by compression, since the bonds held. Both dissipate
     nothing negative: on the cone Δκ ((α − α_ψ) p + k) >= 0 for 0 <= ψ <= φ; at the apex c cot φ times the dilation;
     in a gap nothing.
@@ -161,7 +161,7 @@ class DruckerPrager(Law):
     residual_cohesion: NonNegative = 0.0  # c_r [Pa], what softening leaves
 
     update = staticmethod(drucker_prager_update(GENERAL))
-    lanes = staticmethod(drucker_prager_update(STRAIGHT))
+    vector_update = staticmethod(drucker_prager_update(STRAIGHT))
 
     @model_validator(mode="after")
     def _consistent(self):

@@ -99,7 +99,7 @@ class Elastic(Law):
     YIELDS: ClassVar[bool] = False
 
     update = staticmethod(elastic_update(elastic_trial, -1))
-    lanes = staticmethod(elastic_update(small_elastic_trial, REDO))
+    vector_update = staticmethod(elastic_update(small_elastic_trial, REDO))
 
     @property
     def tensile_strength(self) -> float:

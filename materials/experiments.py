@@ -11,8 +11,8 @@ from math import isfinite
 
 from .arrays import Precision
 from .law import Law
-from .leg import Leg, LoadingError
 from .loading_file import LoadingFile
+from .loading_stage import LoadingError, LoadingStage
 from .measurement import Driven, Measurement
 from .mixed_control import MixedControl
 
@@ -21,44 +21,44 @@ AXES = ("xx", "yy", "zz")
 
 @dataclass(frozen=True)
 class Experiment:
-    """A kind of test. legs(amount, pressure, steps, duration) -> its `Leg`s; strain, steps: what it does by default."""
+    """A kind of test. stages(amount, pressure, steps, duration) -> its `LoadingStage`s; strain, steps: its defaults."""
 
     summary: str
     driven: Driven
     strain: float
     steps: int
-    legs: Callable[[float, float, int, float], list[Leg]]
+    stages: Callable[[float, float, int, float], list[LoadingStage]]
 
 
-def _isotropic(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg(dict.fromkeys(AXES, -amount / 3.0), {}, steps, duration)]
+def _isotropic(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage(dict.fromkeys(AXES, -amount / 3.0), {}, steps, duration)]
 
 
-def _oedometer(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg({"zz": -amount}, {}, steps, duration)]
+def _oedometer(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage({"zz": -amount}, {}, steps, duration)]
 
 
-def _triaxial(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg({"zz": -amount}, {"xx": -pressure, "yy": -pressure}, steps, duration)]
+def _triaxial(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage({"zz": -amount}, {"xx": -pressure, "yy": -pressure}, steps, duration)]
 
 
-def _triaxial_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg({"xx": 0.5 * amount, "yy": 0.5 * amount, "zz": -amount}, {}, steps, duration)]
+def _triaxial_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage({"xx": 0.5 * amount, "yy": 0.5 * amount, "zz": -amount}, {}, steps, duration)]
 
 
-def _simple_shear(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg({"xz": amount}, {"zz": -pressure}, steps, duration)]
+def _simple_shear(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage({"xz": amount}, {"zz": -pressure}, steps, duration)]
 
 
-def _simple_shear_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
-    return [Leg({"xz": amount}, {}, steps, duration)]
+def _simple_shear_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    return [LoadingStage({"xz": amount}, {}, steps, duration)]
 
 
-def _tension(amount: float, pressure: float, steps: int, duration: float) -> list[Leg]:
+def _tension(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     # Back through the initial volume and as far into compression, so that a gap closes and carries again
     out = max(1, round(steps / 3))
-    back = Leg(dict.fromkeys(AXES, -amount / 3.0), {}, max(1, steps - out), 2.0 * duration)
-    return [Leg(dict.fromkeys(AXES, amount / 3.0), {}, out, duration), back]
+    back = LoadingStage(dict.fromkeys(AXES, -amount / 3.0), {}, max(1, steps - out), 2.0 * duration)
+    return [LoadingStage(dict.fromkeys(AXES, amount / 3.0), {}, out, duration), back]
 
 
 COMPRESSION = Driven("volumetric_strain", -1.0, "volumetric compression [-]")
@@ -98,10 +98,10 @@ def measure(law: Law, name: str, *, strain: float | None = None, pressure: float
         raise LoadingError(f"strain = {amount}: must be finite and not zero")
     if not rate > 0.0 or not isfinite(rate):
         raise LoadingError(f"rate = {rate}: must be > 0")
-    legs = experiment.legs(amount, _checked(pressure), steps, abs(amount) / rate)
+    stages = experiment.stages(amount, _checked(pressure), steps, abs(amount) / rate)
     control = MixedControl(law, precision)
     start = control.consolidated(pressure)
-    return Measurement(name, law, experiment.driven, [start, *control.follow(legs, start)])
+    return Measurement(name, law, experiment.driven, [start, *control.follow_stages(stages, start)])
 
 
 def measure_path(law: Law, loading: LoadingFile, *, pressure: float = 0.0, steps: int = 1,
@@ -113,7 +113,7 @@ def measure_path(law: Law, loading: LoadingFile, *, pressure: float = 0.0, steps
     control = MixedControl(law, precision)
     start = control.consolidated(_checked(pressure))
     if loading.deformation is None:
-        rows = control.follow(loading.legs(steps), start)
+        rows = control.follow_stages(loading.stages(steps), start)
     else:
         rows = control.follow_deformation(*loading.subdivided(steps), start)
     return Measurement(loading.name, law, Driven("step", 1.0, "step"), [start, *rows])

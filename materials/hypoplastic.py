@@ -18,8 +18,8 @@ from .hypoplastic_calibration import (
 )
 from .law import Law, NonNegative, Positive, StateVariable
 from .rate_integration import rate_stiffness, rate_update
-from .separation import GAP
 from .symmetric import contract, plus_isotropic, trace, unpack
+from .tension_gap import GAP
 
 JAMMED_ANGLE = 5.0  # no granular material fails below this friction angle [deg]
 FARTHEST_RATIO = 100.0  # principal over mean stress, above which a stress has failed by any measure

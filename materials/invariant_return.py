@@ -1,7 +1,7 @@
 """What a law of (p, q) alone does to the tensors: it rescales the deviator and replaces the trace, no eigenvectors.
 
 Such an update is put together from three parts, which a `Form` names: the trial state, the return map, and the tensor h
-of what it found. They come for any state, and in a straight line for states that are near enough (`Law.lanes`).
+of what it found. They come for any state, and in a straight line for states that are near enough (`Law.vector_update`).
 """
 
 from collections.abc import Callable

@@ -11,7 +11,7 @@ from .arrays import Array
 from .symmetric import invariants
 
 REDO = -2
-"""Iterations of a straight-line update (`Law.lanes`) that `update` has to do instead."""
+"""Iterations of a straight-line update (`Law.vector_update`) that `update` has to do instead."""
 
 LARGEST = 1e12
 """More is no number of a material in SI units, and what is made of it might not fit a float32."""
@@ -51,9 +51,10 @@ class Law(BaseModel):
     iterations   Newton iterations; 0 elastic (or stress-free); −1 the update failed: not converged, or A is not finite
                  or turns the particle inside out (det f <= 0), in which case A is ignored. Callers count and report it.
 
-    A law may also have `lanes`, the same function in a straight line, without loops or calls of a mathematical library,
-    so that a compiler works on several particles at once (`packs.py`). Where a state is beyond it, `iterations` is
-    REDO, none of the other results may be used, and `update` takes over; elsewhere it is `update` to round-off.
+    A law may also have `vector_update`, the same function in a straight line, without loops or calls of a mathematical
+    library, so that a compiler works on several particles at once (`packs.py`). Where a state is beyond it,
+    `iterations` is REDO, none of the other results may be used, and `update` takes over; elsewhere it is `update` to
+    round-off.
 
     `update` is a Taichi function, called as `Class.update(...)` from any kernel compiled in the working precision. All
     numbers arrive at run time: changing a parameter compiles nothing.
@@ -66,7 +67,7 @@ class Law(BaseModel):
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
     stiffness: ClassVar[Any] = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
-    lanes: ClassVar[Any] = None  # Taichi function like `update`, see above
+    vector_update: ClassVar[Any] = None  # Taichi function like `update`, see above
     failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
@@ -86,9 +87,9 @@ class Law(BaseModel):
         def update(self) -> Any: ...
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """A law with an `update` of its own does not take over the `lanes` of another."""
-        if "update" in cls.__dict__ and "lanes" not in cls.__dict__:
-            cls.lanes = None
+        """A law with an `update` of its own does not take over the `vector_update` of another."""
+        if "update" in cls.__dict__ and "vector_update" not in cls.__dict__:
+            cls.vector_update = None
         super().__init_subclass__(**options)
 
     @property
@@ -148,10 +149,10 @@ class Law(BaseModel):
         it softens over a length of its own. Raises ValueError for cells that are too large."""
         return self
 
-    def drawn(self, thickness: float, drawn: float) -> "Law":
-        """The law of a thin layer that is drawn thicker or thinner than it is [m]: with the stiffness, strength and
+    def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
+        """The law of a thin layer [m] that is made thicker or thinner: with the stiffness, strength and
         collapse of the layer, per area."""
-        return self.model_copy(update={"youngs_modulus": self.youngs_modulus * drawn / thickness})
+        return self.model_copy(update={"youngs_modulus": self.youngs_modulus * new_thickness / thickness})
 
     @property
     def lateral_pressure(self) -> float:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from .arrays import Array
-from .leg import Leg, LoadingError
+from .loading_stage import LoadingError, LoadingStage
 from .symmetric import COMPONENTS
 
 DEFORMATION = tuple(f"F_{i}{j}" for i in "xyz" for j in "xyz")
@@ -37,10 +37,10 @@ class LoadingFile:
     targets: list[Targets]
     durations: Array
 
-    def legs(self, steps: int) -> list[Leg]:
-        """One `Leg` a row."""
+    def stages(self, steps: int) -> list[LoadingStage]:
+        """One `LoadingStage` a row."""
         pairs = zip(self.targets, self.durations, strict=True)
-        return [Leg(strain, stress, steps, float(duration)) for (strain, stress), duration in pairs]
+        return [LoadingStage(strain, stress, steps, float(duration)) for (strain, stress), duration in pairs]
 
     def subdivided(self, steps: int) -> tuple[Array, Array]:
         """F (n steps, 3, 3) with `steps` equal parts from I to the first row and from row to row, and the durations."""
@@ -59,7 +59,7 @@ def read_loading(file: str | os.PathLike[str]) -> LoadingFile:
     The first line names the columns, each line below is one row: what is reached next. Either
         F_xx F_xy ... F_zz                      total deformation gradient; columns left out: those of the identity
     or any of these, for the components xx yy zz xy yz xz:
-        strain_xx [-]                           logarithmic strain or amount of shear, from the start (see `leg.py`)
+        strain_xx [-]                           logarithmic strain or shear from the start (see `loading_stage.py`)
         stress_xx [Pa]                          Cauchy stress, positive in tension
     A component with neither keeps its strain; with both, each row fills in one of the two. In either form
         duration [s]                            time of the row, 1 s without it

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, Precision, Whole
 from .law import Law
-from .leg import Leg, LoadingError
+from .loading_stage import LoadingError, LoadingStage
 from .mixed_control import MixedControl, Reached
 from .stress_update import StressUpdate
 from .symmetric import invariants, pack, unpack
@@ -82,20 +82,20 @@ class MaterialPoint:
         before = np.concatenate([np.eye(d)[None], F[:-1]])
         increments = (F - before) @ np.linalg.inv(before)
         start = self._initial(stress)
-        followed = self._update.follow(
+        integrated = self._update.integrate(
             pack(self.law.h_from_stress(start), d)[None], self._update.initial_state(1), increments[None], dt
         )
-        failed = np.flatnonzero(followed.iterations[0] < 0)
+        failed = np.flatnonzero(integrated.iterations[0] < 0)
         if len(failed):
             raise LoadingError(f"step {failed[0] + 1}: the stress update failed; smaller steps may help",
                                int(failed[0]) + 1)
         whole = np.tile(np.eye(3), (len(F), 1, 1))
         whole[:, :d, :d] = F
-        return _path(self.law, whole, followed.stress[0], followed.state[0], followed.dissipation[0],
-                     followed.iterations[0], start)
+        return _path(self.law, whole, integrated.stress[0], integrated.state[0], integrated.dissipation[0],
+                     integrated.iterations[0], start)
 
-    def load(self, legs: Iterable[Leg], stress: ArrayLike | None = None) -> Path:
-        """Follow `Leg`s of prescribed strains and Cauchy stresses (mixed control; see `MixedControl`) -> `Path`.
+    def load(self, stages: Iterable[LoadingStage], stress: ArrayLike | None = None) -> Path:
+        """Follow `LoadingStage`s of strains and Cauchy stresses (mixed control, see `MixedControl`) -> `Path`.
 
         stress: as in `drive`. Raises LoadingError, which names the step, for a stress that cannot be reached;
         ValueError for a point in plane strain: prescribe zero strain out of the plane instead.
@@ -103,7 +103,7 @@ class MaterialPoint:
         if self.dimension != 3:
             raise ValueError("mixed control needs dimension = 3")
         control, start = MixedControl(self.law, self.precision), self._initial(stress)
-        return path_of(self.law, control.follow(legs, control.at_stress(start)), start)
+        return path_of(self.law, control.follow_stages(stages, control.at_stress(start)), start)
 
     def _initial(self, stress: ArrayLike | None) -> Array:
         """The initial stress (3, 3), which must be admissible."""

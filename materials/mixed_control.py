@@ -1,6 +1,6 @@
 """Mixed control of a material point, as in a testing machine: some strains are prescribed, of the others the stress.
 
-Of each pair (strain, stress; see `leg.py`) one is given. The unknown strains of a step solve
+Of each pair (strain, stress; see `loading_stage.py`) one is given. The unknown strains of a step solve
 
     R(ε_free) = σ_prescribed(ε) − σ_target = 0
 
@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, Precision
 from .law import Law
-from .leg import Leg, LoadingError, deformation_of
+from .loading_stage import LoadingError, LoadingStage, deformation_of
 from .stress_update import StressUpdate
 from .symmetric import COMPONENTS, pack
 
@@ -68,7 +68,7 @@ def stress_free_start(law: Law) -> bool:
 
 
 class MixedControl:
-    """A material point in a testing machine: `MixedControl(law).follow(legs)`. precision "f32" or "f64"."""
+    """A material point in a testing machine: `MixedControl(law).follow_stages(stages)`. precision "f32" or "f64"."""
 
     law: Law
     precision: Precision
@@ -100,32 +100,33 @@ class MixedControl:
         if pressure == 0.0:
             return point
         try:
-            point = self.follow([Leg(stress=dict.fromkeys(("xx", "yy", "zz"), -pressure), steps=10)], point)[-1]
+            point = self.follow_stages([LoadingStage(stress=dict.fromkeys(("xx", "yy", "zz"), -pressure), steps=10)],
+                                       point)[-1]
         except LoadingError as error:
             raise LoadingError(f"the pressure of {pressure:g} Pa cannot be applied: {error}") from None
         return Reached(
             np.zeros(6), point.deformation, point.deformation, point.h, point.kirchhoff, point.state, np.full(6, np.nan)
         )
 
-    def follow(self, legs: Iterable[Leg], start: Reached | None = None) -> list[Reached]:
-        """List of `Reached`, one a step of every leg, from `start` (the stress-free state by default).
+    def follow_stages(self, stages: Iterable[LoadingStage], start: Reached | None = None) -> list[Reached]:
+        """List of `Reached`, one a step of every stage, from `start` (the stress-free state by default).
 
         Raises LoadingError, which names the step, where a prescribed stress cannot be reached or the law fails.
         """
         point = self.at_stress() if start is None else start
         rows: list[Reached] = []
         change = np.zeros(6)
-        for leg in legs:
+        for stage in stages:
             first_strain, first_stress = point.strain, point.cauchy
-            strain, stress = leg.targets(point.strain)
-            for i in range(1, leg.steps + 1):
-                share = i / leg.steps
-                # The end of the leg is met as given, not as a sum
+            strain, stress = stage.targets(point.strain)
+            for i in range(1, stage.steps + 1):
+                share = i / stage.steps
+                # The end of the stage is met as given, not as a sum
                 target = (
-                    strain if i == leg.steps else first_strain + share * (strain - first_strain),
-                    stress if i == leg.steps else first_stress + share * (stress - first_stress),
+                    strain if i == stage.steps else first_strain + share * (strain - first_strain),
+                    stress if i == stage.steps else first_stress + share * (stress - first_stress),
                 )
-                reached = self._reach(point, target, leg.duration / leg.steps, change, len(rows) + 1)
+                reached = self._reach(point, target, stage.duration / stage.steps, change, len(rows) + 1)
                 change, point = reached.strain - point.strain, reached
                 rows.append(point)
         return rows

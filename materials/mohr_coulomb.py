@@ -11,8 +11,8 @@ from .arrays import Array
 from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
-from .separation import GAP, trial_behind_gap
 from .spectral import compose, eigen_of_deviator
+from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 NEVER = 1e30  # tensile strength [Pa] that nothing reaches, within float32

@@ -10,7 +10,7 @@ from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
-from .separation import GAP, trial_behind_gap
+from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
 
@@ -85,7 +85,7 @@ class MuI(Law):
     I holds: backward Euler, with q = q_tr − 3G Δε_s a quadratic whose smaller root is between the strengths at rest
     and in the limit, for any step (Dunatunga & Kamrin 2015, doi:10.1017/jfm.2015.383; here with Kirchhoff stress and
     Hencky strain). dt -> ∞ gives μ_s, dt -> 0 gives μ₂. p does not change in shear; p < 0 is no stress, and what opens
-    is a gap that must close first (separation.py).
+    is a gap that must close first (tension_gap.py).
     d: grain diameter, ρ_s: density of the grains themselves (`density` is that of the packing).
 
     Deviations: p in I is the Kirchhoff pressure, J times the Cauchy one; grains at any gap are stress-free, where the
@@ -110,7 +110,7 @@ class MuI(Law):
     RATE_DEPENDENT: ClassVar[bool] = True
 
     update = staticmethod(mu_i_update(GENERAL))
-    lanes = staticmethod(mu_i_update(STRAIGHT))
+    vector_update = staticmethod(mu_i_update(STRAIGHT))
 
     @model_validator(mode="after")
     def _consistent(self):

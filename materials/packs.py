@@ -1,12 +1,12 @@
 """Stress updates of a pack of particles, a vector register of them at a time.
 
 The loop vectoriser of the compiler takes a loop over arrays that are local to a function and whose body is a straight
-line. So a kernel fills local arrays, one number for each of LANES particles, `update_pack` applies a law's `lanes` to
-them, `update_lane` does again what that could not, and the kernel stores what came out:
+line. So a kernel fills local arrays, one number for each of LANES particles. `update_pack` applies a law's
+`vector_update` to them, `update_lane` does again what that could not, and the kernel stores what came out:
 
     h, tau: `size` arrays each; state: one for each variable; A: dim² arrays, by rows; work; iterations (integers)
 
-    held: what `Stages` keep of a lane
+    held: what a `StagedUpdate` keeps of a lane
 
 Every one is a ti.Vector of LANES entries (`[ti.Vector.zero(real, LANES) for _ in ti.static(range(n))]`); results take
 the place of h and state.
@@ -65,7 +65,7 @@ def part(a, first: ti.template(), n: ti.template()):
     return ti.Vector([a[k] for k in ti.static(range(first, first + n))])
 
 
-class Stages(NamedTuple):
+class StagedUpdate(NamedTuple):
     """A straight-line update in parts, each a loop over the lanes of a pack, for which some numbers of a lane are held.
 
         begin(prm, h, state, A, dt)       -> what is held from number `first` on, as a vector
@@ -92,48 +92,51 @@ MOST_STEPS = 5
 """Steps of a stage for all lanes, after which those that want more are left to a law's `update`."""
 
 
-def held_numbers(lanes, entries):
-    """Numbers a lane that `update_pack` wants to hold of a law with these `lanes`. entries: of a symmetric tensor."""
-    return lanes.numbers + 2 * entries if isinstance(lanes, Stages) else 0
+def held_numbers(vector_update, entries):
+    """Numbers a lane that `update_pack` wants to hold for a law's `vector_update`. entries: of a symmetric tensor."""
+    return vector_update.numbers + 2 * entries if isinstance(vector_update, StagedUpdate) else 0
 
 
 @ti.func
-def update_pack(lanes: ti.template(), prm: ti.template(), dt, h: ti.template(), state: ti.template(), A: ti.template(),
-                tau: ti.template(), work: ti.template(), iterations: ti.template(), held: ti.template()):  # fmt: skip
-    """`lanes`, a law's straight-line update, for all lanes, which share their parameters.
+def update_pack(vector_update: ti.template(), prm: ti.template(), dt, h: ti.template(), state: ti.template(),
+                A: ti.template(), tau: ti.template(), work: ti.template(), iterations: ti.template(),
+                held: ti.template()):  # fmt: skip
+    """`vector_update`, a law's straight-line update, for all lanes, which share their parameters.
 
     Lanes where iterations[lane] is REDO keep h and state: `update_lane` must follow. Lanes that hold no particle may
     hold anything. held: `held_numbers` arrays or more.
     """
-    if ti.static(isinstance(lanes, Stages)):
+    if ti.static(isinstance(vector_update, StagedUpdate)):
         for lane in range(LANES):
-            numbers = lanes.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt)
-            n, rest = ti.static(lanes.numbers - lanes.first, numbers.n - (lanes.numbers - lanes.first))
-            write_lane(held[lanes.first : lanes.numbers], lane, part(numbers, 0, n))
-            write_lane(held[lanes.numbers : lanes.numbers + rest], lane, part(numbers, n, rest))
-        going, changed, steps = _sum(held[lanes.going]), _sum(held[lanes.changed]), 0
+            numbers = vector_update.begin(prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane),
+                                          dt)
+            n, rest = ti.static(vector_update.numbers - vector_update.first,
+                                numbers.n - (vector_update.numbers - vector_update.first))
+            write_lane(held[vector_update.first : vector_update.numbers], lane, part(numbers, 0, n))
+            write_lane(held[vector_update.numbers : vector_update.numbers + rest], lane, part(numbers, n, rest))
+        going, changed, steps = _sum(held[vector_update.going]), _sum(held[vector_update.changed]), 0
         while going > 0.0 and steps < MOST_STEPS:
-            for function, place in ti.static(lanes.step):
+            for function, place in ti.static(vector_update.step):
                 for lane in range(LANES):
-                    numbers = function(prm, read_lane(state, lane), _held_of(lanes, held, h, lane))
+                    numbers = function(prm, read_lane(state, lane), _held_of(vector_update, held, h, lane))
                     write_lane(held[place : place + numbers.n], lane, numbers)
-            going = _sum(held[lanes.going])
+            going = _sum(held[vector_update.going])
             steps += 1
         if changed > 0.0:
             for lane in range(LANES):
-                h_new, stress, state_new, dissipation, count = lanes.end(
-                    prm, read_lane(state, lane), _held_of(lanes, held, h, lane), True
+                h_new, stress, state_new, dissipation, count = vector_update.end(
+                    prm, read_lane(state, lane), _held_of(vector_update, held, h, lane), True
                 )
                 _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
         else:
             for lane in range(LANES):
-                h_new, stress, state_new, dissipation, count = lanes.end(
-                    prm, read_lane(state, lane), _held_of(lanes, held, h, lane), False
+                h_new, stress, state_new, dissipation, count = vector_update.end(
+                    prm, read_lane(state, lane), _held_of(vector_update, held, h, lane), False
                 )
                 _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
     else:
         for lane in range(LANES):
-            h_new, stress, state_new, dissipation, count = lanes(
+            h_new, stress, state_new, dissipation, count = vector_update(
                 prm, read_lane(h, lane), read_lane(state, lane), read_matrix_lane(A, lane), dt
             )
             _write_result(lane, h_new, stress, state_new, dissipation, count, h, state, tau, work, iterations)
@@ -150,8 +153,8 @@ def _sum(array: ti.template()):
 
 
 @ti.func
-def _held_of(lanes: ti.template(), held: ti.template(), h: ti.template(), lane):
-    return ti.Vector([held[k][lane] for k in ti.static(range(held_numbers(lanes, len(h))))])
+def _held_of(vector_update: ti.template(), held: ti.template(), h: ti.template(), lane):
+    return ti.Vector([held[k][lane] for k in ti.static(range(held_numbers(vector_update, len(h))))])
 
 
 @ti.func

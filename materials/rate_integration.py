@@ -161,7 +161,7 @@ def rate_update(rate):
 
     The tensor that the solver carries, h, is the Cauchy stress σ [Pa].
     prm: apex, log_floor, void_ratio and tolerance are read here, see `RateParameters`; the rest is that of `rate`.
-    State: void ratio e, and the gap of separated material (see separation.py).
+    State: void ratio e, and the gap of separated material (see tension_gap.py).
     """
 
     @ti.func

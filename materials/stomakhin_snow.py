@@ -259,10 +259,10 @@ class StomakhinSnow(Law):
             return d.sum(-1) + d[..., 0] * d[..., 1] + d[..., 1] * d[..., 2] + d[..., 2] * d[..., 0] + d.prod(-1) - j
 
         # The least principal stress reaches s = ½ at (J − 1) J = (τ_min + μ/2) / λ
-        room = (values[..., 0] + 0.5 * mu) / max(lam, 1e-300)
-        low = np.full(room.shape, -0.5)
+        product = (values[..., 0] + 0.5 * mu) / max(lam, 1e-300)
+        low = np.full(product.shape, -0.5)
         with np.errstate(invalid="ignore", over="ignore"):
-            high = np.minimum(-0.5 + np.sqrt(0.25 + room), 1e6)
+            high = np.minimum(-0.5 + np.sqrt(0.25 + product), 1e6)
             solvable = (high > low) & (excess(low) >= 0.0) & (excess(high) <= 0.0)
         high = np.where(solvable, high, low)
         for _ in range(100):  # halvings of at most 1e6: down to the spacing of the numbers

@@ -20,7 +20,7 @@ STRETCH = 32
 
 
 @functools.cache
-def _update_kernel(update, lanes, names, dimension, precision, n_state):
+def _update_kernel(update, vector_update, names, dimension, precision, n_state):
     """One kernel per law, dimension and precision; shapes and parameters are run-time values.
 
     lanes: straight-line form of `update`, with which points are taken in packs, or None. names: class of the law's
@@ -81,7 +81,8 @@ def _update_kernel(update, lanes, names, dimension, precision, n_state):
             tau_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(size(dimension)))]
             state_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(n_state))]
             A_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(dimension**2))]
-            held_p = [ti.Vector.zero(real, LANES) for _ in ti.static(range(held_numbers(lanes, size(dimension))))]
+            held_p = [ti.Vector.zero(real, LANES)
+                      for _ in ti.static(range(held_numbers(vector_update, size(dimension))))]
             work_p, count_p = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
             for lane in range(count):
                 write_lane(h_p, lane, h[first + lane])
@@ -89,7 +90,7 @@ def _update_kernel(update, lanes, names, dimension, precision, n_state):
             for step in range(increments.shape[1]):
                 for lane in range(count):
                     write_matrix_lane(A_p, lane, increments[first + lane, step])
-                update_pack(lanes, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
+                update_pack(vector_update, named(names, numbers), dt, h_p, state_p, A_p, tau_p, work_p, count_p, held_p)
                 for lane in range(count):
                     if count_p[lane] == REDO:
                         update_lane(
@@ -102,7 +103,7 @@ def _update_kernel(update, lanes, names, dimension, precision, n_state):
                     dissipation[first + lane, step] = work_p[lane]
                     iterations[first + lane, step] = count_p[lane]
 
-    return update_all if lanes is None else update_packs
+    return update_all if vector_update is None else update_packs
 
 
 @dataclass(frozen=True)
@@ -120,8 +121,8 @@ class Updated:
 class StressUpdate:
     """`law.update` for arrays. dimension 2 is plane strain; precision "f32" or "f64". Taichi must be running.
 
-    packed: take points in packs where the law has `lanes`, as a solver does; otherwise one by one, to the same results
-    but for round-off.
+    packed: take points in packs where the law has a `vector_update`, as a solver does; otherwise one by one, to the
+    same results but for round-off.
     """
 
     law: Law
@@ -131,7 +132,7 @@ class StressUpdate:
 
     def __init__(self, law: Law, dimension: int = 3, precision: Precision = "f64", packed: bool = True) -> None:
         self.law, self.dimension, self.precision = law, dimension, precision
-        self._lanes = law.lanes if packed else None
+        self._vector_update = law.vector_update if packed else None
         self.n_state = max(1, len(law.STATE))  # Taichi has no empty vectors: a law without state gets one idle number
         self._parameters = law.parameters()
 
@@ -142,7 +143,7 @@ class StressUpdate:
         return state
 
     def prepare(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Callable[[], Updated]:
-        """The update of `follow` as a function without arguments, to be called (and timed) as often as wanted."""
+        """The update of `integrate` as a function without arguments, to be called (and timed) as often as wanted."""
         with working_precision(self.precision) as (_, dtype):
             inputs = [np.ascontiguousarray(a, dtype) for a in (self._parameters, h, state, increments)]
         n, m = inputs[3].shape[:2]
@@ -155,7 +156,7 @@ class StressUpdate:
             iterations=np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
-            self.law.update, self._lanes, type(self._parameters), self.dimension, self.precision, self.n_state
+            self.law.update, self._vector_update, type(self._parameters), self.dimension, self.precision, self.n_state
         )
 
         def run():
@@ -165,11 +166,11 @@ class StressUpdate:
 
         return run
 
-    def follow(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Updated:
+    def integrate(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Updated:
         """Apply m successive increments A = f − I, (n, m, d, d), to n points with h (n, 6 or 4), state (n, n_state)."""
         return self.prepare(h, state, increments, dt)()
 
     def __call__(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Updated:
         """Apply one increment, (n, d, d), to each of n points."""
-        path = self.follow(h, state, np.asarray(increments)[:, None], dt)
+        path = self.integrate(h, state, np.asarray(increments)[:, None], dt)
         return Updated(path.h[:, 0], path.stress[:, 0], path.state[:, 0], path.dissipation[:, 0], path.iterations[:, 0])

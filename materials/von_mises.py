@@ -71,7 +71,7 @@ class VonMises(Law):
     hardening_modulus: NonNegative = 0.0  # H [Pa]
 
     update = staticmethod(von_mises_update(GENERAL))
-    lanes = staticmethod(von_mises_update(STRAIGHT))
+    vector_update = staticmethod(von_mises_update(STRAIGHT))
 
     @property
     def associated(self) -> bool:

@@ -7,7 +7,6 @@ from string import Template
 
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
-from snowmpm.scenes.library import FOLDER as LIBRARY
 from snowmpm.scenes.loader import find_scene
 from snowmpm.scenes.messages import shown
 
@@ -46,11 +45,6 @@ def copy_of(scene, name, folder):
             part.write_bytes(content)
         copied.append(here)
     return text, copied
-
-
-def is_library(scene):
-    """Whether a scene is one of the library."""
-    return find_scene(scene).parent == LIBRARY
 
 
 def quoted(text):

@@ -182,3 +182,23 @@ def test_keys_of_saw_tests_and_of_the_end_are_in_the_guide():
     guide = (ROOT / "scenes" / "README.md").read_text(encoding="utf-8")
     keys = {"initial.from", *(field for spec in (SawTest, WeakLayer, Stop) for field in spec.model_fields)}
     assert sorted(key for key in keys if not re.search(rf"`{re.escape(key)}[` ]", guide)) == []
+
+
+def words_of_names():
+    """Every name in the sources, and every string that could be one, as words: ContactBlocks -> contact blocks."""
+    names = {path.stem for path in SOURCES}
+    for tree in parsed().values():
+        for node in ast.walk(tree):
+            names |= {getattr(node, key, None) for key in ("id", "attr", "arg", "name")}
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.isidentifier():
+                names.add(node.value)
+    apart = (re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name) for name in names if name)
+    return "\n".join(" ".join(name.lower().strip("_").split("_")) for name in apart)
+
+
+def test_words_of_the_glossary_are_those_of_the_code():
+    table = (ROOT / "docs" / "developer.md").read_text(encoding="utf-8").partition("## Words")[2]
+    words = [word.strip() for row in re.findall(r"^\| ([^|]+) \|", table, re.MULTILINE)[1:] for word in row.split(",")]
+    names = words_of_names()
+    assert len(words) > 50
+    assert [word for word in words if not re.search(rf"\b{re.escape(word.lower())}(s|es)?\b", names)] == []

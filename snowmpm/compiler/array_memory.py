@@ -50,8 +50,8 @@ def view(array):
     lifetime.check(lifetime.start_of(array), "this array")
     shape, kind = tuple(array.arr.total_shape()), np.dtype(to_numpy_type(array.dtype))
     address = impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr)
-    room = (ctypes.c_char * (int(np.prod(shape, dtype=np.int64)) * kind.itemsize)).from_address(address)
-    return np.frombuffer(room, kind).reshape(shape)
+    buffer = (ctypes.c_char * (int(np.prod(shape, dtype=np.int64)) * kind.itemsize)).from_address(address)
+    return np.frombuffer(buffer, kind).reshape(shape)
 
 
 def _fill(array, values, as_vector=None):

@@ -1,7 +1,7 @@
 """How work is handed to threads.
 
 Taichi gives a thread of a CPU up to 512 consecutive iterations of a parallel loop at a time, so a loop over a few
-hundred blocks would run on one thread. Loops here run over `chunks(shares)` iterations of which every 512th is a
+hundred blocks would run on one thread. Loops here run over `chunks(chunk_bounds)` iterations of which every 512th is a
 worker; worker k takes the k-th contiguous chunk of the blocks. What a block computes does not depend on who computes
 it. A GPU's threads are many and slow: there every iteration is a worker, which takes a block or a few.
 
@@ -44,7 +44,7 @@ def spread():
     return 1 if runtime.fine_grained() else SPREAD
 
 
-def shares(cost):
+def chunk_bounds(cost):
     """Ends of chunks of about equal cost, (workers + 1,) from 0 to n, for blocks of the given costs (n,) > 0.
 
     Blocks are very unequal in a flow: a few hold most of the snow, thousands a few grains each.
@@ -57,7 +57,7 @@ def shares(cost):
     return np.concatenate([[0], ends, [len(total)]]).astype(np.int32)
 
 
-def alone(work=None):
+def runs_serially(work=None):
     """Whether one thread should do a loop itself, for `ti.loop_config(serialize=...)`.
 
     work: of a step, an estimate of its time on one thread [s]: where it is little, whatever the number of threads, so
@@ -70,14 +70,14 @@ def alone(work=None):
 
 
 @ti.func
-def chunks(shares: ti.template()):
+def chunks(chunk_bounds: ti.template()):
     """Length of that loop."""
-    return (shares.shape[0] - 1) * ti.static(spread())
+    return (chunk_bounds.shape[0] - 1) * ti.static(spread())
 
 
 @ti.func
 def is_worker(i):
-    """Whether turn i of that loop is a worker's."""
+    """Whether iteration i of that loop is a worker's."""
     return i % ti.static(spread()) == 0
 
 
@@ -88,7 +88,7 @@ def worker(i):
 
 
 @ti.func
-def chunk(i, shares: ti.template()):
+def chunk(i, chunk_bounds: ti.template()):
     """First and one-past-last block of the worker at iteration i."""
     k = worker(i)
-    return shares[k], shares[k + 1]
+    return chunk_bounds[k], chunk_bounds[k + 1]

@@ -43,22 +43,22 @@ class Forcing:
 
     def act(self, solver, dt):
         """Before the forces of a step of dt [s]: gravity, fields, damping; -> the time for which forces act [s]."""
-        settling = solver.keep < 1.0
+        settling = solver.damping_factor < 1.0
         time, span = (0.0, 0.0) if settling else (solver.time, dt)
         self._confined, self._c = None, 0.0
         if self.course:
             solver.set_gravity(self.course.mean(time, time + span))
         if self.damping and not settling:
             self._c = self.damping.coefficient(time, dt, solver.extremes.speed)
-        keep, pushed = decay(self._c, dt)
+        damping_factor, pushed = decay(self._c, dt)
         if self._c > 0.0:
-            self._slow(solver, keep)
+            self._slow(solver, damping_factor)
         # While an initial state settles, what acts is what acts at time zero
         shares = [(field, float(field.share(0.0, 1e-9) > 0.0) if settling else field.share(time, dt))
                   for field in self.fields]
         acting = [(field, share) for field, share in shares if share > 0.0]
         if acting:
-            self._push(solver, acting, time + 0.5 * span, keep, pushed)
+            self._push(solver, acting, time + 0.5 * span, damping_factor, pushed)
         return pushed
 
     def close(self, solver, dt):
@@ -72,19 +72,20 @@ class Forcing:
             if self._c > 0.0:
                 self.damping_work += 0.5 * math.tanh(self._c * dt) * (self._square + square)
 
-    def _slow(self, solver, keep):
-        """Keep the share `keep` of all motion."""
+    def _slow(self, solver, damping_factor):
+        """Keep the share `damping_factor` of all motion."""
         store = solver.particles
         momentum, self._square = self._sums(solver)
-        solver.add_impulse((keep - 1.0) * momentum)
-        self._kernels(solver).slow(store.reals, store.turn, keep, store.count)
+        solver.add_impulse((damping_factor - 1.0) * momentum)
+        self._kernels(solver).slow(store.reals, store.slot_offset, damping_factor, store.count)
         store.changes += 1
 
-    def _push(self, solver, acting, time, keep, pushed):
-        """Fields with their shares, at `time` [s], for the time `pushed` [s]; keep: what damping left of velocities."""
+    def _push(self, solver, acting, time, damping_factor, pushed):
+        """Fields with their shares, at `time` [s], for the time `pushed` [s]; damping_factor: what damping left
+        of velocities."""
         store, dim = solver.particles, solver.dim
         rows = self._read(solver)
-        x, v, volume, ratio = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / keep, rows[:, -2], rows[:, -1]
+        x, v, volume, ratio = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / damping_factor, *rows[:, -2:].T
         density = store.materials.density[store.material.to_numpy()[: store.count]]
         number = store.identity.to_numpy()[: store.count]
         acceleration, pressure = np.zeros(x.shape), np.zeros(len(x))
@@ -99,12 +100,12 @@ class Forcing:
             if field.on_surface:
                 pressure += share * field.pressure(x, time)
         gain, mass, kernels = pushed * acceleration, density * volume, self._kernels(solver)
-        kernels.push(store.reals, store.turn, gain, store.count)
+        kernels.push(store.reals, store.slot_offset, gain, store.count)
         # While an initial state settles, the step that follows takes its share of this, too
-        solver.add_impulse((mass @ gain) * (solver.keep if solver.DAMPED_IMPULSE else 1.0))
+        solver.add_impulse((mass @ gain) * (solver.damping_factor if solver.DAMPED_IMPULSE else 1.0))
         self.force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
         if pressure.any():
-            kernels.confine(store.reals, store.turn, ratio * pressure, store.count)
+            kernels.confine(store.reals, store.slot_offset, ratio * pressure, store.count)
             self._confined = pressure * volume, ratio
         store.changes += 1
 
@@ -112,14 +113,14 @@ class Forcing:
         """Local positions [cells], velocities [m/s], reference volume [m3] and J of the particles, in their rows."""
         store = solver.particles
         rows = np.empty((store.count, 2 * solver.dim + 2))
-        self._kernels(solver).read(store.reals, store.turn, rows, store.count)
+        self._kernels(solver).read(store.reals, store.slot_offset, rows, store.count)
         return rows
 
     def _sums(self, solver):
         """Momentum (dim,) [kg m/s] and twice the kinetic energy [J] of the particles."""
         store = solver.particles
         of_block = np.empty((len(store.blocks), solver.dim + 1))
-        self._kernels(solver).sums(store.reals, store.turn, store.material, store.materials.numbers, store.start,
+        self._kernels(solver).sums(store.reals, store.slot_offset, store.material, store.materials.numbers, store.start,
                                    solver.second_moment(), of_block, len(store.blocks))
         total = of_block.sum(axis=0)
         return total[:-1], float(total[-1])

@@ -17,15 +17,15 @@ def particle_kernels(layout, real):
     read: local position [cells], velocity, reference volume, J of each, into rows (n, 2 dim + 2)
     push: add `gain` (n, dim) [m/s] to the velocities
     confine: add `pressure` (n,) [Pa] to the normal Kirchhoff stresses
-    slow: keep the share `keep` of the velocities and their gradients
+    slow: keep the share `damping_factor` of the velocities and their gradients
     sums: of m v and of m (v^2 + D C:C) of each block, (blocks, dim + 1); second_moment: D [m2]
     """
     access, at, dim = accessors(layout), layout.offsets, layout.dim
 
     @taichi_kernel
-    def read(reals: ti.types.ndarray(), turn: int, rows: ti.types.ndarray(dtype=ti.f64, ndim=2), count: int):
+    def read(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray(dtype=ti.f64, ndim=2), count: int):
         for p in range(count):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             x, v = access.load(reals, places, p, at["position"], dim), access.load(reals, places, p, at["velocity"],
                                                                                    dim)
             for a in ti.static(range(dim)):
@@ -34,38 +34,39 @@ def particle_kernels(layout, real):
             rows[p, 2 * dim + 1] = ti.cast(access.load(reals, places, p, at["volume_ratio"], 1)[0], ti.f64)
 
     @taichi_kernel
-    def push(reals: ti.types.ndarray(), turn: int, gain: ti.types.ndarray(dtype=ti.f64, ndim=2), count: int):
+    def push(reals: ti.types.ndarray(), slot_offset: int, gain: ti.types.ndarray(dtype=ti.f64, ndim=2), count: int):
         for p in range(count):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             v = access.load(reals, places, p, at["velocity"], dim)
             for a in ti.static(range(dim)):
                 v[a] += ti.cast(gain[p, a], real)
             access.store(reals, places, p, at["velocity"], v)
 
     @taichi_kernel
-    def confine(reals: ti.types.ndarray(), turn: int, pressure: ti.types.ndarray(dtype=ti.f64, ndim=1), count: int):
+    def confine(reals: ti.types.ndarray(), slot_offset: int, pressure: ti.types.ndarray(dtype=ti.f64, ndim=1),
+                count: int):
         for p in range(count):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             tau = access.load(reals, places, p, at["stress"], layout.sym_size)
             for a in ti.static(range(3)):
                 tau[a] += ti.cast(pressure[p], real)
             access.store(reals, places, p, at["stress"], tau)
 
     @taichi_kernel
-    def slow(reals: ti.types.ndarray(), turn: int, keep: real, count: int):
+    def slow(reals: ti.types.ndarray(), slot_offset: int, damping_factor: real, count: int):
         for p in range(count):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             access.store(reals, places, p, at["velocity"],
-                         keep * access.load(reals, places, p, at["velocity"], dim))
+                         damping_factor * access.load(reals, places, p, at["velocity"], dim))
             access.store(reals, places, p, at["affine"],
-                         keep * access.load(reals, places, p, at["affine"], dim * dim))
+                         damping_factor * access.load(reals, places, p, at["affine"], dim * dim))
 
     @taichi_kernel
-    def sums(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
+    def sums(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
              start: ti.types.ndarray(), second_moment: ti.f64, of_block: ti.types.ndarray(dtype=ti.f64, ndim=2),
              n_blocks: int):
         for b in range(n_blocks):
-            places, total = access.places(reals, turn), ti.Vector.zero(ti.f64, dim + 1)
+            places, total = access.places(reals, slot_offset), ti.Vector.zero(ti.f64, dim + 1)
             for p in range(start[b], start[b + 1]):
                 v = ti.cast(access.load(reals, places, p, at["velocity"], dim), ti.f64)
                 C = ti.cast(access.load(reals, places, p, at["affine"], dim * dim), ti.f64)

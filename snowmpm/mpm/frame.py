@@ -31,5 +31,5 @@ class GridFrame(Frame):
         geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
         surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, tracked=True,
                           moving=not obstacle.still)
-        surface.follow(0.0, self.origin, self.dx)
+        surface.move_to(0.0, self.origin, self.dx)
         return surface

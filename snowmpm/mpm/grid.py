@@ -1,6 +1,6 @@
 """The grid of MPM, stored as one overlapping tile of nodes per occupied block.
 
-Tile b holds every node that a particle at home in block b can touch: nodes -1 .. EDGE + 2 of the block per axis (a
+Tile b holds every node that a particle of block b can touch: nodes -1 .. EDGE + 2 of the block per axis (a
 stencil of 3 nodes, a drift of one cell either way). Scatter and gather of a block touch only memory that is its own: no
 colours, no atomics, one parallel loop, and sums in an order that no thread count changes. A node lies in at most two
 tiles per axis; the grid update adds up its copies, advances it, and writes its velocity back to each.
@@ -15,10 +15,11 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, most_workers, shares, worker
+from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker, most_workers, worker
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.particles.store import LARGEST_INDEX
 
@@ -44,11 +45,11 @@ class TileGrid:
     """Tiles of the occupied blocks, and the node blocks that they cover.
 
     tiles_at[i], first_tile[n] <= i < first_tile[n + 1]: a tile that holds copies of node block n, and the step to its
-    block (`BlockMap.node_blocks`). boxes[tile]: first and one-past-last node along each of three axes that its
+    block (`BlockMap.node_blocks`). active_nodes[tile]: first and one-past-last node along each of three axes that its
     particles reach.
-    nodes: scratch for the sums of a node block, one a worker, and from `room` on the nodes of the contact blocks
-    (`ContactBlocks`), which stay there until every surface has acted. node_shares: the node blocks, cut into chunks of
-    about equal work.
+    nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
+    blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
+    into chunks of about equal work.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
@@ -61,25 +62,25 @@ class TileGrid:
         self.bodies = bodies
         self.joins = joins
         self.tiles = self.impulses = self.nodes = None
-        self._per_block = (2 if flip else 1) * EDGE[dim] ** dim
-        self.room = self._per_block * most_workers()
+        self._block_stride = block_stride(dim, flip)
+        self.contact_offset = self._block_stride * most_workers()
 
-    def fit(self, blocks):
+    def rebuild(self, blocks):
         """Follow a new block map."""
         dim = self.dim
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
         self._node_blocks = keys, coordinates, blocks.keys_of
-        self.fit_contact()
+        self.rebuild_contact()
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
         self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
-        self.node_shares = int_array(shares(np.diff(start) + NODE_BLOCK_COST))
-        self.boxes = self._whole_tiles(self.n_tiles)
-        self.tiles = self._room(self.tiles, self.n_tiles * TILE[dim] ** dim)
-        self.impulses = self._room(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
+        self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
+        self.active_nodes = self._whole_tiles(self.n_tiles)
+        self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
+        self.impulses = self._reserved(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
 
-    def fit_contact(self):
+    def rebuild_contact(self):
         """Follow surfaces that have moved."""
         keys, coordinates, keys_of = self._node_blocks
         met, places = False, places_of(keys, self.dim)
@@ -88,32 +89,32 @@ class TileGrid:
             met = count[place] > 1
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
         if self.bodies:
-            self.bodies.fit(places, fields_of(keys, self.dim), self.contact.index_of)
-        self.nodes = self._room(self.nodes, self.room + self._per_block * self.contact.n)
+            self.bodies.rebuild(places, fields_of(keys, self.dim), self.contact.index_of)
+        self.nodes = self._reserved(self.nodes, self.contact_offset + self._block_stride * self.contact.n)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
 
-    def act(self, dx):
-        """Let bodies that meet, then every surface act on the nodes of the contact blocks."""
+    def apply_contact(self, dx):
+        """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks."""
         if self.bodies:
-            self.bodies.act(self, dx)
+            self.bodies.apply_contact(self, dx)
         for surface, active in zip(self.surfaces, self.contact.active, strict=True):
             if active:
-                surface.act(self, dx)
+                surface.apply_contact(self, dx)
 
-    def _room(self, array, nodes):
+    def _reserved(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""
         if array is not None and array.shape[0] >= nodes:
             return array
         if nodes > MOST_NODES:
             raise SimulationError(f"the grid needs {nodes:,} nodes; {MOST_NODES:,} at most fit the 32-bit "
                                   "indices of Taichi's arrays; choose a larger solver.dx")
-        room = min(int(1.25 * nodes) + 64, MOST_NODES)
-        return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (room,))
+        capacity = min(int(1.25 * nodes) + 64, MOST_NODES)
+        return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (capacity,))
 
     def _whole_tiles(self, n):
-        """Boxes that leave no node of a tile out, until the particles tell which ones they reach."""
+        """Active nodes that leave none of a tile out, until the particles tell which ones they reach."""
         flat = 3 - self.dim
         return int_array(np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim, (n, 6)))
 
@@ -123,7 +124,7 @@ class TileGrid:
         real = np.dtype(DTYPES[self.precision][1]).itemsize
         nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.nodes.shape[0]
         nodes += sum(surface.geometry.array.shape[0] for surface in self.surfaces if surface.geometry.stored)
-        tables = self.first_tile, self.tiles_at, self.node_coordinates, self.boxes
+        tables = self.first_tile, self.tiles_at, self.node_coordinates, self.active_nodes
         integers = sum(np.prod(table.shape) for table in tables)
         return 4 * real * nodes + 4 * int(integers) + sum(surface.bytes for surface in self.surfaces)
 
@@ -138,38 +139,39 @@ def grid_kernels(dim, real, flip, serial):
 
     A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
     its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
-    that particles reach are touched. In 2-D the first of three axes is one node wide.
+    of active nodes are touched. In 2-D the first of three axes is one node wide.
     """
     edge, tile_edge = EDGE[dim], TILE[dim]
     vec4 = ti.types.vector(4, real)
     n_nodes = edge**dim
     stride = tile_strides(dim)
-    stride_of_block = (2 if flip else 1) * n_nodes
+    contact_stride = block_stride(dim, flip)
 
     @ti.func
-    def common_box(boxes: ti.template(), tile, step):
+    def common_box(active_nodes: ti.template(), tile, step):
         """First and one-past-last of a block's nodes in the box of the tile one step from it; where its node 0 is."""
         first, last, address = ti.Vector([0, 0, 0]), ti.Vector([1, 1, 1]), tile * tile_edge**dim
         for a in ti.static(range(3 - dim, 3)):
             to_tile = 1 - edge * step_along(step, a + dim - 3)
-            first[a] = ti.max(0, boxes[tile, a] - to_tile)
-            last[a] = ti.min(edge, boxes[tile, 3 + a] - to_tile)
+            first[a] = ti.max(0, active_nodes[tile, a] - to_tile)
+            last[a] = ti.min(edge, active_nodes[tile, 3 + a] - to_tile)
             address += to_tile * ti.static(stride[a])
         return first, last, address
 
     @ti.func
     def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
-                 boxes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(), impulses: ti.template()):
+                 active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(),
+                 impulses: ti.template()):
         """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
         that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
             step = tiles_at[e, 1]
-            first, last, address = common_box(boxes, tiles_at[e, 0], step)
+            first, last, address = common_box(active_nodes, tiles_at[e, 0], step)
             if (last > first).all():
                 if ti.static(gathering):
                     if found == 0:
-                        for q in range(stride_of_block):
+                        for q in range(contact_stride):
                             nodes[sums + q] = vec4(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
@@ -209,23 +211,25 @@ def grid_kernels(dim, real, flip, serial):
 
     @taichi_kernel
     def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                    boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
+                    active_nodes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
-                    keep: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
-                    n_node_blocks: int, shares: ti.types.ndarray()):
+                    damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
+                    n_node_blocks: int, chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
-                pull = ti.Vector.zero(real, dim)
+                first, last = chunk(i, chunk_bounds)
+                g = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
-                    pull[a] = ti.cast(gravity[a], real)
+                    g[a] = ti.cast(gravity[a], real)
                 for n in range(first, last):
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
-                    sums = ti.select(touching >= 0, room + touching * stride_of_block, worker(i) * stride_of_block)
-                    found, least, most = exchange(True, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
+                    sums = ti.select(touching >= 0, contact_offset + touching * contact_stride,
+                                     worker(i) * contact_stride)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
+                                                  impulses)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
                             nodes[sums + q] = vec4(0.0)
@@ -239,7 +243,7 @@ def grid_kernels(dim, real, flip, serial):
                                 v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[3]
                                 for a in ti.static(range(dim)):
                                     v[a] = (node[a] + internal[a]) * per_mass
-                                v = (v + dt * pull) * keep
+                                v = (v + dt * g) * damping_factor
                                 if n_loads > 0:
                                     at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
                                     for a in ti.static(range(dim)):
@@ -256,7 +260,7 @@ def grid_kernels(dim, real, flip, serial):
                                     before = node / node[3]
                                     nodes[sums + n_nodes + q] = ti.select(touching >= 0, before, result - before)
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
+                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=ti.static(in_order()))
@@ -266,18 +270,18 @@ def grid_kernels(dim, real, flip, serial):
 
     @taichi_kernel
     def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                   boxes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int,
+                   active_nodes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
-                   shares: ti.types.ndarray()):
+                   chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
+                first, last = chunk(i, chunk_bounds)
                 for c in range(first, last):
-                    sums, n = room + c * stride_of_block, node_block[c]
+                    sums, n = contact_offset + c * contact_stride, node_block[c]
                     if ti.static(flip):
                         for q in range(n_nodes):
                             nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]
-                    exchange(False, n, first_tile, tiles_at, boxes, nodes, sums, tiles, impulses)
+                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses)
 
     return update_grid, write_back

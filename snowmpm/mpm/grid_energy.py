@@ -31,11 +31,11 @@ def grid_kinetic_energy(grid):
 
 def _reached(grid, size):
     """Nodes of each tile that its particles reach (n, size, ...): the others hold what was there before."""
-    boxes = grid.boxes.to_numpy()[: grid.n_tiles]
+    active_nodes = grid.active_nodes.to_numpy()[: grid.n_tiles]
     inside = np.ones((grid.n_tiles, *[size] * grid.dim), bool)
     for axis in range(grid.dim):
         column = 3 - grid.dim + axis
         along = np.arange(size).reshape([-1 if a == axis else 1 for a in range(grid.dim)])
-        first, last = (boxes[:, c].reshape(-1, *[1] * grid.dim) for c in (column, 3 + column))
+        first, last = (active_nodes[:, c].reshape(-1, *[1] * grid.dim) for c in (column, 3 + column))
         inside &= (along >= first) & (along < last)
     return inside

@@ -14,14 +14,14 @@ from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.step_report import BAD, larger, particle_report
 
 FARTHEST_STEP = 1.5
-"""Cells beyond the stencil's home limit that a sort can still bring back; farther means an unstable step."""
+"""Cells beyond the stencil's drift limit that a sort can still bring back; farther means an unstable step."""
 
 
 @functools.cache
 def report_functions(dim, real, basis):
     """Taichi functions that judge one particle and gather what is found of many."""
     edge, tile_edge, stencil = EDGE[dim], TILE[dim], STENCILS[basis]
-    farthest = 0.5 * edge + stencil.home_limit + FARTHEST_STEP
+    farthest = 0.5 * edge + stencil.drift_limit + FARTHEST_STEP
     of_particle = particle_report(real)
 
     @ti.func
@@ -37,17 +37,17 @@ def report_functions(dim, real, basis):
 
     @ti.func
     def excursion(lowest, highest):
-        """Largest distance from home [cells] of positions between these."""
+        """Largest distance from the owner block [cells] of positions between these."""
         return ti.max(0.0, (0.5 - lowest).max(), (highest - (edge + 0.5)).max())
 
     @ti.func
-    def store_box(boxes: ti.template(), b, lowest, highest):
+    def store_active_nodes(active_nodes: ti.template(), b, lowest, highest):
         """The nodes of the tile that stencils of positions between these touch."""
         for a in ti.static(range(dim)):
             first = ti.floor(lowest[a] - stencil.reach, ti.i32) + 1
             last = ti.floor(highest[a] - stencil.reach, ti.i32) + 1 + stencil.width
-            boxes[b, 3 - dim + a] = ti.max(0, first)
-            boxes[b, 6 - dim + a] = ti.min(tile_edge, last)
+            active_nodes[b, 3 - dim + a] = ti.max(0, first)
+            active_nodes[b, 6 - dim + a] = ti.min(tile_edge, last)
 
-    return SimpleNamespace(judge=judge, excursion=excursion, store_box=store_box,
+    return SimpleNamespace(judge=judge, excursion=excursion, store_active_nodes=store_active_nodes,
                            add_row=of_particle.add_row)

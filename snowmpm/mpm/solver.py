@@ -4,7 +4,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
-from snowmpm.compiler.parallel import alone
+from snowmpm.compiler.parallel import runs_serially
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
@@ -14,7 +14,7 @@ from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
-from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL, critical_cfl, grain_stiffness, usual_cfl
@@ -64,15 +64,15 @@ class MpmSolver(Solver):
         self.surfaces = [*ground, *frame.sides(sides), *self.obstacles]
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, home_limit=STENCILS[kernel].home_limit, second_moment=self.second_moment(), period=period,
-            keep_block_of=self.atomic)
+            gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
+            period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
-        self._serial = alone(PARTICLE_TIME[dim] * len(population.volumes))
+        self._serial = runs_serially(PARTICLE_TIME[dim] * len(population.volumes))
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         self._bind_kernels()
         self._reports = self._impulses = None
-        self._follow_blocks()
+        self._rebuild_for_blocks()
 
     @classmethod
     def of(cls, population, laws, options, **setting):
@@ -108,32 +108,33 @@ class MpmSolver(Solver):
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
-        home, work = self._work()
-        self._scatter(store.reals, store.turn, store.material, self.materials.numbers, home, grid.boxes, grid.tiles,
-                      grid.impulses, dt, self.dx, grid.n_tiles, work)
+        owners, work = self._work()
+        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
+                      grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
         # While an initial state settles, nothing is set in motion yet
-        place = self.time + dt if self.keep == 1.0 else -1.0
-        strayed = [surface.follow(place, self.frame.origin, self.dx) for surface in self.obstacles if surface.moving]
+        place = self.time + dt if self.damping_factor == 1.0 else -1.0
+        strayed = [surface.move_to(place, self.frame.origin, self.dx) for surface in self.obstacles if surface.moving]
         if any(strayed):
-            grid.fit_contact()
-        self._update(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile, grid.tiles_at,
-                     grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed, self.keep,
-                     self._impulses, self._loaded, self._n_loads, grid.n_node_blocks, grid.node_shares)
+            grid.rebuild_contact()
+        self._update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+                     grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
+                     self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_node_blocks,
+                     grid.node_chunk_bounds)
         if grid.contact.n:
-            grid.act(self.dx)
-            self._write_back(grid.tiles, grid.impulses, grid.boxes, grid.nodes, grid.room, grid.first_tile,
-                             grid.tiles_at, grid.contact.node_block, grid.contact.shares)
+            grid.apply_contact(self.dx)
+            self._write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset,
+                             grid.first_tile, grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
-        home, work = self._work()
-        report = np.zeros(report_of.N_REPORT)
-        self._gather(store.reals, store.turn, store.material, self.materials.numbers, self.materials.law_of, home,
-                     grid.boxes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
-                     grid.n_tiles, work)
+        owners, work = self._work()
+        report = np.zeros(step_report.N_REPORT)
+        self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
+                     owners, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
+                     report, grid.n_tiles, work)
         self._read(report)
 
     @property
@@ -143,30 +144,31 @@ class MpmSolver(Solver):
 
     def _read(self, report):
         super()._read(report)
-        self.particles.drift = report[report_of.EXCURSION]
+        self.particles.drift = report[step_report.EXCURSION]
 
     def sort(self):
-        """Bring every particle home to its block; those outside the domain are removed and counted."""
+        """Bring every particle to its block; those outside the domain are removed and counted."""
         self.particles.sort(self.extremes.speed)
-        self._follow_blocks()
+        self._rebuild_for_blocks()
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
-        self._follow_blocks()
+        self._rebuild_for_blocks()
 
-    def _follow_blocks(self):
+    def _rebuild_for_blocks(self):
         blocks = self.particles.blocks
-        self.grid.fit(blocks)
+        self.grid.rebuild(blocks)
         if self._reports is None or self._reports.shape[0] < max(1, len(blocks)):
-            self._reports = ti.ndarray(ti.f64, (int(1.25 * len(blocks)) + 8, report_of.N_REPORT))
+            self._reports = ti.ndarray(ti.f64, (int(1.25 * len(blocks)) + 8, step_report.N_REPORT))
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
             self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
 
     def _work(self):
-        """Particles by block and the shares of the CPU's threads, or the block of each particle and their number."""
+        """Which block owns which particles, and how the work is cut: first particles and chunks for the threads of a
+        CPU, or the block of each particle and their number."""
         particles = self.particles
-        return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.shares)
+        return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.chunk_bounds)
 
     def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
@@ -248,7 +250,7 @@ class MpmSolver(Solver):
         Raises InputError when it does not fit.
         """
         super().restore(state)
-        self._follow_blocks()
+        self._rebuild_for_blocks()
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
         if self.grid.bodies:

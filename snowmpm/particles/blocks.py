@@ -1,11 +1,11 @@
 """The cell sort: particles grouped by blocks of cells, and only blocks that hold some are stored.
 
-A block is `EDGE[dim]` cells wide. A particle's home is the block of its base node, floor(x - 1/2); its position is kept
-relative to that block, so it may drift as far out of its home as its stencil allows (`Stencil.home_limit`: a cell of
-the quadratic one, half a cell of the cubic one) before the particles must be sorted again. A sort gives fast particles
-the home that they will reach next (LEAD), which makes the next sort come half as soon. It moves a particle at most one
-block, so it is a counting sort over (old block, step to a neighbour) pairs: stable, without atomics, the same for any
-number of threads.
+A block is `EDGE[dim]` cells wide. A particle's owner is the block of its base node, floor(x - 1/2); its position is
+kept relative to that block, so it may drift as far out of its owner as its stencil allows (`Stencil.drift_limit`: a
+cell of the quadratic one, half a cell of the cubic one) before the particles must be sorted again. A sort gives fast
+particles the owner that they will reach next (LEAD), which makes the next sort come half as soon. It moves a particle
+at most one block, so it is a counting sort over (old block, step to a neighbour) pairs: stable, without atomics, the
+same for any number of threads.
 """
 
 import functools
@@ -23,8 +23,8 @@ EDGE = {2: 8, 3: 4}
 layer a few cells thick."""
 
 LEAD = 0.9
-"""Share of its home limit that the fastest particle is sorted ahead of itself, slower ones in proportion; 1 would leave
-no drift back."""
+"""Share of its drift limit that the fastest particle is sorted ahead of itself, slower ones in proportion; 1 would
+leave no drift back."""
 
 _RADIX = 1 << 20
 
@@ -60,7 +60,7 @@ def places_of(keys, dim):
     return keys % _RADIX**dim
 
 
-def _brought_home(coordinates, period):
+def _within_period(coordinates, period):
     """Block coordinates (n, dim) within the period of those axes that have one."""
     if period is None:
         return coordinates
@@ -72,7 +72,7 @@ def neighbour_steps(dim):
     return np.array(list(itertools.product((-1, 0, 1), repeat=dim)))
 
 
-def home_block(cells, edge):
+def owner_block(cells, edge):
     """Block of the base node of positions in cells (n, dim), and positions relative to it."""
     block = np.floor_divide(np.floor(cells - 0.5).astype(np.int64), edge)
     return block, cells - edge * block
@@ -95,15 +95,15 @@ class BlockMap:
         return len(self.keys)
 
     def keys_of(self, coordinates, field):
-        """Keys of block coordinates (n, dim), which are brought home where the domain is periodic, of fields (n,)."""
-        return keys_of(_brought_home(coordinates, self.period), field)
+        """Keys of block coordinates (n, dim), taken into the period where the domain is periodic, of fields (n,)."""
+        return keys_of(_within_period(coordinates, self.period), field)
 
     @classmethod
     def from_cells(cls, cells, dim, period=None, field=0):
         """Group positions [cells] (n, dim) of velocity fields (n,): -> map, order of the particles, positions relative
         to their blocks."""
-        block, local = home_block(cells, EDGE[dim])
-        keys = keys_of(_brought_home(block, period), field)
+        block, local = owner_block(cells, EDGE[dim])
+        keys = keys_of(_within_period(block, period), field)
         order = np.argsort(keys, kind="stable")
         unique, counts = np.unique(keys, return_counts=True)
         return cls(unique, counts, dim, period), order, local[order]
@@ -165,7 +165,7 @@ def sort_kernels(layout):
 
     @ti.func
     def step_to(x, v, ahead, lead, block, coordinates: ti.template(), lower: ti.template(), upper: ti.template()):
-        """Index of the step from a block to the home of local position x; -1 outside [lower, upper) cells.
+        """Index of the step from a block to the owner of local position x; -1 outside [lower, upper) cells.
 
         ahead: time [cells / (m/s)] by which a particle is sorted ahead of itself; lead: at most so many cells.
         """
@@ -181,14 +181,15 @@ def sort_kernels(layout):
         return ti.select(inside == 1, code, -1)
 
     @taichi_kernel
-    def count_moves(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), coordinates: ti.types.ndarray(),
-                    lower: ti.types.ndarray(), upper: ti.types.ndarray(), ahead: ti.f64, lead: ti.f64,
-                    counts: ti.types.ndarray(), target: ti.types.ndarray(), shares: ti.types.ndarray()):
+    def count_moves(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+                    coordinates: ti.types.ndarray(), lower: ti.types.ndarray(), upper: ti.types.ndarray(),
+                    ahead: ti.f64, lead: ti.f64, counts: ti.types.ndarray(), target: ti.types.ndarray(),
+                    chunk_bounds: ti.types.ndarray()):
         """How many particles of a block take which step; leaves the step of each in `target`."""
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
-                places = access.places(reals, turn)
+                first, last = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 for b in range(first, last):
                     for s in range(3**dim):
                         counts[b, s] = 0
@@ -201,13 +202,13 @@ def sort_kernels(layout):
                             counts[b, s] += 1
 
     @taichi_kernel
-    def aim(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
-            target: ti.types.ndarray(), shares: ti.types.ndarray()):
-        """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new home."""
-        for i in range(chunks(shares)):
+    def aim(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), next_row: ti.types.ndarray(),
+            target: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
+        """Turn the steps in `target` into rows, from `next_row` on, and positions into those from the new owner."""
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first, last = chunk(i, shares)
-                places = access.places(reals, turn)
+                first, last = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 for b in range(first, last):
                     for p in range(start[b], start[b + 1]):
                         code = target[p]

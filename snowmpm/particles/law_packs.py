@@ -11,7 +11,7 @@ from snowmpm.particles.response import response_functions
 
 def most_held(laws, entries, width=LANES):
     """Numbers a lane that the laws of a scene hold in `pack["held"]`. entries: of a symmetric tensor."""
-    return max(held_numbers(law.lanes, entries) for law in laws) if width == LANES else 0
+    return max(held_numbers(law.vector_update, entries) for law in laws) if width == LANES else 0
 
 
 @functools.cache
@@ -23,8 +23,8 @@ def law_functions(layout, real, laws, width=LANES):
     and, where a law stiffens, strain and wave2, where one has bonds, breaks; held: `most_held` arrays for the laws
     themselves.
     """
-    n_laws, updates, lanes = len(laws), [law.update for law in laws], [law.lanes for law in laws]
-    has_lanes = [function is not None and width == LANES for function in lanes]
+    n_laws, updates, vector_update = len(laws), [law.update for law in laws], [law.vector_update for law in laws]
+    has_vector_update = [function is not None and width == LANES for function in vector_update]
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
     particle = response_functions(layout, real, laws)
@@ -40,9 +40,9 @@ def law_functions(layout, real, laws, width=LANES):
                 alike = 0
         if alike == 1:
             for k in ti.static(range(n_laws)):
-                if ti.static(has_lanes[k]):  # noqa: SIM102 (one is compile time)
+                if ti.static(has_vector_update[k]):  # noqa: SIM102 (one is compile time)
                     if law_of[common] == k:
-                        update_pack(lanes[k], particle.parameters_of(k, materials, common), dt, pack["h"],
+                        update_pack(vector_update[k], particle.parameters_of(k, materials, common), dt, pack["h"],
                                     pack["state"], pack["A"], pack["tau"], work, iterations, pack["held"])
         left = 0
         for lane in range(width):

@@ -24,7 +24,7 @@ class LawFunctions(NamedTuple):
     and its BONDS, None without bonds that break."""
 
     update: Callable
-    lanes: Callable | None
+    vector_update: Callable | None
     stiffness: Callable | None
     names: type
     bonds: int | None
@@ -33,7 +33,7 @@ class LawFunctions(NamedTuple):
     def of(cls, law):
         """Those of a law."""
         bonds = law.BONDS if law.bonds_last_below > 0.0 else None
-        return cls(law.update, law.lanes, law.stiffness, type(law.parameters()), bonds)
+        return cls(law.update, law.vector_update, law.stiffness, type(law.parameters()), bonds)
 
 
 class MaterialTable:

@@ -25,12 +25,12 @@ def plan_sums_kernel(layout, real):
     access = accessors(layout)
 
     @taichi_kernel
-    def add_up(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
+    def add_up(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), sums: ti.types.ndarray(), width: ti.f64,
                low_x: ti.f64, low_y: ti.f64, first_i: int, first_j: int, n_blocks: int):
         ti.loop_config(serialize=True)
         for b in range(n_blocks):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             for p in range(start[b], start[b + 1]):
                 x = access.load(reals, places, p, at["position"], 2)
                 i = ti.floor((ti.cast(edge * coordinates[b, 0], ti.f64) + x[0] - low_x) / width, ti.i32) - first_i
@@ -58,6 +58,6 @@ def plan_sums(store, lower, cell, shape):
     sums = np.zeros((*(high - low), 4))
     with runtime.precision(store.precision):
         plan_sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
-            store.reals, store.turn, store.material, store.materials.numbers, store.start, store.coordinates, sums,
-            width, *corner.tolist(), *low.tolist(), len(store.blocks))
+            store.reals, store.slot_offset, store.material, store.materials.numbers, store.start, store.coordinates,
+            sums, width, *corner.tolist(), *low.tolist(), len(store.blocks))
     return tuple(slice(first, last) for first, last in zip(low, high, strict=True)), sums

@@ -21,16 +21,16 @@ NOWHERE = -1
 
 @functools.cache
 def probe_kernel(layout, real):
-    """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, home block to `blocks`."""
+    """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, owner block to `blocks`."""
     dim = layout.dim
     access = accessors(layout)
 
     @taichi_kernel
-    def probe(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
+    def probe(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), row_of: ti.types.ndarray(), rows: ti.types.ndarray(),
               blocks: ti.types.ndarray(), n_blocks: int):
         for b in range(n_blocks):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             for p in range(start[b], start[b + 1]):
                 row = row_of[identity[p]]
                 if row >= 0:
@@ -68,7 +68,7 @@ class Probe:
         self._blocks[:] = np.iinfo(np.int32).min
         with runtime.precision(store.precision):
             probe_kernel(store.layout, runtime.DTYPES[store.precision][0])(
-                store.reals, store.turn, store.identity, store.start, store.coordinates, self._row_of,
+                store.reals, store.slot_offset, store.identity, store.start, store.coordinates, self._row_of,
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 

@@ -15,9 +15,9 @@ def push_kernel(layout, real):
     velocity = layout.offsets["velocity"]
 
     @taichi_kernel
-    def push(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(),
+    def push(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(),
              gain: ti.types.ndarray(dtype=real, ndim=1), first: int, last: int, count: int):
-        places = access.places(reals, turn)
+        places = access.places(reals, slot_offset)
         for p in range(count):
             if first <= identity[p] < last:
                 v = access.load(reals, places, p, velocity, dim)

@@ -34,10 +34,10 @@ def sever_kernel(layout, real):
         return best
 
     @ti.kernel
-    def sever(reals: ti.types.ndarray(), turn: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
+    def sever(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), line: ti.types.ndarray(dtype=real, ndim=2), radius: real, first: int,
               last: int, state: ti.types.ndarray(dtype=real, ndim=1), n_blocks: int) -> int:
-        hit, places = 0, access.places(reals, turn)
+        hit, places = 0, access.places(reals, slot_offset)
         for b in range(n_blocks):
             for p in range(start[b], start[b + 1]):
                 if first <= identity[p] < last:

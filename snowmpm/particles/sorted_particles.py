@@ -1,10 +1,10 @@
-"""The particles of a simulation in the order of the blocks that they are at home in; what left is accounted for."""
+"""The particles of a simulation in the order of the blocks that own them; what left is accounted for."""
 
 import numpy as np
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array, real_array
-from snowmpm.compiler.parallel import shares
+from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.particles.contract import Particles
@@ -34,9 +34,9 @@ class SortedParticles(ParticleStore, Particles):
     that did not leave the domain but were taken out. repeats (dim,): whether the domain is periodic along each axis.
     """
 
-    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, home_limit, second_moment,
+    def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
                  period=None, keep_block_of=False):
-        """limits: (lower, upper) cells beyond which a particle has left; home_limit: `Stencil.home_limit`;
+        """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
         second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s.
         """
         self.dim = len(origin)
@@ -44,7 +44,7 @@ class SortedParticles(ParticleStore, Particles):
         self.materials = MaterialTable(laws, precision)
         self._limits, self._second_moment = limits, second_moment
         self._bounds = [real_array(limit) for limit in limits]
-        self._home_limit, self._keep_block_of = home_limit, keep_block_of
+        self._drift_limit, self._keep_block_of = drift_limit, keep_block_of
         self._period = np.zeros(self.dim, np.int64) if period is None else period
         self.repeats = self._period > 0
         self._gravity = np.where(self.repeats, 0.0, gravity)
@@ -65,12 +65,12 @@ class SortedParticles(ParticleStore, Particles):
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(self.dim)}
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
-        self._follow(blocks)
+        self._rebuild_for(blocks)
 
-    def _follow(self, blocks, drift=0.0):
+    def _rebuild_for(self, blocks, drift=0.0):
         self.blocks, self.drift = blocks, drift
         self.start, self.coordinates = int_array(blocks.start), int_array(blocks.coordinates)
-        self.shares = int_array(shares(np.diff(blocks.start) + BLOCK_COST))
+        self.chunk_bounds = int_array(chunk_bounds(np.diff(blocks.start) + BLOCK_COST))
         if self._keep_block_of:
             self.block_of = int_array(np.repeat(np.arange(len(blocks)), np.diff(blocks.start)))
 
@@ -83,19 +83,19 @@ class SortedParticles(ParticleStore, Particles):
     @property
     def strayed(self):
         """Whether some particle may be out of reach of its block's tile, so that they must be sorted."""
-        return self.drift >= self._home_limit
+        return self.drift >= self._drift_limit
 
     def sort(self, speed):
-        """Bring every particle home to its block; those outside the limits are removed and counted.
+        """Bring every particle to its block; those outside the limits are removed and counted.
 
         speed: of the fastest one [m/s], which is sorted furthest ahead of itself (`LEAD`).
         """
         blocks = self.blocks
         counts = int_array(np.zeros((len(blocks), 3**self.dim)))
-        lead = LEAD * self._home_limit
+        lead = LEAD * self._drift_limit
         ahead = lead / max(speed, 1e-30)
-        self._count_moves(self.reals, self.turn, self.start, self.coordinates, *self._bounds, ahead, lead,
-                          counts, self.target, self.shares)
+        self._count_moves(self.reals, self.slot_offset, self.start, self.coordinates, *self._bounds, ahead, lead,
+                          counts, self.target, self.chunk_bounds)
         counts = counts.to_numpy()[: len(blocks)]
         alive = int(counts.sum())
         if alive < self.count:
@@ -109,10 +109,10 @@ class SortedParticles(ParticleStore, Particles):
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._aim(self.reals, self.turn, self.start, int_array(target), self.target, self.shares)
+        self._aim(self.reals, self.slot_offset, self.start, int_array(target), self.target, self.chunk_bounds)
         self.move(alive)
-        self._follow(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
-                              self._period))
+        self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
+                                   self._period))
         self.sorts += 1
 
     def remove(self, gone):
@@ -121,11 +121,11 @@ class SortedParticles(ParticleStore, Particles):
         self._tally_removed(~keep)
         self.removed["taken"] += self.removed["mass"] - before
         table, labels = self.table()[keep], self.labels()[keep]
-        home = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
-        counts = np.bincount(home, minlength=len(self.blocks))
+        owner_block = np.repeat(np.arange(len(self.blocks)), np.diff(self.blocks.start))[keep]
+        counts = np.bincount(owner_block, minlength=len(self.blocks))
         filled = counts > 0
         self.replace(table, labels)
-        self._follow(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
+        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
 
     def sever(self, line, radius, numbers, state):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
@@ -135,16 +135,16 @@ class SortedParticles(ParticleStore, Particles):
         line = np.ascontiguousarray((line - self.origin[:-1]) / self.dx, numpy_real)
         with runtime.precision(self.precision):
             return sever_kernel(self.layout, real)(
-                self.reals, self.turn, self.identity, self.start, self.coordinates, line, radius / self.dx, *numbers,
-                np.array(state, numpy_real), len(self.blocks))
+                self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
+                *numbers, np.array(state, numpy_real), len(self.blocks))
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""
         self.changes += 1
         real, numpy_real = runtime.DTYPES[self.precision]
         with runtime.precision(self.precision):
-            push_kernel(self.layout, real)(self.reals, self.turn, self.identity, np.asarray(gain, numpy_real), *numbers,
-                                           self.count)
+            push_kernel(self.layout, real)(self.reals, self.slot_offset, self.identity, np.asarray(gain, numpy_real),
+                                           *numbers, self.count)
 
     def _tally_removed(self, gone):
         removed, mass = self.removed, self.masses()[gone]
@@ -196,8 +196,8 @@ class SortedParticles(ParticleStore, Particles):
         that they belong to."""
         local = self.column("position") if local is None else local
         blocks = blocks or self.blocks
-        home = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
-        cells = EDGE[self.dim] * home + local
+        owner_block = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
+        cells = EDGE[self.dim] * owner_block + local
         length = EDGE[self.dim] * self._period
         return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 
@@ -231,12 +231,12 @@ class SortedParticles(ParticleStore, Particles):
                 labels[:, MATERIAL].max(initial=0) >= len(self.materials.laws)):
             raise InputError("the particles of the checkpoint are of materials that the scene does not have")
         # Kernels go by both without looking: what lies elsewhere would be written there. Particles that strayed in the
-        # last step, which crosses a cell at most, are brought home before the next one
-        home, limit = reals[:, self.layout.columns("position")] - 0.5, self._home_limit + ROUND_OFF
-        limit += 1.0 if state["excursion"] >= self._home_limit else 0.0
-        near = (home >= -limit) & (home <= EDGE[self.dim] + limit)
+        # last step, which crosses a cell at most, are sorted before the next one
+        base, limit = reals[:, self.layout.columns("position")] - 0.5, self._drift_limit + ROUND_OFF
+        limit += 1.0 if state["excursion"] >= self._drift_limit else 0.0
+        near = (base >= -limit) & (base <= EDGE[self.dim] + limit)
         if not near.all() or len(keys) != len(starts) - 1 or (np.diff(keys) <= 0).any() or starts[0] != 0:
             raise InputError("the particles of the checkpoint are not in its blocks")
         self.replace(reals, labels)
-        self._follow(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
+        self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
         self.sorts, self.mass, self.removed = state["sorts"], state["mass"], {"taken": 0.0, **state["removed"]}

@@ -4,9 +4,9 @@ A particle's numbers are cut into tables, a row per particle on a CPU (the numbe
 faster scatter than a column each, measured) and a column per particle on a GPU (coalesced). All tables lie in one array
 of slots, one slot more than there are tables: a sort moves the first table to the free slot, the second one to the slot
 that became free, and so on, so that it needs room for one more table, not for all of them. Table t lies in slot
-(t + turn) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
+(t + slot_offset) modulo the number of slots. Kernels see the offsets of `Layout` as constants.
 
-Positions are kept relative to the particle's home block, in cells, so that float32 resolves 3e-7 of a cell however
+Positions are kept relative to the particle's owner block, in cells, so that float32 resolves 3e-7 of a cell however
 large the terrain is.
 """
 
@@ -90,7 +90,7 @@ class Layout:
 def accessors(layout):
     """Taichi functions of the array of slots `reals`, as attributes.
 
-    places(reals, turn): where every table begins, and the free slot, for the other two;
+    places(reals, slot_offset): where every table begins, and the free slot, for the other two;
     load(reals, places, p, offset, n): n numbers of particle p; store(reals, places, p, offset, vector).
     """
     n_tables, width = layout.tables
@@ -107,9 +107,10 @@ def accessors(layout):
     if layout.by_row:
 
         @ti.func
-        def places(reals: ti.template(), turn):
+        def places(reals: ti.template(), slot_offset):
             capacity = reals.shape[0] // ti.static(n_tables + 1)
-            return ti.Vector([(turn + t) % ti.static(n_tables + 1) * capacity for t in ti.static(range(n_tables + 1))])
+            return ti.Vector([(slot_offset + t) % ti.static(n_tables + 1) * capacity
+                              for t in ti.static(range(n_tables + 1))])
 
         @ti.func
         def load(reals: ti.template(), places, p, offset: ti.template(), n: ti.template()):
@@ -129,9 +130,9 @@ def accessors(layout):
     else:
 
         @ti.func
-        def places(reals: ti.template(), turn):
+        def places(reals: ti.template(), slot_offset):
             capacity = reals.shape[0] // ti.static((n_tables + 1) * width)
-            return ti.Vector([(turn + t) % ti.static(n_tables + 1) * capacity * width
+            return ti.Vector([(slot_offset + t) % ti.static(n_tables + 1) * capacity * width
                               for t in ti.static(range(n_tables + 1))])
 
         @ti.func
@@ -156,38 +157,38 @@ def store_kernels(layout, real):
     exact = ti.i32 if real == ti.f32 else ti.i64
 
     @taichi_kernel
-    def read(reals: ti.types.ndarray(), turn: int, rows: ti.types.ndarray()):
+    def read(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
         for p in range(rows.shape[0]):
-            values = access.load(reals, access.places(reals, turn), p, 0, layout.width)
+            values = access.load(reals, access.places(reals, slot_offset), p, 0, layout.width)
             for c in ti.static(range(layout.width)):
                 rows[p, c] = values[c]
 
     @taichi_kernel
-    def write(reals: ti.types.ndarray(), turn: int, rows: ti.types.ndarray()):
+    def write(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
         for p in range(rows.shape[0]):
             values = ti.Vector([rows[p, c] for c in ti.static(range(layout.width))])
-            access.store(reals, access.places(reals, turn), p, 0, values)
+            access.store(reals, access.places(reals, slot_offset), p, 0, values)
 
     @taichi_kernel
-    def move_labels(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), identity: ti.types.ndarray(),
-                    target: ti.types.ndarray(), count: int, alive: int):
+    def move_labels(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                    identity: ti.types.ndarray(), target: ti.types.ndarray(), count: int, alive: int):
         """By way of the free slot, bit by bit."""
         for p in range(count):
             if target[p] >= 0:
                 pair = ti.Vector([ti.bit_cast(ti.cast(material[p], exact), real),
                                   ti.bit_cast(ti.cast(identity[p], exact), real)])
-                access.store(reals, access.places(reals, turn), target[p], ti.static(n_tables * width), pair)
+                access.store(reals, access.places(reals, slot_offset), target[p], ti.static(n_tables * width), pair)
         for p in range(alive):
-            pair = access.load(reals, access.places(reals, turn), p, ti.static(n_tables * width), 2)
+            pair = access.load(reals, access.places(reals, slot_offset), p, ti.static(n_tables * width), 2)
             material[p] = ti.cast(ti.bit_cast(pair[0], exact), ti.u8)
             identity[p] = ti.cast(ti.bit_cast(pair[1], exact), ti.i32)
 
     @taichi_kernel
-    def move_table(reals: ti.types.ndarray(), turn: int, target: ti.types.ndarray(), count: int):
+    def move_table(reals: ti.types.ndarray(), slot_offset: int, target: ti.types.ndarray(), count: int):
         """Table 0 at this turn, to the free slot."""
         for p in range(count):
             if target[p] >= 0:
-                places = access.places(reals, turn)
+                places = access.places(reals, slot_offset)
                 access.store(reals, places, target[p], ti.static(n_tables * width),
                              access.load(reals, places, p, 0, width))
 
@@ -197,8 +198,8 @@ def store_kernels(layout, real):
 class ParticleStore:
     """Particles of one simulation; `count` rows are alive, the rest is room.
 
-    reals, turn: the tables, for `accessors`; material (bytes), identity: NumPy-like arrays of the labels; target: the
-    row that a sort gives each particle, -1 for none.
+    reals, slot_offset: the tables, for `accessors`; material (bytes), identity: NumPy-like arrays of the labels;
+    target: the row that a sort gives each particle, -1 for none.
     """
 
     def __init__(self, layout, capacity, precision):
@@ -214,7 +215,7 @@ class ParticleStore:
             self.reals = ti.ndarray(dtype, rows * width)
         self.material = ti.ndarray(ti.u8, max(1, capacity))
         self.identity, self.target = (ti.ndarray(ti.i32, max(1, capacity)) for _ in range(2))
-        self.turn, self.count = 0, 0
+        self.slot_offset, self.count = 0, 0
         self.changes = 0
         """How often columns were written from outside a step: who keeps copies of them has to look again."""
         self._kernels = store_kernels(layout, dtype)
@@ -230,7 +231,7 @@ class ParticleStore:
         """Copy of the reals of the living particles, (count, width)."""
         rows = np.empty((self.count, self.layout.width), self.numpy_dtype)
         if self.count:
-            self._kernels.read(self.reals, self.turn, rows)
+            self._kernels.read(self.reals, self.slot_offset, rows)
         return rows
 
     def labels(self):
@@ -253,17 +254,17 @@ class ParticleStore:
         """Put back a changed copy of `table()`."""
         self.changes += 1
         if self.count:
-            self._kernels.write(self.reals, self.turn, np.ascontiguousarray(table, self.numpy_dtype))
+            self._kernels.write(self.reals, self.slot_offset, np.ascontiguousarray(table, self.numpy_dtype))
 
     def move(self, alive):
         """Bring every particle to the row that `target` names, `alive` of them; the others are gone."""
         kernels = self._kernels
-        kernels.move_labels(self.reals, self.turn, self.material, self.identity, self.target, self.count, alive)
+        kernels.move_labels(self.reals, self.slot_offset, self.material, self.identity, self.target, self.count, alive)
         slots = self.layout.tables[0] + 1
         for table in range(slots - 1):
-            kernels.move_table(self.reals, (self.turn + table) % slots, self.target, self.count)
+            kernels.move_table(self.reals, (self.slot_offset + table) % slots, self.target, self.count)
         # Every table went one slot back
-        self.turn = (self.turn - 1) % slots
+        self.slot_offset = (self.slot_offset - 1) % slots
         self.count = alive
 
     @property

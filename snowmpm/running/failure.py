@@ -11,7 +11,7 @@ TORN = 0.05
 """Share of emptied cells from which on a body counts as torn."""
 
 
-def likeness(chosen, solver, dt):
+def diagnose(chosen, solver, dt):
     """One line of what the failure of a step of dt [s] looks like and what cures it, or None where nothing is known to
     fail in this way.
 

@@ -22,7 +22,7 @@ from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import Motion
 from snowmpm.running.audit import Audit
 from snowmpm.running.events import make_events
-from snowmpm.running.failure import likeness
+from snowmpm.running.failure import diagnose
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
@@ -153,7 +153,7 @@ class Simulation(Glance):
         try:
             self.solver.step(dt)
         except SimulationError as error:
-            known = likeness(self.scene.solver, self.solver, dt)
+            known = diagnose(self.scene.solver, self.solver, dt)
             # In two lines: what is known of such a failure says more than what helps in general
             raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):

@@ -132,7 +132,7 @@ def _particles(solver, dim, dx):
     """Columns of the particles of a solver's state (n, size), in their rows, and positions [m, scene]."""
     reals = solver["reals"].astype(np.float64)
     layout = Layout(dim, reals.shape[1] - Layout(dim, 0).width)
-    home = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)
+    owner_block = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)
     columns = {name: reals[:, layout.columns(name)] for name in COLUMNS}
-    cells = EDGE[dim] * home + reals[:, layout.columns("position")]
+    cells = EDGE[dim] * owner_block + reals[:, layout.columns("position")]
     return {**columns, "position": solver["frame"][0] + dx * cells}

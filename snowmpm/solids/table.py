@@ -1,17 +1,12 @@
-"""Obstacles inside a kernel: their shapes and poses as tables, distance and velocity as Taichi functions.
+"""Obstacles inside a kernel: their shapes and poses as tables, their distance as a Taichi function.
 
 Lengths are cells of `dx` from `origin`, as in a solver. A kernel takes the four tables of a `SolidTable` and calls, for
-obstacle number o and the position x [cells] of a node, with `solid = solid_functions(dim, real)`,
+obstacle number o and the position x [cells] of a node, with `distance = distance_function(dim, real)`,
 
-    d, n = solid.distance(o, x, numbers, sizes, poses, samples)   # signed distance [cells], outward normal, in space
-    v = solid.velocity(o, x, poses)                               # v + omega x arm [m/s]
-    m = solid.moment(o, x, impulse, poses)                        # arm [cells] x impulse: 1 number in 2-D, 3 in 3-D
-
-The arm is taken from the centre of rotation.
+    d, n = distance(o, x, numbers, sizes, poses, samples)   # signed distance [cells], outward normal, in space
 """
 
 import functools
-from collections import namedtuple
 
 import numpy as np
 import taichi as ti
@@ -30,14 +25,11 @@ REACH = 4.0
 KIND, CODE, FIRST, SHAPE = 0, 1, 2, 3
 SIZE, LOWER, STEP, CUT_OFF, FRICTION = 0, 3, 6, 7, 8
 
-SolidFunctions = namedtuple("SolidFunctions", "distance velocity moment")
-
 
 def pose_columns(dim):
-    """First column of `poses` of each entry: axes (dim x dim, by rows), middle, centre, velocity, box, turning."""
-    ends = np.cumsum([0, dim * dim, dim, dim, dim, dim, dim, 1 if dim == 2 else 3])
-    return dict(zip(("axes", "middle", "centre", "velocity", "lower", "upper", "omega", "end"), ends.tolist(),
-                    strict=True))
+    """First column of `poses` of each entry: axes (dim x dim, by rows), middle, box; and their number."""
+    ends = np.cumsum([0, dim * dim, dim, dim, dim])
+    return dict(zip(("axes", "middle", "lower", "upper", "end"), ends.tolist(), strict=True))
 
 
 class SolidTable:
@@ -88,16 +80,13 @@ class SolidTable:
             middle, axes = obstacle.frame(pose)
             half = obstacle.half_sides(axes)
             row[: at["middle"]] = axes.ravel()
-            row[at["middle"] : at["centre"]] = (middle - self.origin) / dx
-            row[at["centre"] : at["velocity"]] = (pose.centre - self.origin) / dx
-            row[at["velocity"] : at["lower"]] = pose.velocity
+            row[at["middle"] : at["lower"]] = (middle - self.origin) / dx
             row[at["lower"] : at["upper"]] = (middle - half - self.origin) / dx
-            row[at["upper"] : at["omega"]] = (middle + half - self.origin) / dx
-            row[at["omega"] :] = dx * pose.omega
+            row[at["upper"] :] = (middle + half - self.origin) / dx
 
     def boxes(self):
         """Lower and upper corners (n, dim) [cells] of boxes that hold the obstacles where they are now."""
-        first, middle, last = (self._columns[name] for name in ("lower", "upper", "omega"))
+        first, middle, last = (self._columns[name] for name in ("lower", "upper", "end"))
         return self.poses[: self.count, first:middle], self.poses[: self.count, middle:last]
 
 
@@ -108,11 +97,10 @@ def _on_device(values, dtype):
 
 
 @functools.cache
-def solid_functions(dim, real):
-    """Taichi functions of a precision: distance, velocity and moment (see the top)."""
+def distance_function(dim, real):
+    """The Taichi function `distance` of a precision (see the top)."""
     at = pose_columns(dim)
-    axes, middle, centre, velocity, omega = (at[name] for name in ("axes", "middle", "centre", "velocity", "omega"))
-    n_turn = at["end"] - omega
+    axes, middle = at["axes"], at["middle"]
 
     @ti.func
     def entry(n: ti.template(), column: ti.template(), o, table: ti.template()):
@@ -137,28 +125,4 @@ def solid_functions(dim, real):
             out += n[k] * ti.cast(entry(dim, ti.static(axes + k * dim), o, poses), real)
         return d, out
 
-    @ti.func
-    def arm_of(o, x, poses: ti.template()):
-        return ti.cast(x - entry(dim, centre, o, poses), real)
-
-    @ti.func
-    def velocity_at(o, x, poses: ti.template()):
-        arm, w = arm_of(o, x, poses), ti.cast(entry(n_turn, omega, o, poses), real)
-        v = ti.cast(entry(dim, velocity, o, poses), real)
-        if ti.static(dim == 2):
-            v += w[0] * ti.Vector([-arm[1], arm[0]])
-        else:
-            v += w.cross(arm)
-        return v
-
-    @ti.func
-    def moment_of(o, x, impulse, poses: ti.template()):
-        arm = arm_of(o, x, poses)
-        moment = ti.Vector.zero(real, n_turn)
-        if ti.static(dim == 2):
-            moment[0] = arm[0] * impulse[1] - arm[1] * impulse[0]
-        else:
-            moment = arm.cross(impulse)
-        return moment
-
-    return SolidFunctions(distance, velocity_at, moment_of)
+    return distance

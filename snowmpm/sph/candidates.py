@@ -31,7 +31,7 @@ def candidates(targets, groups, mirrors, reach):
     edge = EDGE[dim]
     rings = int(np.ceil(reach / edge - 1e-9))
     ints, reals, owner = [], [], []
-    home = np.asarray(targets, np.int64)
+    target = np.asarray(targets, np.int64)
     every = np.arange(len(targets))
 
     def add(block, group, number, step, mirrored):
@@ -40,7 +40,7 @@ def candidates(targets, groups, mirrors, reach):
         surface = np.full(len(block), group.surface)
         for mirror, axis, level in mirrored:
             sign[:, axis] = -1.0
-            offset[:, axis] = 2.0 * level - edge * (home[block, axis] + home[block, axis] + step[:, axis])
+            offset[:, axis] = 2.0 * level - edge * (target[block, axis] + target[block, axis] + step[:, axis])
             if group.surface < 0:
                 surface[:] = mirror
         ints.append(np.stack([group.start[number], group.start[number + 1], surface,
@@ -54,14 +54,14 @@ def candidates(targets, groups, mirrors, reach):
     for some in combinations:
         near = every
         for _, axis, level in some:
-            low = edge * home[near, axis] + 0.5
+            low = edge * target[near, axis] + 0.5
             near = near[(low - level < reach) & (level - low - edge < reach)]
         if len(near) == 0:
             continue
         ranges = [np.arange(-rings - 1, rings + 2) if any(one[1] == a for one in some)
                   else np.arange(-rings, rings + 1) for a in range(dim)]
         for step in np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, dim):
-            around = home[near] + step
+            around = target[near] + step
             seen = np.ones(len(near), bool)
             for _, axis, level in some:
                 low = edge * around[:, axis] + 0.5

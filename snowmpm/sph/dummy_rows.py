@@ -33,7 +33,7 @@ class Part:
     group: Group | None = None
     body: object = None
     """positions (dim) [cells], normals (dim), depth [cells], volume [cells] of each, on the solid"""
-    home: object = None
+    owner_block: object = None
     """block of each (dim)"""
 
 
@@ -79,15 +79,15 @@ class DummyRows:
                 turn, shift = self._pose(part.surface, time)[:2]
                 blocks, order, _ = BlockMap.from_cells(part.dummies.positions @ turn.T + shift, self.dim, self._period)
                 part.group = Group(part.surface, blocks, self.first_row + part.begin)
-                home = np.repeat(blocks.coordinates.astype(np.int32), np.diff(blocks.start), axis=0)
+                owner_block = np.repeat(blocks.coordinates.astype(np.int32), np.diff(blocks.start), axis=0)
                 pieces = [slice(0, part.count)] if part.moving else _pieces(part.count)
                 for piece in pieces:
                     own = part.dummies.chosen(order[piece])
                     part.body = real_array(np.column_stack([own.positions, own.normals, own.depth, own.volume]))
-                    part.home = int_array(home[piece])
+                    part.owner_block = int_array(owner_block[piece])
                     self._put(part, rows, time, piece.start)
                 if not part.moving:
-                    part.dummies = part.body = part.home = None
+                    part.dummies = part.body = part.owner_block = None
 
     def carry(self, rows, time):
         """Bring the dummies of moving obstacles to where they are at `time` [s]."""
@@ -98,7 +98,7 @@ class DummyRows:
     def _put(self, part, rows, time, first=0):
         """Write rows of a part, from its `first` on."""
         numbers = real_array(np.concatenate([np.ravel(one) for one in self._pose(part.surface, time)]))
-        self._carry(part.body, part.home, numbers, self._frame.dx, self.first_row, part.begin + first,
+        self._carry(part.body, part.owner_block, numbers, self._frame.dx, self.first_row, part.begin + first,
                     part.body.shape[0], self.frames, rows.source, rows.moved)
 
     def _pose(self, s, time):

@@ -155,48 +155,48 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
         rows[k] = row
 
     @ti.func
-    def follow_pack(pack: ti.template(), k, table: ti.template(), rows: ti.template(), source: ti.template(),
-                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), room,
-                    most_runs, frames: ti.template(), surface_of: ti.template(), first_dummy, surfaces: ti.template(),
-                    gravity: ti.template(), dx):
+    def extrapolate_pack(pack: ti.template(), k, table: ti.template(), rows: ti.template(), source: ti.template(),
+                         entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(),
+                         capacity, most_runs, frames: ti.template(), surface_of: ti.template(), first_dummy,
+                         surfaces: ti.template(), gravity: ti.template(), dx):
         first, count = table[k, FIRST], table[k, COUNT]
         read_pack(pack, first, count, rows, frames, first_dummy)
-        begin = k * room
+        begin = k * capacity
         for q in range(n_runs[k]):
-            end = k * room + runs[k * most_runs + q, 1]
+            end = k * capacity + runs[k * most_runs + q, 1]
             add_run(pack, runs[k * most_runs + q, 0], begin, end, rows, entries, reals)
             begin = end
         for lane in range(count):
             write_dummy(pack, lane, first, rows, source, frames, first_dummy, surface_of, surfaces, gravity, dx)
 
     @taichi_kernel
-    def follow(table: ti.types.ndarray(), rows: ti.types.ndarray(), source: ti.types.ndarray(),
-               entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-               reals: ti.types.ndarray(), room: int, most_runs: int, frames: ti.types.ndarray(),
-               surface_of: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
-               gravity: ti.types.ndarray(), dx: real, n_packs: int, shares: ti.types.ndarray()):
+    def extrapolate(table: ti.types.ndarray(), rows: ti.types.ndarray(), source: ti.types.ndarray(),
+                    entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
+                    reals: ti.types.ndarray(), capacity: int, most_runs: int, frames: ti.types.ndarray(),
+                    surface_of: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
+                    gravity: ti.types.ndarray(), dx: real, n_packs: int, chunk_bounds: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                follow_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, room, most_runs, frames,
-                            surface_of, first_dummy, surfaces, gravity, dx)
+                extrapolate_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, capacity, most_runs,
+                                 frames, surface_of, first_dummy, surfaces, gravity, dx)
         else:
             ti.loop_config(serialize=serial)
-            for i in range(chunks(shares)):
+            for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
-                    begin, end = chunk(i, shares)
+                    begin, end = chunk(i, chunk_bounds)
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        follow_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, room, most_runs, frames,
-                                    surface_of, first_dummy, surfaces, gravity, dx)
+                        extrapolate_pack(pack, k, table, rows, source, entries, runs, n_runs, reals, capacity,
+                                         most_runs, frames, surface_of, first_dummy, surfaces, gravity, dx)
 
-    def follow_packs(*arguments):
+    def extrapolate_packs(*arguments):
         with plain_compilation():
-            follow(*arguments)
+            extrapolate(*arguments)
 
-    return follow_packs
+    return extrapolate_packs
 
 
 class Extrapolation:
@@ -208,17 +208,17 @@ class Extrapolation:
         self._rows, self._near, self._boundary, self._gravity, self._dx = rows, near, boundary, gravity, dx
         self._all, self._velocities = kernels
 
-    def show(self):
+    def extrapolate_all(self):
         """Stress, mass, volume and velocity, before the sum of forces."""
-        self._follow(self._all, self._rows.source)
+        self._extrapolate(self._all, self._rows.source)
 
-    def move(self):
+    def extrapolate_velocities(self):
         """The velocities that forces have led to, before the velocity gradients."""
-        self._follow(self._velocities, self._rows.moved)
+        self._extrapolate(self._velocities, self._rows.moved)
 
-    def _follow(self, kernel, rows):
+    def _extrapolate(self, kernel, rows):
         packs, dummies = self._near.dummy_packs, self._boundary.dummies
         if packs is not None and packs.n:
             kernel(packs.table, rows, self._rows.source, *self._near.dummy_lists.arguments, dummies.frames,
                    dummies.surface_of, dummies.first_row, self._boundary.table, self._gravity, self._dx, packs.n,
-                   packs.shares)
+                   packs.chunk_bounds)

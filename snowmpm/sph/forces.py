@@ -26,16 +26,16 @@ class Forces:
         """Room for the sums of new packs. blocks: `BlockMap` of the particles; loaded: whether there are loads."""
         self._tallies = Tallies(blocks, self._near.packs, self._near.lists, len(self._boundary.surfaces), loaded)
 
-    def kick(self, dt, keep, loads, n_loads):
-        """Velocities after dt [s], of which the share `keep` is kept; -> totals of what surfaces and loads gave, as
-        `Boundary.add` takes them, None where they met no particle. loads: array of which n_loads rows count."""
+    def kick(self, dt, damping_factor, loads, n_loads):
+        """Velocities after dt [s], times `damping_factor`; -> totals of what surfaces and loads gave, as `Boundary.add`
+        takes them, None where they met no particle. loads: array of which n_loads rows count."""
         near, rows, dummies, tallies, scheme = (
             self._near, self._rows, self._boundary.dummies, self._tallies, self._scheme)
         packs, totals = near.packs, tallies.none()
         covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
         self._kick(packs.table, rows.source, rows.moved, *near.lists.arguments, near.lists.ints, dummies.frames,
                    dummies.first_row, self._boundary.table, tallies.corners, loads, n_loads, tallies.sums, tallies.of,
-                   self._gravity, self._dx, dt, keep, scheme.viscosity, scheme.quadratic_viscosity,
+                   self._gravity, self._dx, dt, damping_factor, scheme.viscosity, scheme.quadratic_viscosity,
                    scheme.disorder_damping, scheme.confining_pressure, covered, tallies.n, totals, packs.n,
-                   packs.shares)
+                   packs.chunk_bounds)
         return totals if tallies.n else None

@@ -109,21 +109,21 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     sum_S = 2.0 * Si
                 elif ti.static(form == "difference"):
                     sum_S = Sj - Si
-                heft, pull = mj, pair.act(sum_S, d)
+                pair_mass, stress_term = mj, pair.times_force(sum_S, d)
                 if ti.static(form in ("volume", "difference")):
-                    heft = Vj * ratio
+                    pair_mass = Vj * ratio
                 closing, z = (read_lane(pack["v"], lane) - vj).dot(d), pack["z"][0][lane] + zj
-                push = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
+                viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
                 if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
-                    push += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
+                    viscous_pressure += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
                 if ti.static(layout.tension):
                     f = ti.sqrt(weight(r) / w_spacing) if ti.static(half_power % 2 == 1) else weight(r) / w_spacing
                     amplified = f
                     for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
                         amplified *= f
-                    pull += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
-                force = F * (heft * pull - push * d)
+                    stress_term += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
+                force = F * (pair_mass * stress_term - viscous_pressure * d)
                 for a in ti.static(range(dim)):
                     pack[into][a][lane] += force[a]
                 if ti.static(dummies):
@@ -142,37 +142,37 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     def confine(pack: ti.template(), pressure, threshold):
         for lane in range(width):
             covered = pack["cover"][0][lane] - pack["V"][0][lane] * w_self
-            push = ti.select(covered < threshold, 2.0 * pressure * pack["ratio"][0][lane], 0.0)
+            confining = ti.select(covered < threshold, 2.0 * pressure * pack["ratio"][0][lane], 0.0)
             for a in ti.static(range(dim)):
-                pack["inner"][a][lane] += push * pack["edge"][a][lane]
+                pack["inner"][a][lane] += confining * pack["edge"][a][lane]
 
     @ti.func
     def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
-                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), room,
+                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), capacity,
                    most_runs, ints: ti.template(), frames: ti.template(), first_dummy, surfaces: ti.template(),
                    coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
-                   tally_of: ti.template(), gravity: ti.template(), dx, dt, keep, alpha, beta, gamma, pressure,
-                   threshold):
+                   tally_of: ti.template(), gravity: ti.template(), dx, dt, damping_factor, alpha, beta, gamma,
+                   pressure, threshold):
         first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
         n_surfaces = surfaces.shape[0]
         tally, volume = tally_of[k], ti.cast(dx, real) ** dim
         inverse_dx = 1.0 / dx
-        pull = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
+        g = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
         if tally >= 0:
             for s in range(n_surfaces):
                 for q in ti.static(range(n_tally)):
                     tallies[tally, s, q] = 0.0
         read_pack(pack, first, count, source)
-        begin, current, mirror = k * room, -1, 0
+        begin, current, mirror = k * capacity, -1, 0
         for q in range(n_runs[k]):
-            c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+            c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
             surface = ints[c, SURFACE]
             if surface != current:
                 if current < 0:
                     write_inner(pack)
                 else:
-                    surface_forces.act(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull,
-                                       volume, tallies, tally)
+                    surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx,
+                                                 dt, g, volume, tallies, tally)
                 surface_forces.clear(pack)
                 current = surface
             if surface < 0:
@@ -190,18 +190,19 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
         if current < 0:
             write_inner(pack)
         else:
-            surface_forces.act(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, pull, volume,
-                               tallies, tally)
+            surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, g,
+                                         volume, tallies, tally)
         if ti.static(confined):
             confine(pack, pressure, threshold)
         if n_loads > 0:
-            surface_forces.push(pack, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
-                                n_surfaces - 1)
+            surface_forces.apply_loads(pack, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
+                                       n_surfaces - 1)
         for lane in range(count):
             row = ti.Vector.zero(real, layout.moved_width)
             for a in ti.static(range(dim)):
                 row[a] = pack["x"][a][lane]
-                row[dim + a] = keep * (pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + pull[a]))
+                row[dim + a] = damping_factor * (
+                    pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + g[a]))
             row[2 * dim] = pack["V"][0][lane]
             moved[first + lane] = row
 
@@ -214,30 +215,30 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     @taichi_kernel
     def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             reals: ti.types.ndarray(), room: int, most_runs: int, ints: ti.types.ndarray(),
+             reals: ti.types.ndarray(), capacity: int, most_runs: int, ints: ti.types.ndarray(),
              frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
              coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
-             tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, keep: real, alpha: real,
-             beta: real, gamma: real, pressure: real, threshold: real, n_tallies: int, total: ti.types.ndarray(),
-             n_packs: int, shares: ti.types.ndarray()):
+             tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, damping_factor: real,
+             alpha: real, beta: real, gamma: real, pressure: real, threshold: real, n_tallies: int,
+             total: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints, frames,
-                           first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx, dt, keep,
-                           alpha, beta, gamma, pressure, threshold)
+                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs, ints,
+                           frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx,
+                           dt, damping_factor, alpha, beta, gamma, pressure, threshold)
         else:
             ti.loop_config(serialize=serial)
-            for i in range(chunks(shares)):
+            for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
-                    begin, end = chunk(i, shares)
+                    begin, end = chunk(i, chunk_bounds)
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, room, most_runs, ints,
-                                   frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
-                                   gravity, dx, dt, keep, alpha, beta, gamma, pressure, threshold)
+                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs,
+                                   ints, frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
+                                   gravity, dx, dt, damping_factor, alpha, beta, gamma, pressure, threshold)
         ti.loop_config(serialize=ti.static(in_order()))
         for t in range(n_tallies):
             for s in range(total.shape[0]):

@@ -29,7 +29,7 @@ class Neighbourhood:
         self.lists, self.dummy_lists = (NeighbourLists(boundary.dim, precision, width) for _ in range(2))
         self.packs = self.dummy_packs = None
         self._closed_in, self._built = math.inf, None
-        self._follow(np.zeros(boundary.dim), 0.0)
+        self._move_with(np.zeros(boundary.dim), 0.0)
 
     @property
     def stale(self):
@@ -49,18 +49,19 @@ class Neighbourhood:
         """A step in which two particles may have come closer by `way` [cells]."""
         self._closed_in += way
 
-    def begin(self, rows, blocks, shown, time):
+    def begin(self, rows, blocks, particle_rows, time):
         """Lists for particles that lie in the order of their blocks.
 
-        rows: `Rows`, whose first ones are `shown` (n, columns); blocks: `BlockMap`; time [s]: where obstacles are at.
+        rows: `Rows`, whose first ones are `particle_rows` (n, columns); blocks: `BlockMap`; time [s]: where
+        obstacles are at.
         """
-        velocity = shown[:, blocks.dim : 2 * blocks.dim].astype(np.float64)
+        velocity = particle_rows[:, blocks.dim : 2 * blocks.dim].astype(np.float64)
         mean = velocity.mean(axis=0) if len(velocity) else np.zeros(blocks.dim)
-        self._follow(mean, float(np.linalg.norm(velocity - mean, axis=1).max(initial=0.0)))
-        self._built, self._closed_in = (shown, time), 0.0
+        self._move_with(mean, float(np.linalg.norm(velocity - mean, axis=1).max(initial=0.0)))
+        self._built, self._closed_in = (particle_rows, time), 0.0
         self._find(rows, blocks)
 
-    def _follow(self, mean, deviation):
+    def _move_with(self, mean, deviation):
         self._mean, self.mean_velocity, self.deviation = mean, real_array(mean), deviation
 
     def _find(self, rows, blocks):
@@ -82,20 +83,20 @@ class Neighbourhood:
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
-    def state(self, shown):
-        """Rows as they were when the lists were made and as they are, `shown`, and how far that is; nothing when new
-        lists come next."""
+    def state(self, particle_rows):
+        """Rows as they were when the lists were made and as they are, `particle_rows`, and how far that is; nothing
+        when new lists come next."""
         if not self.known:
             return {}
         rows, time = self._built
-        return {"built": rows[:, : self._boundary.dim].copy(), "time": time, "rows": shown, "mean": self._mean,
+        return {"built": rows[:, : self._boundary.dim].copy(), "time": time, "rows": particle_rows, "mean": self._mean,
                 "deviation": self.deviation, "closed_in": self._closed_in}
 
     def restore(self, state, rows, blocks):
         """Take over a `state()` that is not empty: the lists that it had, and the rows."""
         self._built = state["built"], state["time"]
-        rows.show(state["rows"], state["built"])
+        rows.write(state["rows"], state["built"])
         self._find(rows, blocks)
-        rows.show(state["rows"], state["rows"][:, : self._boundary.dim])
-        self._follow(np.asarray(state["mean"], float), state["deviation"])
+        rows.write(state["rows"], state["rows"][:, : self._boundary.dim])
+        self._move_with(np.asarray(state["mean"], float), state["deviation"])
         self._closed_in = state["closed_in"]

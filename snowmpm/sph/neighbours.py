@@ -20,7 +20,7 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker, shares
+from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
 
@@ -29,7 +29,7 @@ FIRST, COUNT, BLOCK = range(3)
 
 
 class Packs:
-    """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; shares: chunks for kernels."""
+    """Rows of sorted particles in packs: `table` (n, 3): first row, count, block; chunk_bounds: for kernels."""
 
     def __init__(self, first, counts, width):
         """first, counts (blocks,): first row of each block, and how many it has."""
@@ -41,18 +41,18 @@ class Packs:
         self.blocks = block
         size = np.minimum(width, counts[block] - width * number)
         self.table = int_array(np.stack([first[block] + width * number, size, block], axis=1))
-        self.shares = int_array(shares(np.ones(self.n)))
+        self.chunk_bounds = int_array(chunk_bounds(np.ones(self.n)))
 
 
 class NeighbourLists:
     """Lists of packs: `entries` (rows), `runs` (candidate, end of its entries), `n_runs` (packs,); tables of
-    candidates `ints` and `reals`; `room`: entries that a pack may have."""
+    candidates `ints` and `reals`; `capacity`: entries that a pack may have."""
 
     def __init__(self, dim, precision, width):
         self.dim, self.width = dim, width
         self._real, self._numpy_real = DTYPES[precision]
-        self._find = find_kernel(dim, self._real, width, 3 * dim + 4)
-        self.room = {2: 128, 3: 640}[dim] if width > 1 else {2: 64, 3: 256}[dim]
+        self._find = find_kernel(dim, self._real, width)
+        self.capacity = {2: 128, 3: 640}[dim] if width > 1 else {2: 64, 3: 256}[dim]
         self.entries = self.runs = self.n_runs = None
         self.counts = np.zeros(0, np.int32)
 
@@ -68,19 +68,19 @@ class NeighbourLists:
         self.most_runs = int(max(1, np.diff(start).max(initial=1)))
         counts = np.zeros(max(1, packs.n), np.int32)
         while True:
-            self._make_room(packs.n)
-            self._find(packs.table, rows, self.candidate_start, self.ints, self.reals, self.room, self.most_runs,
-                       reach**2, self.entries, self.runs, self.n_runs, counts, packs.n, packs.shares)
+            self._reserve(packs.n)
+            self._find(packs.table, rows, self.candidate_start, self.ints, self.reals, self.capacity, self.most_runs,
+                       reach**2, self.entries, self.runs, self.n_runs, counts, packs.n, packs.chunk_bounds)
             largest = int(counts.max())
-            if largest <= self.room:
+            if largest <= self.capacity:
                 break
-            self.room = int(1.1 * largest) + 8
+            self.capacity = int(1.1 * largest) + 8
         self.counts = counts[: packs.n]
 
     @property
     def arguments(self):
         """What a sum over neighbours reads, in the order of the kernels' arguments."""
-        return self.entries, self.runs, self.n_runs, self.reals, self.room, self.most_runs
+        return self.entries, self.runs, self.n_runs, self.reals, self.capacity, self.most_runs
 
     def meets_surfaces(self, packs):
         """Which packs lie in a block near a surface, (n,)."""
@@ -89,10 +89,10 @@ class NeighbourLists:
         near[np.repeat(np.arange(len(near)), np.diff(owner))[surfaces >= 0]] = True
         return near[packs.blocks]
 
-    def _make_room(self, n):
+    def _reserve(self, n):
         n = max(1, n)
-        if self.entries is None or self.entries.shape[0] < n * self.room:
-            self.entries = ti.ndarray(ti.i32, (int(1.1 * n * self.room) + 64,))
+        if self.entries is None or self.entries.shape[0] < n * self.capacity:
+            self.entries = ti.ndarray(ti.i32, (int(1.1 * n * self.capacity) + 64,))
         if self.runs is None or self.runs.shape[0] < n * self.most_runs:
             self.runs = ti.ndarray(ti.i32, (int(1.1 * n * self.most_runs) + 64, 2))
         if self.n_runs is None or self.n_runs.shape[0] < n:
@@ -104,13 +104,13 @@ class NeighbourLists:
 
 
 @functools.cache
-def find_kernel(dim, real, width, _key):
+def find_kernel(dim, real, width):
     """Kernel that fills the lists."""
-    serial = alone()
+    serial = runs_serially()
 
     @ti.func
     def find_pack(k, table: ti.template(), rows: ti.template(), candidate_start: ti.template(), ints: ti.template(),
-                  reals: ti.template(), room, most_runs, reach2, entries: ti.template(), runs: ti.template(),
+                  reals: ti.template(), capacity, most_runs, reach2, entries: ti.template(), runs: ti.template(),
                   n_runs: ti.template(), counts: ti.template()):
         first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
         x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
@@ -141,32 +141,32 @@ def find_kernel(dim, real, width, _key):
                             square += (x[a][lane] - other[a]) ** 2
                         nearest = ti.select(square < nearest, square, nearest)
                     if nearest < reach2:
-                        if n < room:
-                            entries[k * room + n] = j
+                        if n < capacity:
+                            entries[k * capacity + n] = j
                         n += 1
             if n > before:
                 runs[k * most_runs + found, 0] = c
-                runs[k * most_runs + found, 1] = ti.min(n, room)
+                runs[k * most_runs + found, 1] = ti.min(n, capacity)
                 found += 1
         n_runs[k] = found
         counts[k] = n
 
     @taichi_kernel
     def find(table: ti.types.ndarray(), rows: ti.types.ndarray(), candidate_start: ti.types.ndarray(),
-             ints: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, reach2: real,
+             ints: ti.types.ndarray(), reals: ti.types.ndarray(), capacity: int, most_runs: int, reach2: real,
              entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
-             counts: ti.types.ndarray(), n_packs: int, shares: ti.types.ndarray()):
+             counts: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
-                find_pack(k, table, rows, candidate_start, ints, reals, room, most_runs, reach2, entries, runs, n_runs,
-                          counts)
+                find_pack(k, table, rows, candidate_start, ints, reals, capacity, most_runs, reach2, entries, runs,
+                          n_runs, counts)
         else:
             ti.loop_config(serialize=serial)
-            for i in range(chunks(shares)):
+            for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
-                    begin, end = chunk(i, shares)
+                    begin, end = chunk(i, chunk_bounds)
                     for k in range(begin, end):
-                        find_pack(k, table, rows, candidate_start, ints, reals, room, most_runs, reach2, entries, runs,
-                                  n_runs, counts)
+                        find_pack(k, table, rows, candidate_start, ints, reals, capacity, most_runs, reach2, entries,
+                                  runs, n_runs, counts)
 
     return find

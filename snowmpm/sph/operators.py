@@ -24,7 +24,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker
+from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES, plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.neighbours import COUNT, FIRST
@@ -47,7 +47,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
     """Kernel of one operator over the particles and their images. parity: of each field, the axes whose mirror turns
     its sign. Dummies have no values."""
     dim, n_fields = layout.dim, len(parity)
-    pair, serial = pair_functions(layout), alone()
+    pair, serial = pair_functions(layout), runs_serially()
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
     columns = (("x", dim), ("f", n_fields), ("m0", 1), ("m1", dim), ("m2", dim * dim), ("b0", n_fields),
                ("b1", n_fields * dim), ("V", 1))
@@ -116,12 +116,12 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
     @taichi_kernel
     def operate(table: ti.types.ndarray(), moved: ti.types.ndarray(), fields: ti.types.ndarray(),
                 out: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
-                n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), room: int, most_runs: int, first_dummy: int,
-                n_packs: int, shares: ti.types.ndarray()):
+                n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), capacity: int, most_runs: int, first_dummy: int,
+                n_packs: int, chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=serial)
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                first_pack, last_pack = chunk(i, shares)
+                first_pack, last_pack = chunk(i, chunk_bounds)
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 for k in range(first_pack, last_pack):
@@ -138,9 +138,9 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
                         for q in ti.static(range(dim * dim)):
                             pack["m2"][q][lane] = 0.0
                         pack["m0"][0][lane], pack["V"][0][lane] = 0.0, row[2 * dim]
-                    begin = k * room
+                    begin = k * capacity
                     for q in range(n_runs[k]):
-                        c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+                        c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
                         if entries[begin] < first_dummy:
                             add_run(pack, c, begin, end, moved, fields, entries, reals)
                         begin = end
@@ -186,4 +186,4 @@ class Operators:
         packs = self._near.packs
         operator_kernel(self._rows.layout, self._real, *self._smoothing, kind, tuple(parity))(
             packs.table, self._rows.moved, fields, out, *self._near.lists.arguments, self._first_dummy, packs.n,
-            packs.shares)
+            packs.chunk_bounds)

@@ -5,7 +5,7 @@ import functools
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import alone, chunk, chunks, is_worker
+from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import accessors
 
@@ -14,7 +14,7 @@ from snowmpm.particles.store import accessors
 def order_kernel(layout):
     """Kernel that gives every particle the row that it has in the order of the Morton curve of its block."""
     dim, edge = layout.dim, EDGE[layout.dim]
-    access, bits, serial = accessors(layout), {2: 3, 3: 2}[layout.dim], alone()
+    access, bits, serial = accessors(layout), {2: 3, 3: 2}[layout.dim], runs_serially()
     n_cells = edge**dim
 
     @ti.func
@@ -28,13 +28,13 @@ def order_kernel(layout):
         return code
 
     @taichi_kernel
-    def order(reals: ti.types.ndarray(), turn: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
-              shares: ti.types.ndarray()):
+    def order(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), target: ti.types.ndarray(),
+              chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=serial)
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                begin, end = chunk(i, shares)
-                places = access.places(reals, turn)
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 row_of = ti.Vector.zero(ti.i32, n_cells + 1)
                 for b in range(begin, end):
                     for c in range(n_cells + 1):

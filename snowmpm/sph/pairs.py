@@ -59,7 +59,7 @@ def pair_functions(layout):
         return result
 
     @ti.func
-    def act(S, d):
+    def times_force(S, d):
         """S d of S as rows carry it."""
         product = d * 0.0
         if ti.static(layout.full):
@@ -69,5 +69,5 @@ def pair_functions(layout):
             product = times(S, d)
         return product
 
-    return SimpleNamespace(force=force, symmetric=symmetric, act=act, signs=signs, place=place, vector=vector,
-                           tensor=tensor, times=times)
+    return SimpleNamespace(force=force, symmetric=symmetric, times_force=times_force, signs=signs, place=place,
+                           vector=vector, tensor=tensor, times=times)

@@ -18,20 +18,21 @@ from snowmpm.particles.store import accessors
 
 @functools.cache
 def column_kernels(layout, real):
-    """`take(reals, turn, fields, count)`: elastic strains of the particles as vectors, one each;
-    `give(reals, turn, out, keep, share, count)`: h <- keep h + share out."""
+    """`take(reals, slot_offset, fields, count)`: elastic strains of the particles as vectors, one each;
+    `give(reals, slot_offset, out, kept_share, share, count)`: h <- kept_share h + share out."""
     access, first, n = accessors(layout), layout.offsets["elastic"], layout.sym_size
 
     @taichi_kernel
-    def take(reals: ti.types.ndarray(), turn: int, fields: ti.types.ndarray(), count: int):
+    def take(reals: ti.types.ndarray(), slot_offset: int, fields: ti.types.ndarray(), count: int):
         for p in range(count):
-            fields[p] = access.load(reals, access.places(reals, turn), p, first, n)
+            fields[p] = access.load(reals, access.places(reals, slot_offset), p, first, n)
 
     @taichi_kernel
-    def give(reals: ti.types.ndarray(), turn: int, out: ti.types.ndarray(), keep: real, share: real, count: int):
+    def give(reals: ti.types.ndarray(), slot_offset: int, out: ti.types.ndarray(), kept_share: real, share: real,
+             count: int):
         for p in range(count):
-            places = access.places(reals, turn)
-            h = keep * access.load(reals, places, p, first, n)
+            places = access.places(reals, slot_offset)
+            h = kept_share * access.load(reals, places, p, first, n)
             for c in ti.static(range(n)):
                 h[c] += share * out[p, c]
             access.store(reals, places, p, first, h)
@@ -62,9 +63,9 @@ class Regularisation:
         if self._fields is None or self._fields.shape[0] < n:
             self._fields = ti.ndarray(ti.types.vector(self._n, self._real), (max(1, n),))
             self._out = ti.ndarray(self._real, (max(1, n), self._n))
-        self._take(store.reals, store.turn, self._fields, n)
+        self._take(store.reals, store.slot_offset, self._fields, n)
         diffuses = self.kind == "diffusion"
         operate("laplacian" if diffuses else self.kind, self._fields, self._out, self._parity)
         # In cells
         share = self._diffusion * self._length * courant if diffuses else 1.0
-        self._give(store.reals, store.turn, self._out, float(diffuses), share, n)
+        self._give(store.reals, store.slot_offset, self._out, float(diffuses), share, n)

@@ -71,7 +71,7 @@ class Rows:
         self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
         self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
 
-    def show(self, particles, positions):
+    def write(self, particles, positions):
         """Set the source rows of the particles (n, source_width), at these positions (n, dim)."""
         whole = self.source.to_numpy()
         whole[: len(particles)] = particles

@@ -16,7 +16,7 @@ import taichi as ti
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.parallel import alone
+from snowmpm.compiler.parallel import runs_serially
 from snowmpm.materials.packs import LANES
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
@@ -28,10 +28,10 @@ from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import Operators
 from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
+from snowmpm.sph.row_cache import RowCache, row_kernels
 from snowmpm.sph.rows import RowLayout, Rows
-from snowmpm.sph.showing import Showing, showing_kernels
 from snowmpm.sph.update import update_kernel
-from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import BREAKING_CFL
@@ -72,7 +72,7 @@ class SphSolver(Solver):
         self.radius = 2.0 * scheme.smoothing
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, home_limit=1.0, second_moment=0.0, period=period)
+            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
         self.boundary = Boundary(frame, self.radius, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
                                  first_row=self.particles.capacity)
@@ -94,12 +94,12 @@ class SphSolver(Solver):
                            scheme.momentum == "corrected")
         self.rows = Rows(layout, self.precision, store.capacity + dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
-        serial = alone(PARTICLE_TIME[self.dim] * store.count)
+        serial = runs_serially(PARTICLE_TIME[self.dim] * store.count)
         smoothing = self.width, scheme.kernel, self.radius
         of_particles = store.layout, layout, real, self.materials.functions
         self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
                                      scheme.artificial_stress, serial)
-        self._showing = Showing(self.rows, store, showing_kernels(
+        self._row_cache = RowCache(self.rows, store, row_kernels(
             *of_particles, *smoothing[1:], scheme.momentum, scheme.artificial_stress), self._speeds, self.dx)
         self._order = order_kernel(store.layout)
         self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
@@ -120,14 +120,14 @@ class SphSolver(Solver):
             if self._near.stale:
                 self.sort()
             pushed = self._act(dt)
-            if not self._showing.current:
-                self._showing.show()
+            if not self._row_cache.current:
+                self._row_cache.write_rows()
             if self.boundary.dummies.moving:
                 self.boundary.dummies.carry(self.rows, self._place)
-            self._extrapolation.show()
-            self._showing.correct(self._near.packs, self._near.lists)
+            self._extrapolation.extrapolate_all()
+            self._row_cache.correct(self._near.packs, self._near.lists)
             self.kick(pushed)
-            self._extrapolation.move()
+            self._extrapolation.extrapolate_velocities()
             self.regularise(dt)
             self.update(dt)
         self._near.age(dt / self.dx * max(2.0 * self._near.deviation, self.extremes.speed + self._pushing_speed))
@@ -136,11 +136,11 @@ class SphSolver(Solver):
     @property
     def _place(self):
         """Time [s] that obstacles are where they are at: while an initial state settles, nothing is set in motion."""
-        return self.time if self.keep == 1.0 else -1.0
+        return self.time if self.damping_factor == 1.0 else -1.0
 
     def kick(self, dt):
         """Forces, and the velocities that they lead to."""
-        totals = self._forces.kick(dt, self.keep, self._loads, self._n_loads)
+        totals = self._forces.kick(dt, self.damping_factor, self._loads, self._n_loads)
         if totals is not None:
             self._loaded += self.boundary.add(totals, self._place)
 
@@ -157,11 +157,11 @@ class SphSolver(Solver):
 
     def update(self, dt):
         """Velocity gradients, stresses, places."""
-        packs, store, report = self._near.packs, self.particles, np.zeros(report_of.N_REPORT)
-        self._update(packs.table, store.reals, store.turn, store.material, self.materials.numbers,
+        packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
+        self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
                      *self._near.lists.arguments, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
-                     packs.shares)
+                     packs.chunk_bounds)
         self._read(report)
 
     @property
@@ -186,17 +186,17 @@ class SphSolver(Solver):
 
     def _read(self, report):
         super()._read(report)
-        self._near.deviation = report[report_of.EXCURSION] ** 0.5
+        self._near.deviation = report[step_report.EXCURSION] ** 0.5
 
     def sort(self):
-        """Bring every particle home to its block and find its neighbours anew; those outside the domain are removed
+        """Bring every particle to its block and find its neighbours anew; those outside the domain are removed
         and counted."""
         store = self.particles
         with runtime.precision(self.precision):
             store.sort(math.inf)
-            self._order(store.reals, store.turn, store.start, store.target, store.shares)
+            self._order(store.reals, store.slot_offset, store.start, store.target, store.chunk_bounds)
             store.move(store.count)
-            self._follow_blocks()
+            self._rebuild_lists()
             if not self._graded:
                 self._grade()
 
@@ -208,18 +208,18 @@ class SphSolver(Solver):
         if len(velocity) and np.ptp(velocity, axis=0).any():
             table[:, columns("affine")] = self.operate("corrected_gradient", velocity).reshape(len(table), -1) / self.dx
             store.overwrite(table)
-            self._showing.show()
+            self._row_cache.write_rows()
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
         self._near.forget()
 
-    def _follow_blocks(self):
+    def _rebuild_lists(self):
         """Lists for particles that lie in the order of their blocks."""
-        self._showing.show()
+        self._row_cache.write_rows()
         with runtime.precision(self.precision):
-            self._near.begin(self.rows, self.particles.blocks, self._showing.shown, self._place)
+            self._near.begin(self.rows, self.particles.blocks, self._row_cache.current_rows, self._place)
         self._sum_up()
 
     def _sum_up(self):
@@ -227,7 +227,7 @@ class SphSolver(Solver):
         packs = self._near.packs
         self._forces.begin(self.particles.blocks, bool(self._n_loads))
         if self._reports is None or self._reports.shape[0] < packs.n:
-            self._reports = ti.ndarray(ti.f64, (int(1.25 * packs.n) + 8, report_of.N_REPORT))
+            self._reports = ti.ndarray(ti.f64, (int(1.25 * packs.n) + 8, step_report.N_REPORT))
 
     def set_loads(self, loads):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
@@ -257,7 +257,8 @@ class SphSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals, lists."""
-        return {**super().state(), **self.boundary.state(), "neighbours": self._near.state(self._showing.shown)}
+        return {**super().state(), **self.boundary.state(),
+                "neighbours": self._near.state(self._row_cache.current_rows)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -272,4 +273,4 @@ class SphSolver(Solver):
             with runtime.precision(self.precision):
                 self._near.restore(state["neighbours"], self.rows, self.particles.blocks)
             self._sum_up()
-            self._showing.restored()
+            self._row_cache.restored()

@@ -25,8 +25,8 @@ def tally_width(dim):
 
 @functools.cache
 def surface_functions(dim, real, width, barrier):
-    """Functions on packs of `width` lanes: clear(...) before a surface, act(...) after its sum, push(...) for the loads
-    of events; barrier: whether surfaces also stop what comes too close."""
+    """Functions on packs of `width` lanes: clear(...) before a surface, apply_contact(...) after its sum,
+    apply_loads(...) for the loads of events; barrier: whether surfaces also stop what comes too close."""
     n_moment = 1 if dim == 2 else 3
 
     @ti.func
@@ -37,8 +37,8 @@ def surface_functions(dim, real, width, barrier):
                 pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
 
     @ti.func
-    def act(pack: ti.template(), count, surface, mirrored, surfaces: ti.template(), block,
-            coordinates: ti.template(), inverse_dx, dt, pull, volume, tallies: ti.template(), tally):
+    def apply_contact(pack: ti.template(), count, surface, mirrored, surfaces: ti.template(), block,
+                      coordinates: ti.template(), inverse_dx, dt, g, volume, tallies: ti.template(), tally):
         """Let one surface act: pack["wall"] is added to pack["inner"], and what it gave is summed up."""
         for lane in range(count):
             given = read_lane(pack["wall"], lane)
@@ -48,15 +48,16 @@ def surface_functions(dim, real, width, barrier):
             share = ti.max(pack["share"][0][lane], 1e-20)
             along = given.dot(normal)
             # What the particle would do along the wall without it
-            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + pull)
+            free = read_lane(pack["v"], lane) + dt * (inverse_dx * read_lane(pack["inner"], lane) + g)
             free -= read_lane(pack["wall_v"], lane) / share
             if mirrored == 0 and code == SEPARATE:
                 along = ti.max(0.0, along)
             if ti.static(barrier):  # noqa: SIM102 (one is compile time)
                 if mirrored == 0 and pack["share"][0][lane] > 1e-6:
-                    room = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
+                    clearance = ti.max(0.0, pack["height"][0][lane] / share - BARRIER)
                     sinking = -free.dot(normal) - dt * inverse_dx * along
-                    along += ti.max(0.0, sinking / ti.max(dt * inverse_dx, 1e-30) - room / (dt * dt * inverse_dx**2))
+                    along += ti.max(0.0,
+                                    sinking / ti.max(dt * inverse_dx, 1e-30) - clearance / (dt * dt * inverse_dx**2))
             if mirrored == 0 and code == STICK:
                 given += (along - given.dot(normal)) * normal
             if mirrored == 0 and code != STICK:
@@ -81,14 +82,14 @@ def surface_functions(dim, real, width, barrier):
                 # The work of a force is with the velocity in the middle of the kick. What two surfaces do to each
                 # other's work is all booked by the later one, which alone knows of both
                 kicked = read_lane(pack["inner"], lane) + read_lane(pack["earlier"], lane)
-                middle = v + 0.5 * ti.cast(dt * (inverse_dx * kicked + pull), ti.f64)
+                middle = v + 0.5 * ti.cast(dt * (inverse_dx * kicked + g), ti.f64)
                 tallies[tally, surface, dim + n_moment] += J.dot(middle)
             for a in ti.static(range(dim)):
                 pack["earlier"][a][lane] += given[a]
 
     @ti.func
-    def push(pack: ti.template(), count, block, coordinates: ti.template(), loads: ti.template(), n_loads, dx, dt,
-             volume, tallies: ti.template(), tally, surface):
+    def apply_loads(pack: ti.template(), count, block, coordinates: ti.template(), loads: ti.template(), n_loads, dx,
+                    dt, volume, tallies: ti.template(), tally, surface):
         """Loads of events: accelerations within a radius."""
         for lane in range(count):
             for q in range(n_loads):
@@ -101,4 +102,4 @@ def surface_functions(dim, real, width, barrier):
                         pack["inner"][a][lane] += dx * gain
                         tallies[tally, surface, a] += ti.cast(pack["m"][0][lane] * volume * dt * gain, ti.f64)
 
-    return SimpleNamespace(clear=clear, act=act, push=push)
+    return SimpleNamespace(clear=clear, apply_contact=apply_contact, apply_loads=apply_loads)

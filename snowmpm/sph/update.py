@@ -198,13 +198,13 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
     def update_pack(pack: ti.template(), work: ti.template(), iterations: ti.template(), k, table: ti.template(),
                     reals: ti.template(), places, material: ti.template(), materials: ti.template(),
                     law_of: ti.template(), speeds: ti.template(), source: ti.template(), moved: ti.template(),
-                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), signs: ti.template(), room,
+                    entries: ti.template(), runs: ti.template(), n_runs: ti.template(), signs: ti.template(), capacity,
                     most_runs, mean: ti.template(), dt, dx, reports: ti.template()):
         first, count = table[k, FIRST], table[k, COUNT]
         read_pack(pack, first, count, reals, places, moved)
-        begin = k * room
+        begin = k * capacity
         for q in range(n_runs[k]):
-            end = k * room + runs[k * most_runs + q, 1]
+            end = k * capacity + runs[k * most_runs + q, 1]
             add_run(pack, runs[k * most_runs + q, 0], begin, end, moved, entries, signs)
             begin = end
         deform_pack(pack, dt, 1.0 / dx)
@@ -213,33 +213,33 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
         write_pack(pack, first, count, reals, places, source, material, materials, speeds, law_of, dx)
 
     @taichi_kernel
-    def update(table: ti.types.ndarray(), reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+    def update(table: ti.types.ndarray(), reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                materials: ti.types.ndarray(), law_of: ti.types.ndarray(), speeds: ti.types.ndarray(),
                source: ti.types.ndarray(), moved: ti.types.ndarray(), entries: ti.types.ndarray(),
-               runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
+               runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), capacity: int,
                most_runs: int, mean: ti.types.ndarray(), dt: real, dx: real, reports: ti.types.ndarray(),
-               report: ti.types.ndarray(), n_packs: int, shares: ti.types.ndarray()):
+               report: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
         if ti.static(width == 1):
             for k in range(n_packs):
                 blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 work, iterations = blank, count_blank
-                update_pack(pack, work, iterations, k, table, reals, access.places(reals, turn), material, materials,
-                            law_of, speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
-                            reports)
+                update_pack(pack, work, iterations, k, table, reals, access.places(reals, slot_offset), material,
+                            materials, law_of, speeds, source, moved, entries, runs, n_runs, signs, capacity, most_runs,
+                            mean, dt, dx, reports)
         else:
             ti.loop_config(serialize=serial)
-            for i in range(chunks(shares)):
+            for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
-                    begin, end = chunk(i, shares)
-                    places = access.places(reals, turn)
+                    begin, end = chunk(i, chunk_bounds)
+                    places = access.places(reals, slot_offset)
                     blank, count_blank = ti.Vector.zero(real, width), ti.Vector.zero(ti.i32, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     work, iterations = blank, count_blank
                     for k in range(begin, end):
                         update_pack(pack, work, iterations, k, table, reals, places, material, materials, law_of,
-                                    speeds, source, moved, entries, runs, n_runs, signs, room, most_runs, mean, dt, dx,
-                                    reports)
+                                    speeds, source, moved, entries, runs, n_runs, signs, capacity, most_runs, mean, dt,
+                                    dx, reports)
         # Another launch would cost what a thousand particles do
         ti.loop_config(serialize=ti.static(in_order()))
         for k in range(n_packs):

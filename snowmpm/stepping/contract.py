@@ -54,8 +54,8 @@ class StepLimits:
 class Workload:
     """What a step has to do beside its particles, for the forecast of its cost.
 
-    blocks: home blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface; surfaces:
-    terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all.
+    blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
+    surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all.
     """
 
     blocks: int

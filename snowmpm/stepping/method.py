@@ -7,7 +7,7 @@ import numpy as np
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
-from snowmpm.stepping import step_report as report_of
+from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step
 
@@ -17,8 +17,8 @@ class Solver(Method):
 
     particles: `SortedParticles`. Totals since the start: `impulse` of terrain, sides and loads and `weight_impulse`
     [N s], `plastic_work` [J], `unconverged` return maps; `momentum_gain` [N s2], the time integral of all momentum that
-    came in, where the domain is periodic; n_plastic: particles that yielded in the last step. keep:
-    share of the velocity kept each step, below 1 only while an initial state settles.
+    came in, where the domain is periodic; n_plastic: particles that yielded in the last step. damping_factor: share of
+    the velocity that is left after each step, below 1 only while an initial state settles.
 
     A solver sets `dim`, `dx`, `precision`, `frame`, `surfaces`, `particles`, `critical_cfl`, `usual_cfl` of a scene
     that gives none, `cfl` and `breaking_cfl`, the C of its steps while no bonds break and while some do, and
@@ -41,7 +41,7 @@ class Solver(Method):
         self._gravity = real_array(self.gravity)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
                                  *self.materials.first_extremes(population))
-        self.time, self.steps, self.keep = 0.0, 0, 1.0
+        self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = None
@@ -101,20 +101,15 @@ class Solver(Method):
         return dt, "breaking" if cause == "elastic" and self.breaking_cfl < self.cfl else cause
 
     def expected_dt(self):
-        """-> (step that a run takes about [s], what limits it): the first one, but where all laws stiffen without their
-        elastic variable. They report the wave speed of their state from the first step on."""
-        first = self.extremes
-        if all(law.stiffness is not None for law in self.materials.laws):
-            first = replace(first, elastic_deviation=0.0)
-        return self._step_at(self.cfl, self.cfl, first)
+        """-> (step that a run takes about [s], what limits it): the one for now, as long as no bonds break."""
+        return self._step_at(self.cfl, self.cfl)
 
     def critical_dt(self):
         """-> (longest step that is not unstable [s], what limits it)."""
         return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
 
-    def _step_at(self, elastic, advective, extremes=None):
-        extremes = extremes or self.extremes
-        extremes = replace(extremes, speed=max(self._pushing_speed, extremes.speed))
+    def _step_at(self, elastic, advective):
+        extremes = replace(self.extremes, speed=max(self._pushing_speed, self.extremes.speed))
         return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
 
     def _read(self, report):
@@ -122,15 +117,15 @@ class Solver(Method):
 
         Raises SimulationError when a particle is no more.
         """
-        if report[report_of.BAD]:
-            self._fail(int(report[report_of.BAD]) - 1)
-        self.extremes = Extremes(speed=report[report_of.SPEED2] ** 0.5, gradient=report[report_of.GRADIENT2] ** 0.5,
-                                 elastic_deviation=report[report_of.STRAIN] ** 0.5,
-                                 wave_speed=report[report_of.WAVE2] ** 0.5,
-                                 breaking=int(report[report_of.BREAKING]))
-        self.plastic_work += report[report_of.DISSIPATION]
-        self.unconverged += int(report[report_of.UNCONVERGED])
-        self.n_plastic = int(report[report_of.PLASTIC])
+        if report[step_report.BAD]:
+            self._fail(int(report[step_report.BAD]) - 1)
+        self.extremes = Extremes(speed=report[step_report.SPEED2] ** 0.5, gradient=report[step_report.GRADIENT2] ** 0.5,
+                                 elastic_deviation=report[step_report.STRAIN] ** 0.5,
+                                 wave_speed=report[step_report.WAVE2] ** 0.5,
+                                 breaking=int(report[step_report.BREAKING]))
+        self.plastic_work += report[step_report.DISSIPATION]
+        self.unconverged += int(report[step_report.UNCONVERGED])
+        self.n_plastic = int(report[step_report.PLASTIC])
 
     def _fail(self, row):
         particle, place = self.particles.describe(row)
@@ -160,11 +155,11 @@ class Solver(Method):
     def damp(self, kept):
         """Keep the share `kept` of all velocities in each step from now on; 1 ends it. -> the share of the impulses of
         terrain and sides that totals count."""
-        if kept < 1.0 and self.keep == 1.0:
+        if kept < 1.0 and self.damping_factor == 1.0:
             self._begin_damping()
-        elif kept == 1.0 and self.keep < 1.0:
+        elif kept == 1.0 and self.damping_factor < 1.0:
             self._end_damping()
-        self.keep = kept
+        self.damping_factor = kept
         return kept if self.DAMPED_IMPULSE else 1.0
 
     def _begin_damping(self):

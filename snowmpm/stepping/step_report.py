@@ -8,8 +8,8 @@ import taichi as ti
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING = range(10)
-"""Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| of laws of constant
-stiffness and excursion (from home [cells] on a grid; squared speed over that of all [m2/s2] in SPH); sums of plastic
+"""Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| of laws of constant stiffness
+and excursion (from the owner block [cells] on a grid; squared speed over that of all [m2/s2] in SPH); sums of plastic
 work [J] and of particles whose return map failed; index + 1 of a particle that is not finite or inverted; number of
 particles that yielded; largest squared wave speed of the laws that stiffen; number of particles that lost bonds and
 have some left."""

@@ -16,11 +16,11 @@ class TimedScheme(Scheme):
     watch: Stopwatch = field(default_factory=Stopwatch, compare=False, repr=False)
 
     def solver(self, population, laws, **options):
-        return self.watch.follow(super().solver(population, laws, **options))
+        return self.watch.time_steps_of(super().solver(population, laws, **options))
 
     def simulation(self, scene, dx, per_axis=2, overrides=None):
         simulation = super().simulation(scene, dx, per_axis, overrides)
-        self.watch.follow(simulation.solver)
+        self.watch.time_steps_of(simulation.solver)
         return simulation
 
 

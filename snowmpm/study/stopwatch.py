@@ -22,7 +22,7 @@ class Stopwatch:
     particle_steps: int = 0
     particles: int = 0
 
-    def follow(self, solver):
+    def time_steps_of(self, solver):
         """Time every step of `solver` from now on; -> the solver."""
         seconds, step = [], solver.step
 

@@ -38,7 +38,7 @@ import taichi as ti
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array
-from snowmpm.compiler.parallel import chunk, chunks, is_worker, shares
+from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker
 from snowmpm.materials import CohesiveCamClay, Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -211,7 +211,7 @@ def machine_limits(precision):
     real = runtime.DTYPES[precision][0]
     threads, kernel = runtime.threads(), chain_kernel(real)
     rounds = ROUNDS * (GPU_ROUNDS if runtime.backend() == "cuda" else threads)
-    result, work = ti.ndarray(real, rounds), int_array(shares(np.ones(rounds)))
+    result, work = ti.ndarray(real, rounds), int_array(chunk_bounds(np.ones(rounds)))
     with ThreadPoolExecutor(threads) as pool, runtime.precision(precision):
         copied = least_time(copies(pool, threads))
         computed = least_time(lambda: kernel(0.5, result, work))

@@ -64,7 +64,7 @@ def exact(kind, law):
             return volume / 3.0 * np.eye(3) if t < 1.0 else shear
 
         duration = 2.0
-    _, _, p, q, _, _ = reference.follow(gradient, duration)
+    _, _, p, q, _, _ = reference.integrate(gradient, duration)
     return p[-1], q[-1]
 
 

@@ -43,12 +43,12 @@ class Stages:
         self.seconds, self.count, self.blocks, self.contacts, self.particle_steps = {}, {}, 0, 0, 0
         self.settling, self._seen = False, 0
 
-    def follow(self, solver):
+    def time_steps_of(self, solver):
         for name, stage in PARTS.items():
             if hasattr(solver, name):
                 setattr(solver, name, self._timed(stage, getattr(solver, name)))
         if hasattr(solver, "grid"):
-            solver.grid.act = self._timed("contact", solver.grid.act)
+            solver.grid.apply_contact = self._timed("contact", solver.grid.apply_contact)
         step = self._timed("step", solver.step)
 
         def counted(dt):
@@ -97,7 +97,7 @@ def measure(name, settings, most):
     scene = load_scene(name, scene_overrides(settings))
     runtime.start("cpu", threads=1)
     stages, make, settle = Stages(), Model.solver, Simulation.settle
-    Model.solver = lambda model: stages.follow(make(model))
+    Model.solver = lambda model: stages.time_steps_of(make(model))
 
     def settled(simulation):
         stages.settling = True

@@ -7,7 +7,7 @@ own, so that it yields; then half of them, in random order, go on in their direc
 and do not (--yielding sets the share). The measured increments have strains of 1e-4 (a step of an explicit solver) and
 a random rotation. The least processor time over the repeats is taken, since other programs may use the machine, and of
 two counts of particles the difference, which leaves out what starting a kernel costs. "copy" loads and stores the same
-arrays and computes nothing. Laws with a straight-line form (`Law.lanes`) are measured in packs of particles too.
+arrays and computes nothing. Laws with a straight-line form (`Law.vector_update`) are measured in packs too.
 """
 
 import argparse
@@ -31,7 +31,7 @@ class Copy(m.Elastic):
     """No law at all: what it costs to load and store."""
 
     update = staticmethod(copy_update)
-    lanes = staticmethod(copy_update)
+    vector_update = staticmethod(copy_update)
 
 
 SLAB = {"density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3}
@@ -115,7 +115,7 @@ def main():
                     LAWS[name], dimension, precision, options.particles, options.repeat, options.yielding
                 )
                 packs = np.nan
-                if LAWS[name].lanes is not None:
+                if LAWS[name].vector_update is not None:
                     packs, _, _ = measure(
                         LAWS[name], dimension, precision, options.particles, options.repeat, options.yielding, True
                     )

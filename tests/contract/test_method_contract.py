@@ -13,7 +13,7 @@ from snowmpm.methods import METHODS, Capabilities
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.sorted_particles import SortedParticles
-from snowmpm.running.failure import likeness
+from snowmpm.running.failure import diagnose
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.model import Model
 from snowmpm.sph.solver import SphSolver
@@ -95,8 +95,8 @@ def test_a_saw_test_asks_for_nothing_else(used):
 
 def test_a_failure_asks_for_nothing_else(used):
     simulation = snowmpm.Simulation(blocks("mpm", 2))
-    assert likeness(simulation.scene.solver, simulation.solver, 1e-4) is None
-    assert 'looks like "' in likeness(simulation.scene.solver, simulation.solver, 1.0)
+    assert diagnose(simulation.scene.solver, simulation.solver, 1e-4) is None
+    assert 'looks like "' in diagnose(simulation.scene.solver, simulation.solver, 1.0)
 
 
 def test_more_than_the_contract_is_out_of_reach(used):

@@ -29,7 +29,7 @@ class Sliding(Solver):
         period = frame.period(sides)
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
-            gravity=gravity, home_limit=1.0, second_moment=0.0, period=period)
+            gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
         self.surfaces, self._terrain, self._friction = [], terrain, terrain_friction
         self.cfl, self.critical_cfl, self.scheme_name = cfl or CFL, CRITICAL, "sliding points"
         self.contact_work = 0.0

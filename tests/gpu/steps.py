@@ -24,7 +24,7 @@ CASES = {
 }
 
 
-def follow(scene, changes, steps, precision):
+def state_after(scene, changes, steps, precision):
     """What the particles of a scene have come to after so many steps."""
     simulation = snowmpm.Simulation(snowmpm.load_scene(scene, {**changes, "solver.precision": precision}))
     for _ in range(steps):
@@ -40,7 +40,7 @@ def main():
     runtime.start("cuda" if way == "cuda" else "cpu", threads=1, fine_grained=way == "fine")
     found = {}
     for name, (scene, changes, steps) in CASES.items():
-        found |= {f"{name}/{key}": values for key, values in follow(scene, changes, steps, precision).items()}
+        found |= {f"{name}/{key}": values for key, values in state_after(scene, changes, steps, precision).items()}
     np.savez(path, **found)
 
 

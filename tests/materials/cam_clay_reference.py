@@ -71,7 +71,7 @@ class Reference:
         assert flow > -1e-9, "the path of a reference must keep loading once it yields"
         return change - 2.0 * flow * N @ b, flow * y_p
 
-    def follow(self, velocity_gradient, duration, points=11):
+    def integrate(self, velocity_gradient, duration, points=11):
         """τ (n, 3, 3), p, q, z, y/p₀² at n times from 0 to `duration`; velocity_gradient(t) (3, 3)."""
         z0 = np.arcsinh(self.p0 / self.moduli[0]) / self.hardening
         start, times = np.concatenate([np.eye(3).ravel(), [z0]]), np.linspace(0.0, duration, points)

@@ -45,7 +45,7 @@ def followed(law, stress, increments, precision="f64", dimension=3, state=None):
     """Update from a stress (3, 3) [Pa] through increments f − I (n, d, d), one point."""
     update = StressUpdate(law, dimension, precision)
     state = update.initial_state(1) if state is None else np.atleast_2d(state)
-    return update.follow(pack(stress, dimension)[None], state, np.asarray(increments)[None])
+    return update.integrate(pack(stress, dimension)[None], state, np.asarray(increments)[None])
 
 
 def stretching(L, steps, time=1.0):

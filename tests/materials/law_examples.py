@@ -41,4 +41,4 @@ def chosen(condition):
 
 
 CAM_CLAYS = chosen(lambda law: isinstance(law, CriticalStateLaw))
-STRAIGHT = chosen(lambda law: law.lanes is not None)
+STRAIGHT = chosen(lambda law: law.vector_update is not None)

@@ -49,7 +49,7 @@ CASES = {
 @pytest.fixture(scope="module", params=CASES)
 def case(request):
     law, velocity_gradient, duration = CASES[request.param]
-    _, tau, _, _, z, y = reference_of(law).follow(velocity_gradient, duration)
+    _, tau, _, _, z, y = reference_of(law).integrate(velocity_gradient, duration)
     assert np.abs(y[-1]) < 1e-9  # the reference stays on its surface
     assert z[-1] != z[0]
     return law, velocity_gradient, duration, tau[-1], z[-1]

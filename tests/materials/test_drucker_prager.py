@@ -79,7 +79,7 @@ def test_plane_strain_cone_fails_at_coulombs_angle(psi):
     e = 0.4 / 4000
     A = np.diag(np.expm1([-e, e * (1.0 + s) / (1.0 - s)]))
     update = StressUpdate(law, 2)
-    stress = unpack(update.follow(pack(start, 2)[None], update.initial_state(1), np.tile(A, (1, 4000, 1, 1))).stress)
+    stress = unpack(update.integrate(pack(start, 2)[None], update.initial_state(1), np.tile(A, (1, 4000, 1, 1))).stress)
     plane = np.sort(np.diagonal(stress[0, -1]))[[0, -1]]
     mean, radius = -plane.mean(), (plane[1] - plane[0]) / 2.0
     # The third stress has settled after plastic strains of many times the elastic ones
@@ -211,7 +211,7 @@ def test_closing_through_the_gap_in_one_step_is_exact():
     update = StressUpdate(law)
     state = np.array([[0.0, 0.03]])
     once = update(np.zeros((1, 6)), state, np.diag(np.expm1(direction))[None])
-    many = update.follow(np.zeros((1, 6)), state, np.tile(np.diag(np.expm1(direction / 1000.0)), (1, 1000, 1, 1)))
+    many = update.integrate(np.zeros((1, 6)), state, np.tile(np.diag(np.expm1(direction / 1000.0)), (1, 1000, 1, 1)))
     # One of the thousand holds the closing; it is as exact as the single one
     np.testing.assert_allclose(once.stress[0], many.stress[0, -1], atol=1e-7)
     assert once.state[0, 1] == 0.0
@@ -233,7 +233,7 @@ def test_separated_sand_weighs_nothing_in_any_motion(precision):
     rng = np.random.default_rng(8)
     update = StressUpdate(SAND, 3, precision)
     A = 1e-3 * rng.normal(size=(50, 200, 3, 3))
-    result = update.follow(np.zeros((50, 6)), np.tile([0.0, 2.0], (50, 1)), A)
+    result = update.integrate(np.zeros((50, 6)), np.tile([0.0, 2.0], (50, 1)), A)
     assert not result.stress.any() and not result.h.any() and not result.iterations.any()
     volume = np.log(np.linalg.det(A + np.eye(3))).sum(axis=1)
     atol = 1e-12 if precision == "f64" else 1e-4  # 200 additions to a number of order 1

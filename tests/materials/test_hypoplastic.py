@@ -81,7 +81,7 @@ def test_superposed_rotation_along_a_path():
 def test_homogeneous_in_stress_and_rate_independent(law):
     path = followed(law, STRESS, stretching(SHEAR, 10))
     update = StressUpdate(law)
-    slow = update.follow(pack(STRESS)[None], update.initial_state(1), stretching(SHEAR, 10)[None], dt=1e3)
+    slow = update.integrate(pack(STRESS)[None], update.initial_state(1), stretching(SHEAR, 10)[None], dt=1e3)
     np.testing.assert_array_equal(path.h, slow.h)
     if law is DENSE:  # its density factor knows the pressure
         return

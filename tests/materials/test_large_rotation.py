@@ -41,7 +41,7 @@ def test_first_order_increments_lose_pressure(order, p):
     L = np.array([logm(f).real for f in F[1:] @ np.linalg.inv(F[:-1])])
     increments = L if order == 1 else L + 0.5 * L @ L
     update = StressUpdate(A)
-    result = update.follow(np.zeros((1, 6)), update.initial_state(1), increments[None])
+    result = update.integrate(np.zeros((1, 6)), update.initial_state(1), increments[None])
     found = -np.trace(unpack(result.stress[0, -1])) / 3.0
     assert found == pytest.approx(p, rel=1e-3)
 
@@ -56,7 +56,7 @@ def test_a_full_turn_keeps_the_stress(order, stays):
     L = np.concatenate([compression, turn])
     increments = L if order == 1 else L + 0.5 * L @ L
     update = StressUpdate(A)
-    stress = unpack(update.follow(np.zeros((1, 6)), update.initial_state(1), increments[None]).stress[0])
+    stress = unpack(update.integrate(np.zeros((1, 6)), update.initial_state(1), increments[None]).stress[0])
     before, after = stress[99], stress[-1]
     if stays:
         np.testing.assert_allclose(after, before, atol=1e-3 * np.abs(before).max())

@@ -5,8 +5,8 @@ import pytest
 import taichi as ti
 from parameter_sets import SETS, W1, A, B, C, diagonal, isotropic
 
-from snowmpm.materials import AnticrackCamClay, Elastic, Leg, LoadingError, MaterialPoint, MixedControl
-from snowmpm.materials.leg import deformation_of
+from snowmpm.materials import AnticrackCamClay, Elastic, LoadingError, LoadingStage, MaterialPoint, MixedControl
+from snowmpm.materials.loading_stage import deformation_of
 from snowmpm.materials.symmetric import COMPONENTS, PAIRS
 
 ELASTIC = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
@@ -32,7 +32,7 @@ def test_controlled_strains_make_the_deformation_they_say():
 @pytest.mark.parametrize("steps", [1, 10])
 def test_uniaxial_stress_gives_back_young_and_poisson(stretch, steps):
     # Hencky elasticity: τ_zz = E ε_zz and ε_xx = −ν ε_zz at any strain
-    rows = MixedControl(ELASTIC).follow([Leg({"zz": stretch}, dict.fromkeys(LATERAL, 0.0), steps)])
+    rows = MixedControl(ELASTIC).follow_stages([LoadingStage({"zz": stretch}, dict.fromkeys(LATERAL, 0.0), steps)])
     lateral = -ELASTIC.poisson_ratio * stretch
     # The lateral stress is zero to 1e-11 of the axial one; F carries round-off of 1e-16
     np.testing.assert_allclose(rows[-1].strain, [lateral, lateral, stretch, 0, 0, 0], rtol=1e-10, atol=1e-15)
@@ -41,7 +41,7 @@ def test_uniaxial_stress_gives_back_young_and_poisson(stretch, steps):
 
 def test_plane_strain_under_lateral_stress():
     # ε_yy = 0, σ_xx = 0: τ_zz = E / (1 − ν²) ε_zz and τ_yy = ν τ_zz
-    row = MixedControl(ELASTIC).follow([Leg({"zz": -0.05}, {"xx": 0.0}, 5)])[-1]
+    row = MixedControl(ELASTIC).follow_stages([LoadingStage({"zz": -0.05}, {"xx": 0.0}, 5)])[-1]
     nu = ELASTIC.poisson_ratio
     stiffness = ELASTIC.youngs_modulus / (1.0 - nu**2)
     np.testing.assert_allclose(row.kirchhoff[1:3], [-0.05 * nu * stiffness, -0.05 * stiffness], rtol=1e-10)
@@ -54,8 +54,9 @@ def test_lateral_stress_is_held(name, precision):
     pressure = 0.4 * law.p0
     control = MixedControl(law, precision)
     start = control.consolidated(pressure)
-    leg = Leg({"zz": -0.3}, dict.fromkeys(LATERAL, -pressure), 100)
-    for rows in (control.follow([leg], start), control.follow([leg, Leg({"zz": -0.29}, leg.stress, 50)], start)[100:]):
+    stage = LoadingStage({"zz": -0.3}, dict.fromkeys(LATERAL, -pressure), 100)
+    for rows in (control.follow_stages([stage], start),
+                 control.follow_stages([stage, LoadingStage({"zz": -0.29}, stage.stress, 50)], start)[100:]):
         for component in LATERAL:
             held = column(rows, component) / -pressure - 1.0
             # f64: 1e-11 of the largest stress. f32: 1e-5 of it, and 1e-8 of the stiffness, 0.04 Pa of 1200 Pa
@@ -69,13 +70,13 @@ def test_prescribed_stresses_give_back_the_strains_that_made_them(law, free):
     # Away from critical state a hardening law has one strain for a stress: control by stress must find it
     end = np.array([-0.02, -0.03, -0.06, 0.004, -0.006, 0.01])
     control = MixedControl(law)
-    there = control.follow([Leg(dict(zip(COMPONENTS, end, strict=True)), {}, 20)])
-    legs = []
+    there = control.follow_stages([LoadingStage(dict(zip(COMPONENTS, end, strict=True)), {}, 20)])
+    stages = []
     for row in there:
         stress = {c: row.cauchy[COMPONENTS.index(c)] for c in free.split()}
         strain = {c: row.strain[k] for k, c in enumerate(COMPONENTS) if c not in stress}
-        legs.append(Leg(strain, stress, 1))
-    again = control.follow(legs)
+        stages.append(LoadingStage(strain, stress, 1))
+    again = control.follow_stages(stages)
     # Stress is met to 1e-11; the tangent of a yielding law is down to a tenth of its stiffness
     np.testing.assert_allclose([row.strain for row in again], [row.strain for row in there], atol=1e-11, rtol=1e-8)
     np.testing.assert_allclose(again[-1].state, there[-1].state, rtol=1e-8)
@@ -91,7 +92,7 @@ def test_consolidation_meets_the_pressure(law, steps):
         np.testing.assert_allclose(point.cauchy, [-pressure] * 3 + [0.0] * 3, rtol=1e-10, atol=1e-9 * pressure + 1e-12)
         np.testing.assert_array_equal(point.strain, 0.0)
         # Strains count from here, F from the stress-free state
-        moved = control.follow([Leg({"zz": -0.01}, {}, steps)], point)[-1]
+        moved = control.follow_stages([LoadingStage({"zz": -0.01}, {}, steps)], point)[-1]
         np.testing.assert_allclose(moved.deformation, diagonal(0.0, 0.0, [-0.01])[0] @ point.deformation, rtol=1e-14)
 
 
@@ -99,8 +100,8 @@ def test_unloading_to_the_start_is_elastic():
     control = MixedControl(A)
     start = control.consolidated(10e3)
     held = dict.fromkeys(LATERAL, -10e3)
-    legs = [Leg({"zz": -0.1}, held, 50), Leg({}, {**held, "zz": -10e3}, 20)]
-    rows = control.follow(legs, start)
+    stages = [LoadingStage({"zz": -0.1}, held, 50), LoadingStage({}, {**held, "zz": -10e3}, 20)]
+    rows = control.follow_stages(stages, start)
     assert rows[49].iterations > 0 and not any(row.iterations for row in rows[50:])
     np.testing.assert_allclose(rows[-1].cauchy, [-10e3] * 3 + [0.0] * 3, rtol=1e-10, atol=1e-6)
     # Coaxial: the change of logarithmic strain is that of the elastic strain, from the stresses alone
@@ -119,8 +120,8 @@ def test_stress_beyond_the_strength_names_the_step(precision, lateral, strength)
     start = control.consolidated(lateral)
     step = 0.02 * strength  # so that the strength is met after 50 steps, and passed after 51 or 52
     with pytest.raises(LoadingError, match=r"stress xx = .* Pa cannot be reached; the last") as error:
-        leg = Leg({}, {"xx": -lateral, "yy": -lateral, "zz": -lateral - 100 * step}, 100)
-        control.follow([leg], start)
+        stage = LoadingStage({}, {"xx": -lateral, "yy": -lateral, "zz": -lateral - 100 * step}, 100)
+        control.follow_stages([stage], start)
     # Critical state is reached in the limit only, and in float32 what is left is lost in round-off 3 % before it;
     # Cauchy stresses are 0.1 % above Kirchhoff's, which the strength is one of
     assert (50 if precision == "f64" else 48) <= error.value.step <= 52
@@ -129,7 +130,7 @@ def test_stress_beyond_the_strength_names_the_step(precision, lateral, strength)
 
 def test_tension_beyond_the_apex_is_refused():
     with pytest.raises(LoadingError, match="cannot be reached"):
-        MixedControl(A).follow([Leg({}, dict.fromkeys(("xx", "yy", "zz"), 1.2 * A.beta * A.p0), 20)])
+        MixedControl(A).follow_stages([LoadingStage({}, dict.fromkeys(("xx", "yy", "zz"), 1.2 * A.beta * A.p0), 20)])
 
 
 def test_pressure_beyond_collapse_is_refused():
@@ -148,11 +149,11 @@ class Reluctant(MixedControl):
 
 
 def test_a_step_that_does_not_converge_is_made_in_parts():
-    leg = {"strain": {"zz": -0.1}, "stress": dict.fromkeys(LATERAL, -10e3)}
+    stage = {"strain": {"zz": -0.1}, "stress": dict.fromkeys(LATERAL, -10e3)}
     coarse = Reluctant(A)
     start = coarse.consolidated(10e3)
-    halved = coarse.follow([Leg(**leg, steps=5, duration=5.0)], start)
-    fine = MixedControl(A).follow([Leg(**leg, steps=20, duration=5.0)], start)
+    halved = coarse.follow_stages([LoadingStage(**stage, steps=5, duration=5.0)], start)
+    fine = MixedControl(A).follow_stages([LoadingStage(**stage, steps=20, duration=5.0)], start)
     for i, row in enumerate(halved):
         np.testing.assert_allclose(row.strain, fine[4 * i + 3].strain, rtol=1e-8)
         assert row.duration == 1.0
@@ -162,7 +163,7 @@ def test_a_step_that_does_not_converge_is_made_in_parts():
 def test_a_failing_law_is_reported():
     # b = F Fᵀ beyond what f64 can hold
     with pytest.raises(LoadingError, match="step 1: the stress update failed"):
-        MixedControl(ELASTIC).follow([Leg({"zz": 600.0}, {}, 1)])
+        MixedControl(ELASTIC).follow_stages([LoadingStage({"zz": 600.0}, {}, 1)])
 
 
 @ti.func
@@ -185,19 +186,19 @@ def test_time_reaches_a_rate_dependent_law():
     law = Viscous(density=250.0, youngs_modulus=1.0, poisson_ratio=0.0)  # K = 1/3
     small = 1e-6  # so that f − I is ln f to 1e-6
     for duration in (0.5, 20.0):
-        rows = MixedControl(law).follow([Leg({"xy": small, "zz": -small}, {"xx": 0.0}, 4, duration)])
+        rows = MixedControl(law).follow_stages([LoadingStage({"xy": small, "zz": -small}, {"xx": 0.0}, 4, duration)])
         for row in rows:
             assert row.kirchhoff[3] == pytest.approx(small / duration / 3.0, rel=1e-5)
             assert row.kirchhoff[2] == pytest.approx(-2.0 * small / duration / 3.0, rel=1e-5)
     # Driven by stress: the strain rate it takes
-    rows = MixedControl(law).follow([Leg({}, {"zz": 1e-6}, 1, 10.0)])
+    rows = MixedControl(law).follow_stages([LoadingStage({}, {"zz": 1e-6}, 1, 10.0)])
     assert rows[-1].strain[2] == pytest.approx(1e-6 * 10.0 / (2.0 / 3.0), rel=1e-4)  # f − I against ln f
 
 
 def test_material_point_takes_legs_and_an_initial_stress():
     stress = -10e3 * np.eye(3)
     held = dict.fromkeys(LATERAL, -10e3)
-    path = MaterialPoint(A).load([Leg({"zz": -0.1}, held, 50)], stress=stress)
+    path = MaterialPoint(A).load([LoadingStage({"zz": -0.1}, held, 50)], stress=stress)
     # The initial stress is Kirchhoff's and Cauchy's, since F = I there
     np.testing.assert_allclose(path.cauchy[:, [0, 1], [0, 1]], -10e3, rtol=1e-9)
     again = MaterialPoint(A).drive(path.deformation, stress=stress)
@@ -225,8 +226,8 @@ def test_a_layer_that_drops_its_load_bears_it_again():
                            p0=2.7e3, hardening=0.15, softening=10.0)
     ends = []
     for steps in (50, 100):
-        rows = MixedControl(law).follow(
-            [Leg(strain={"xz": 0.05}, stress=dict.fromkeys(("zz",), -1e3), steps=steps)],
+        rows = MixedControl(law).follow_stages(
+            [LoadingStage(strain={"xz": 0.05}, stress=dict.fromkeys(("zz",), -1e3), steps=steps)],
             MixedControl(law).consolidated(1e3))
         np.testing.assert_allclose(column(rows, "zz"), -1e3, rtol=1e-9)
         ends.append([rows[-1].strain[2], rows[-1].cauchy[4]])
@@ -238,7 +239,7 @@ def test_wrong_starts_are_refused():
     with pytest.raises(ValueError, match="outside"):
         MaterialPoint(A).drive(isotropic([0.01]), stress=-2.0 * A.p0 * np.eye(3))
     with pytest.raises(ValueError, match="dimension = 3"):
-        MaterialPoint(A, dimension=2).load([Leg({"zz": -0.1})])
+        MaterialPoint(A, dimension=2).load([LoadingStage({"zz": -0.1})])
 
 
 @pytest.mark.parametrize(
@@ -254,4 +255,4 @@ def test_wrong_starts_are_refused():
 )
 def test_wrong_legs_are_refused(values, message):
     with pytest.raises(LoadingError, match=message):
-        Leg(**values)
+        LoadingStage(**values)

@@ -80,7 +80,7 @@ def test_simple_shear_reaches_coulombs_line(dimension):
             start = pack(law.h_from_stress(-2e4 * np.eye(3)), 2)[None]
             shear = np.zeros((1, 60, 2, 2))
             shear[..., 0, 1] = 1e-6 / 60
-            stress = unpack(update.follow(start, update.initial_state(1), shear).stress[0, -1])
+            stress = unpack(update.integrate(start, update.initial_state(1), shear).stress[0, -1])
         else:
             stress = MaterialPoint(law).drive(F).kirchhoff[-1]
         # 2e-8 of strain in numbers of order 1, 1e-16: 5e-9 of the stress

@@ -96,7 +96,7 @@ def test_elastic_at_rest_and_relaxing_above():
     for q, relaxes in ((0.99 * q_rest, False), (1.5 * q_rest, True)):
         stress = q * np.diag([1.0, 1.0, -2.0]) / 3.0 - PRESSURE * np.eye(3)
         update = StressUpdate(LAW)
-        held = update.follow(
+        held = update.integrate(
             pack(LAW.h_from_stress(stress))[None], update.initial_state(1), np.zeros((1, 200, 3, 3)), 1e-3
         )
         tau = unpack(held.stress[0])

@@ -244,7 +244,7 @@ def test_closed_elastic_loop_gives_all_energy_back():
     F = F[np.linalg.det(F).min(axis=1) > 0.05]
     assert len(F) > 10
     f = F[:, 1:] @ np.linalg.inv(F[:, :-1])
-    result = update.follow(np.zeros((len(F), 6)), update.initial_state(len(F)), f - np.eye(3))
+    result = update.integrate(np.zeros((len(F), 6)), update.initial_state(len(F)), f - np.eye(3))
     assert np.abs(result.h[:, -1]).max() < 1e-9  # round-off times the condition of the products
     assert np.abs(result.h[:, 3]).max() > 0.1
 

@@ -177,5 +177,5 @@ def test_reference_itself_reproduces_the_printed_path():
     # The integrator of cam_clay_reference.py against numbers of another program: neither is the project's law
     law = Reference(3e6, 0.3, 1.5, 0.3, 1.0, 30e3)
     gradient = np.diag([-1.0, 0.0, 0.0])
-    _, _, p, q, z, _ = law.follow(lambda t: gradient, 0.1)
+    _, _, p, q, z, _ = law.integrate(lambda t: gradient, 0.1)
     np.testing.assert_allclose((p[-1], q[-1], z[-1]), (125783.70, 83088.755, 0.061686233), rtol=1e-7)

@@ -303,7 +303,7 @@ def test_extreme_compaction_stays_finite(precision):
     law = changed(SNOW, hardening=50.0)
     update = StressUpdate(law, 3, precision)
     A = np.tile(np.diag([np.expm1(-5.0)] * 3), (1, 8, 1, 1))
-    result = update.follow(np.zeros((1, 6)), update.initial_state(1), A)
+    result = update.integrate(np.zeros((1, 6)), update.initial_state(1), A)
     assert np.isfinite(result.stress).all() and (result.iterations == 1).all()
     assert result.state[0, -1, 0] == pytest.approx(1e-9, rel=1e-6)
     assert law.factor_at(result.state[0, -1]) == pytest.approx(np.exp(30.0), rel=1e-12)

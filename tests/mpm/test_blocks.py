@@ -58,7 +58,7 @@ def test_sort_moves_no_particle_and_brings_all_home(make_solver, dim):
     local = particles.column("position")
     # Home is where a particle will be, up to LEAD of the stencil's limit ahead along each axis, the fastest the most
     fastest = np.linalg.norm(velocity, axis=1).max()
-    lead = LEAD * STENCILS["quadratic"].home_limit * particles.column("velocity") / fastest
+    lead = LEAD * STENCILS["quadratic"].drift_limit * particles.column("velocity") / fastest
     ahead = local + lead
     assert (ahead >= 0.5 - 1e-12).all() and (ahead < EDGE[dim] + 0.5 + 1e-12).all()
     assert np.abs(lead).max() > 0.5 * LEAD

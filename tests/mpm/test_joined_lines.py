@@ -29,7 +29,7 @@ def nodes_of(grid):
     blocks, edge = grid.contact, EDGE[2]
     within = np.stack(np.meshgrid(np.arange(edge), np.arange(edge), indexing="ij"), axis=-1).reshape(-1, 2)
     places = (edge * blocks.coordinates.to_numpy()[: blocks.n, None] + within).reshape(-1, 2)
-    return places, slice(grid.room, grid.room + len(places))
+    return places, slice(grid.contact_offset, grid.contact_offset + len(places))
 
 
 def spline(x):
@@ -85,7 +85,7 @@ def test_keeps_what_the_wall_lets_move(corner):
         v = 0.3 * d[:, None] * n + (0.7 * d + 0.2 * (places @ [n[1], -n[0]]))[:, None] * [n[1], -n[0]]
         nodes[here, :2] = v
         grid.nodes.from_numpy(nodes)
-        wall.act(grid, solver.dx)
+        wall.apply_contact(grid, solver.dx)
         held = np.unique(wall._joined.ints.to_numpy()[:, : 1 + REACH["quadratic"]])
         held = held[(held >= 0)]
         held = held[nodes[here][held, 3] > 0.0]
@@ -103,7 +103,7 @@ def test_never_adds_energy(corner):
         grid.nodes.from_numpy(nodes)
         before = (nodes[here, 3:] * nodes[here, :2] ** 2).sum()
         total = wall.total.copy()
-        wall.act(grid, solver.dx)
+        wall.apply_contact(grid, solver.dx)
         after = grid.nodes.to_numpy()[here]
         assert (after[:, 3:] * after[:, :2] ** 2).sum() < before
         gained = (after[:, 3:] * after[:, :2]).sum(axis=0) - (nodes[here, 3:] * nodes[here, :2]).sum(axis=0)

@@ -60,7 +60,7 @@ def tiles_of(solver, name="tiles"):
 
 def in_boxes(solver):
     """Which nodes of the tiles the particles reach; beyond them a tile holds anything."""
-    box = solver.grid.boxes.to_numpy()[: solver.grid.n_tiles].reshape(-1, 1, 2, 3)[..., 3 - solver.dim :]
+    box = solver.grid.active_nodes.to_numpy()[: solver.grid.n_tiles].reshape(-1, 1, 2, 3)[..., 3 - solver.dim :]
     nodes = np.array(list(np.ndindex(*[TILE[solver.dim]] * solver.dim)))
     return ((nodes >= box[:, :, 0]) & (nodes < box[:, :, 1])).all(axis=-1)
 
@@ -140,7 +140,7 @@ def test_gather_gives_back_linear_fields(dim, kernel, gradient, transfer):
 @pytest.mark.parametrize("kernel", STENCILS)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_stencils_at_the_limit_of_drift_stay_in_their_tile(dim, kernel, atomic):
-    edge, limit = EDGE[dim], STENCILS[kernel].home_limit
+    edge, limit = EDGE[dim], STENCILS[kernel].drift_limit
     # One particle in each of 2^dim blocks along a row, then driven to the corners of what the limit allows
     homes = np.full((2**dim, dim), edge / 2 + 0.5)
     homes[:, 0] += edge * np.arange(2**dim)

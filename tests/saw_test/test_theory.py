@@ -150,7 +150,7 @@ def test_softening_of_a_row_keeps_the_energy_of_the_layer():
 def test_layer_drawn_two_cells_thick(dx, tolerance):
     """Stiffness, load, collapse and energy per area are those of 50 mm on any grid; where a row of cells is not much
     higher than it collapses, 1.2 mm, its finite strain tells (9 % in the Maxwell load at 5 mm)."""
-    row = W3.drawn(0.05, 2.0 * dx).on_grid(dx)
+    row = W3.thickened_to(0.05, 2.0 * dx).on_grid(dx)
     assert row.bulk_modulus / (2.0 * dx) == pytest.approx(W3.bulk_modulus / 0.05, rel=1e-12)
     assert theory.fracture_energy(row, BAND * dx) == pytest.approx(theory.fracture_energy(W3, 0.05), rel=tolerance)
     e, P, _, _ = theory.collapse_curve(row, largest=0.6)

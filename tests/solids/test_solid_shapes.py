@@ -12,7 +12,7 @@ from snowmpm.errors import InputError
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape, samples
 from snowmpm.solids.motion import Uniform
 from snowmpm.solids.samples import DistanceSamples
-from snowmpm.solids.table import CODE, FRICTION, REACH, STEP, SolidTable, solid_functions
+from snowmpm.solids.table import CODE, FRICTION, REACH, STEP, SolidTable, distance_function
 
 DX = 0.1
 L_SHAPE = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
@@ -182,7 +182,7 @@ def on_samples(solid, spacing, x):
     sizes = np.array([[0, 0, 0, *found.lower, 0, found.spacing, found.reach, 0]])
     poses = np.zeros((1, table.poses.shape[1]))
     poses[0, :6] = [1, 0, 0, 1, *solid.origin]
-    d, n, _, _ = in_kernel(2, "f64", x, 1, numbers, sizes, poses, table.samples)
+    d, n = in_kernel(2, "f64", x, 1, numbers, sizes, poses, table.samples)
     return *solid.query(x), d[0], n[0]
 
 
@@ -190,35 +190,28 @@ KERNELS = {}
 
 
 def in_kernel(dim, precision, x, count, numbers, sizes, poses, samples):
-    """d (count, k), n, velocity and moment of a unit impulse along every axis, of `count` obstacles at x (k, dim)."""
+    """d (count, k) and n of `count` obstacles at x (k, dim)."""
     real, numpy_real = runtime.DTYPES[precision]
-    turns = 1 if dim == 2 else 3
     if (dim, precision) not in KERNELS:
-        solid = solid_functions(dim, real)
+        distance = distance_function(dim, real)
 
         @ti.kernel
         def ask(count: ti.i32, x: ti.types.ndarray(), numbers: ti.types.ndarray(), sizes: ti.types.ndarray(),
                 poses: ti.types.ndarray(), samples: ti.types.ndarray(dtype=ti.types.vector(4, real), ndim=1),
-                d: ti.types.ndarray(), n: ti.types.ndarray(), v: ti.types.ndarray(), m: ti.types.ndarray()):
+                d: ti.types.ndarray(), n: ti.types.ndarray()):
             for i in range(x.shape[0]):
                 for o in range(count):
                     at = ti.Vector([x[i, k] for k in ti.static(range(dim))])
-                    distance, normal = solid.distance(o, at, numbers, sizes, poses, samples)
-                    velocity = solid.velocity(o, at, poses)
-                    moment = solid.moment(o, at, ti.Vector.one(real, dim), poses)
-                    d[o, i] = distance
+                    found, normal = distance(o, at, numbers, sizes, poses, samples)
+                    d[o, i] = found
                     for k in ti.static(range(dim)):
                         n[o, i, k] = normal[k]
-                        v[o, i, k] = velocity[k]
-                    for k in ti.static(range(turns)):
-                        m[o, i, k] = moment[k]
 
         KERNELS[dim, precision] = ask
     d, n = np.zeros((count, len(x)), numpy_real), np.zeros((count, len(x), dim), numpy_real)
-    v, m = np.zeros_like(n), np.zeros((count, len(x), turns), numpy_real)
     with runtime.precision(precision):
-        KERNELS[dim, precision](count, x.astype(numpy_real), numbers, sizes, poses, samples, d, n, v, m)
-    return d, n, v, m
+        KERNELS[dim, precision](count, x.astype(numpy_real), numbers, sizes, poses, samples, d, n)
+    return d, n
 
 
 @pytest.mark.parametrize(("dim", "precision", "tolerance"), [(2, "f64", 1e-12), (3, "f32", 2e-4)])
@@ -239,7 +232,7 @@ def test_kernels_see_the_moved_solid_as_numpy_does(meshes, dim, precision, toler
         table.move(time)
         found = in_kernel(dim, precision, (x - origin) / DX, len(obstacles), table.numbers, table.sizes, table.poses,
                           table.samples)
-        for o, (obstacle, d, n, v, m) in enumerate(zip(obstacles, *found, strict=True)):
+        for o, (obstacle, d, n) in enumerate(zip(obstacles, *found, strict=True)):
             distance, normal = obstacle.query_at(x, time)
             sampled = obstacle.shape.surface is not None
             near = np.abs(distance) < 0.9 * REACH * DX if sampled else np.ones(len(x), bool)
@@ -250,10 +243,6 @@ def test_kernels_see_the_moved_solid_as_numpy_does(meshes, dim, precision, toler
                 assert ((d > 0.0) == (distance > 0.0))[np.abs(distance) > 0.1 * DX].all()
             else:
                 assert error.max() < tolerance and np.quantile(turned, 0.999) < tolerance
-            assert np.abs(v - obstacle.velocity_at(x, time)).max() < tolerance
-            arm = x - obstacle.motion.pose(time).centre
-            moment = arm[:, :1] - arm[:, 1:] if dim == 2 else np.cross(arm, np.ones(3))
-            assert np.abs(m * DX - moment).max() < tolerance
             lower, upper = (corner[o] * DX + origin for corner in table.boxes())
             inside = x[distance < 0.0]
             assert (inside > lower).all() and (inside < upper).all()

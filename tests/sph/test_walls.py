@@ -144,7 +144,7 @@ def squeezed(cells, jitter=0.0, **scheme):
     c = STIFF.wave_speed()
     while solver.time < 80 * cells * DX / c:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - min(0.5, 0.1 * dt * c / DX)
+        solver.damping_factor = 1.0 - min(0.5, 0.1 * dt * c / DX)
         solver.step(dt)
     inside = (np.abs(solver.particles.positions() - 0.5 * cells * DX) < 0.25 * cells * DX).all(axis=1)
     return solver.particles.column("stress")[inside] / 1e3

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import snowmpm
-from snowmpm.materials import Leg, MaterialPoint
+from snowmpm.materials import LoadingStage, MaterialPoint
 from snowmpm.saw_test import theory
 from snowmpm.saw_test.prediction import column_of
 from snowmpm.saw_test.result import crack_speed, onset
@@ -276,7 +276,8 @@ def test_friction_of_the_sheared_layer(changes, least, most):
     """
     law = column_of(scene_of(changes))[1]
     weight = {"zz": -867.0}
-    path = MaterialPoint(law).load([Leg(stress=weight), Leg(strain={"xz": 0.3}, stress=weight, steps=3000)])
+    path = MaterialPoint(law).load([LoadingStage(stress=weight),
+                                    LoadingStage(strain={"xz": 0.3}, stress=weight, steps=3000)])
     assert least < path.cauchy[-1, 0, 2] / 867.0 < most
 
 

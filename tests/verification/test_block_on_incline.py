@@ -64,9 +64,9 @@ def settle(solver, duration):
     """Bring it to rest in equilibrium with damped nodes."""
     while solver.time < duration:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - 0.05 * dt * LAW.wave_speed() / DX
+        solver.damping_factor = 1.0 - 0.05 * dt * LAW.wave_speed() / DX
         solver.step(dt)
-    solver.keep = 1.0
+    solver.damping_factor = 1.0
     solver.restart_clock()
 
 

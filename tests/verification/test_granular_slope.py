@@ -91,7 +91,7 @@ def first_yield(law, scheme, slope, expected):
     while solver.n_plastic == 0 and solver.time < 100.0 * depth / c:
         dt = solver.stable_dt()[0]
         gravity = full * solver.time * c / (100.0 * depth)
-        solver.keep = 1.0 - 0.02 * dt * c / solver.dx
+        solver.damping_factor = 1.0 - 0.02 * dt * c / solver.dx
         states.add(velocity=np.broadcast_to(dt * gravity * down, (len(states.mass), 2)))
         solver.step(dt)
     return law.density * gravity * (depth - 0.25 * depth / cells)

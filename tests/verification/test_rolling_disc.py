@@ -66,9 +66,9 @@ def roll(dim, mu, dx, duration=1.0):
                        terrain_contact="separate", terrain_friction=mu, **APIC.options)
     while solver.time < 0.4:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - 0.05 * dt * LAW.wave_speed() / dx
+        solver.damping_factor = 1.0 - 0.05 * dt * LAW.wave_speed() / dx
         solver.step(dt)
-    solver.keep = 1.0
+    solver.damping_factor = 1.0
     solver.restart_clock()
     solver.set_loads([(plane.point, 1e3, -G * np.sin(SLOPE) * plane.along)])
     rows = []

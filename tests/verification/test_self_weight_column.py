@@ -44,9 +44,9 @@ def turned(degrees, scheme, per_axis=2):
 
 @pytest.mark.parametrize("degrees", [30] + [pytest.param(k, marks=pytest.mark.slow) for k in (15, 45, 60, 75)])
 def test_turned(degrees):
-    """Walls that meet and cut the grid anywhere, by default: 4 particles a cell. Line by line (`columns`), without what
-    holds lines together, the stress is off by 0.4 to 1.1 of the pressure at an inner corner, the settlement by 1.2 to
-    3.2 %."""
+    """Walls that meet and cut the grid anywhere, by default: 4 particles a cell. Line by line (`wall_contact`), without
+    what holds lines together, the stress is off by 0.4 to 1.1 of the pressure at an inner corner, the settlement by 1.2
+    to 3.2 %."""
     top, off, wall = turned(degrees, APIC)
     assert abs(top) < 0.01
     assert off[wall > 1.0].max() < 0.06 and np.sqrt((off**2).mean()) < 0.03

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import SimulationError
-from snowmpm.materials import CohesiveCamClay, Elastic, Leg, LoadingError
+from snowmpm.materials import CohesiveCamClay, Elastic, LoadingError, LoadingStage
 from snowmpm.materials.mixed_control import MixedControl
 from snowmpm.particles.population import Population
 from snowmpm.running.simulation import Simulation
@@ -39,9 +39,9 @@ def column(law, free):
     states, c = ParticleStates(solver), law.wave_speed()
     while solver.time < 40 * HEIGHT / c:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - min(0.5, 0.1 * dt * c / DX)
+        solver.damping_factor = 1.0 - min(0.5, 0.1 * dt * c / DX)
         solver.step(dt)
-    solver.keep = 1.0
+    solver.damping_factor = 1.0
     solver.restart_clock()
     return solver, states, vertical
 
@@ -74,7 +74,7 @@ def test_a_slab_on_rough_ground_carries_in_every_row_what_lies_above():
     states, c = ParticleStates(solver), ICE.wave_speed()
     while solver.time < 40 * rows * DX / c:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - min(0.5, 0.1 * dt * c / DX)
+        solver.damping_factor = 1.0 - min(0.5, 0.1 * dt * c / DX)
         solver.step(dt)
     found = states.column("stress")
     assert np.abs(found[:, 3] - stress[:, 0, 1]).max() < 0.1 * ICE.density * G * np.sin(slope) * DX
@@ -111,7 +111,7 @@ def wrong_at_border(form, contrast=5.0 / 3.0, rows=12):
     states, c = ParticleStates(solver), laws[0].wave_speed()
     while solver.time < 120 * rows * DX / c:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - min(0.5, 0.1 * dt * c / DX)
+        solver.damping_factor = 1.0 - min(0.5, 0.1 * dt * c / DX)
         solver.step(dt)
     near = np.abs(states.reference[:, 1] - rows * DX) < 3 * DX
     return np.abs(states.column("stress")[near, 1] / vertical[near] - 1.0).max()
@@ -181,8 +181,9 @@ def weight_at_foot(scene):
 
 def limit(law, weight, slope):
     """Largest share of a weight [Pa] that a row bears, to 0.5 %."""
-    legs = [Leg(stress={"yy": -share * weight * np.cos(slope), "xy": share * weight * np.sin(slope)}, steps=steps)
-            for share, steps in ((0.8, 4), (1.1, 60))]
+    stages = [LoadingStage(stress={"yy": -share * weight * np.cos(slope), "xy": share * weight * np.sin(slope)},
+                           steps=steps)
+              for share, steps in ((0.8, 4), (1.1, 60))]
     with pytest.raises(LoadingError) as failed:
-        MixedControl(law).follow(legs)
+        MixedControl(law).follow_stages(stages)
     return 0.8 + 0.005 * (failed.value.step - 1 - 4)

@@ -25,10 +25,10 @@ def oedometric_path(material, strain, pressure=0.0):
     """Cauchy stresses (n, 2) [Pa], axial and lateral, compression positive, at strains (n,) that grow from 0 and may
     turn back once; material: table of a scene; pressure [Pa]: isotropic at the start. ValueError for a kind of material
     whose path is not known here."""
-    follow = _PATHS.get(material["kind"])
-    if follow is None:
+    path_of = _PATHS.get(material["kind"])
+    if path_of is None:
         raise ValueError(f"no exact path of {material['kind']}; there is one of {', '.join(_PATHS)}")
-    return follow(material, np.asarray(strain, float), pressure)
+    return path_of(material, np.asarray(strain, float), pressure)
 
 
 def _elastic(material, strain, pressure):
@@ -94,15 +94,15 @@ def _there_and_back(there, back, strain, start, onset=0.0, before=None):
     begin = min(onset, rise[-1])
     state = start + begin * (before(0.0, start) if before else 0.0)
 
-    def follow(slope, begin, end, at, state):
+    def path_of(slope, begin, end, at, state):
         if end == begin:
             return np.tile(state, (len(at), 1)), state
         done = solve_ivp(slope, (begin, end), state, method="DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
         return done.sol(at).T, done.y[:, -1]
 
-    states[: turn + 1][~early], state = follow(there, begin, rise[-1], rise[~early], state)
-    states[turn + 1 :], _ = follow(back, 0.0, rise[-1] - strain[turn + 1 :].min(initial=rise[-1]),
-                                   rise[-1] - strain[turn + 1 :], state)
+    states[: turn + 1][~early], state = path_of(there, begin, rise[-1], rise[~early], state)
+    states[turn + 1 :], _ = path_of(back, 0.0, rise[-1] - strain[turn + 1 :].min(initial=rise[-1]),
+                                    rise[-1] - strain[turn + 1 :], state)
     return states
 
 

@@ -19,7 +19,8 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, shares
+from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -39,7 +40,7 @@ class BodyContact:
         self._friction, self._density = real_array(friction), real_array(density)
         self._exchange = body_contact_kernel(dim, real, flip, serial)
 
-    def fit(self, keys, fields, index):
+    def rebuild(self, keys, fields, index):
         """Follow a block map: keys (m,) without the field, fields (m,), index (m,) of the contact block of each."""
         order = np.lexsort((fields, keys))
         pairs = [np.zeros((0, 2), np.int64)]
@@ -54,33 +55,32 @@ class BodyContact:
         self._groups = []
         for k in np.unique(kind):
             group = rows[kind == k]
-            cut = int_array(shares(np.ones(len(group))))
+            cut = int_array(chunk_bounds(np.ones(len(group))))
             self._groups.append((int_array(group), real_array(np.zeros(len(group))), cut, len(group)))
 
-    def act(self, grid, dx):
+    def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""
         for rows, part, cut, n in self._groups:
-            self._exchange(grid.nodes, grid.room, grid.contact.neighbours, rows, self._friction, self._density,
-                           dx**self._dim, part, self.lost, n, cut)
+            self._exchange(grid.nodes, grid.contact_offset, grid.contact.neighbours, rows, self._friction,
+                           self._density, dx**self._dim, part, self.lost, n, cut)
 
 
 @functools.cache
 def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
-    edge = EDGE[dim]
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
     vec4 = ti.types.vector(4, real)
 
     @ti.func
-    def mass_of(nodes: ti.template(), room, c, q):
+    def mass_of(nodes: ti.template(), contact_offset, c, q):
         mass = ti.cast(0.0, real)
         if c >= 0:
-            mass = nodes[room + c * stride + q][3]
+            mass = nodes[contact_offset + c * stride + q][3]
         return mass
 
     @ti.func
-    def mass_gradient(nodes: ti.template(), room, c, q, neighbours: ti.template()):
+    def mass_gradient(nodes: ti.template(), contact_offset, c, q, neighbours: ti.template()):
         """Twice the difference of the masses of the nodes around, along each axis."""
         gradient = ti.Vector.zero(real, dim)
         for a in ti.static(range(dim)):
@@ -90,14 +90,14 @@ def body_contact_kernel(dim, real, flip, serial):
             ahead = ti.select(here < edge - 1, c, neighbours[c, 2 * a + 1])
             q_back = ti.select(here > 0, q - width, q + (edge - 1) * width)
             q_ahead = ti.select(here < edge - 1, q + width, q - (edge - 1) * width)
-            gradient[a] = mass_of(nodes, room, ahead, q_ahead) - mass_of(nodes, room, back, q_back)
+            gradient[a] = mass_of(nodes, contact_offset, ahead, q_ahead) - mass_of(nodes, contact_offset, back, q_back)
         return gradient
 
     @taichi_kernel
-    def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, neighbours: ti.types.ndarray(),
-                          rows: ti.types.ndarray(), friction: ti.types.ndarray(), density: ti.types.ndarray(),
-                          cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(), n_pairs: int,
-                          cut: ti.types.ndarray()):
+    def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+                          neighbours: ti.types.ndarray(), rows: ti.types.ndarray(), friction: ti.types.ndarray(),
+                          density: ti.types.ndarray(), cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(),
+                          n_pairs: int, cut: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(cut)):
             if is_worker(w):
@@ -109,11 +109,11 @@ def body_contact_kernel(dim, real, flip, serial):
                     second_density = ti.cast(density[rows[i, 3]], real)
                     taken = ti.cast(0.0, ti.f64)
                     for q in range(n_nodes):
-                        one, two = nodes[room + c1 * stride + q], nodes[room + c2 * stride + q]
+                        one, two = nodes[contact_offset + c1 * stride + q], nodes[contact_offset + c2 * stride + q]
                         m1, m2 = one[3], two[3]
                         if m1 > LEAST_SHARE * cell * first_density and m2 > LEAST_SHARE * cell * second_density:
-                            n = -mass_gradient(nodes, room, c1, q, neighbours) / first_density
-                            other = mass_gradient(nodes, room, c2, q, neighbours) / second_density
+                            n = -mass_gradient(nodes, contact_offset, c1, q, neighbours) / first_density
+                            other = mass_gradient(nodes, contact_offset, c2, q, neighbours) / second_density
                             n = ti.select(other.norm_sqr() > n.norm_sqr(), other, n)
                             n /= ti.max(n.norm(), 1e-30)
                             shared = m1 * m2 / (m1 + m2)
@@ -129,8 +129,8 @@ def body_contact_kernel(dim, real, flip, serial):
                                 for a in ti.static(range(dim)):
                                     one[a] -= shared / m1 * given[a]
                                     two[a] += shared / m2 * given[a]
-                                nodes[room + c1 * stride + q] = one
-                                nodes[room + c2 * stride + q] = two
+                                nodes[contact_offset + c1 * stride + q] = one
+                                nodes[contact_offset + c2 * stride + q] = two
                     part[i] = taken
         ti.loop_config(serialize=ti.static(in_order()))
         for i in range(n_pairs):

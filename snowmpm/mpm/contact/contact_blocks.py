@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.compiler.arrays import int_array, real_array
-from snowmpm.compiler.parallel import shares
+from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.walls import FREE
 from snowmpm.particles.blocks import fields_of
@@ -44,5 +44,5 @@ class ContactBlocks:
         self.neighbours = int_array(neighbours)
         self.active = [bool((slots != FREE).any()) for slots in of_surface]
         self.slots = [int_array(slots[chosen]) for slots in of_surface]
-        self.shares = int_array(shares(np.ones(len(chosen))))
+        self.chunk_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
         self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))

@@ -11,6 +11,11 @@ N_TOTALS = {2: 5, 3: 8}
 """What a surface gave the snow: impulse, minus work, moment about the reference point, minus the work of the solid."""
 
 
+def block_stride(dim, flip):
+    """Vectors from one contact block to the next in the memory of the nodes: FLIP keeps the velocities before too."""
+    return (2 if flip else 1) * EDGE[dim] ** dim
+
+
 @functools.cache
 def node_functions(dim, real, flip, moving):
     """Taichi functions of nodes of the contact blocks.
@@ -18,9 +23,7 @@ def node_functions(dim, real, flip, moving):
     moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
     the angular velocity is the last of its three), lengths in cells; moments are added up too.
     """
-    edge = EDGE[dim]
-    n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     vec4 = ti.types.vector(4, real)
     n_totals = N_TOTALS[dim]
 
@@ -52,10 +55,10 @@ def node_functions(dim, real, flip, moving):
         return v
 
     @ti.func
-    def set_velocity(nodes: ti.template(), room, place, u, solid, totals: ti.template(), coordinates: ti.template(),
-                     motion: ti.template()):
+    def set_velocity(nodes: ti.template(), contact_offset, place, u, solid, totals: ti.template(),
+                     coordinates: ti.template(), motion: ti.template()):
         """Give a node the velocity u relative to the solid; add what it gained to the totals."""
-        before, mass = as_vector(nodes[room + place]), nodes[room + place][3]
+        before, mass = as_vector(nodes[contact_offset + place]), nodes[contact_offset + place][3]
         after = u + solid
         J = mass * (after - before)
         for a in ti.static(range(dim)):
@@ -75,6 +78,6 @@ def node_functions(dim, real, flip, moving):
         for a in ti.static(range(dim)):
             node[a] = after[a]
         node[3] = mass
-        nodes[room + place] = node
+        nodes[contact_offset + place] = node
 
     return SimpleNamespace(as_vector=as_vector, solid_velocity=solid_velocity, set_velocity=set_velocity)

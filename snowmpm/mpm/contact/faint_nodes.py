@@ -34,11 +34,11 @@ def extension_function(dim, real, kernel, flip):
         nodes[place] = result
 
     @ti.func
-    def extend(i, nodes: ti.template(), room, ints: ti.template(), n):
+    def extend(i, nodes: ti.template(), contact_offset, ints: ti.template(), n):
         """Give followers with hardly any mass the tangential velocity of their line."""
-        leader, above = room + ints[i, 0], ints[i, ABOVE]
+        leader, above = contact_offset + ints[i, 0], ints[i, ABOVE]
         if above >= 0:
-            above += room
+            above += contact_offset
             m_l, m_a = nodes[leader][3], nodes[above][3]
             if m_l > 0.0 and m_a > 0.5 * m_l:
                 limit, found = FAINT * m_l, 0
@@ -46,7 +46,7 @@ def extension_function(dim, real, kernel, flip):
                 A_ll, A_la, A_aa = m_l, m_l * 0.0, m_a
                 for j in ti.static(range(1, rows)):
                     if ints[i, j] >= 0:
-                        at = nodes[room + ints[i, j]]
+                        at = nodes[contact_offset + ints[i, j]]
                         if at[3] > 0.0 and at[3] < limit:
                             found = 1
                             p = at[3] * node.as_vector(at)
@@ -61,9 +61,9 @@ def extension_function(dim, real, kernel, flip):
                     new_a = (A_ll * b_a - A_la * b_l) / determinant
                     for j in ti.static(range(1, rows)):
                         if ints[i, j] >= 0:
-                            at = nodes[room + ints[i, j]]
+                            at = nodes[contact_offset + ints[i, j]]
                             if at[3] > 0.0 and at[3] < limit:
-                                tangential(nodes, room + ints[i, j], (1.0 + j) * new_l - float(j) * new_a, n)
+                                tangential(nodes, contact_offset + ints[i, j], (1.0 + j) * new_l - float(j) * new_a, n)
                     tangential(nodes, leader, new_l, n)
                     tangential(nodes, above, new_a, n)
 

@@ -1,7 +1,8 @@
 """Contact of a flat, smooth or rough wall with the snow on it, held together along the wall.
 
-As `columns` does line by line, but on functions of motion, and the same of force, that no uniform pressure on the seen
-part of the wall does work on (`joined_lines`): the normal velocity (all components, on a wall that snow sticks to) is
+As `wall_contact` does line by line, but on functions of motion, and the same of force, that no uniform pressure on the
+seen part of the wall does work on (`joined_lines`): the normal velocity (all components, on a wall that snow sticks to)
+is
 
     v_ij = g_i d_ij - e_i,   e_i = sum of kappa (g_{i+1} - g_i) of its pairs + (T / S)_i (h_i - g_i d_i,above)
 
@@ -66,11 +67,11 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         return result
 
     @ti.func
-    def above_of(nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), i):
+    def above_of(nodes: ti.template(), contact_offset, ints: ti.template(), numbers: ti.template(), i):
         """Place, mass (0 if it counts for nothing) and share T / S of the node above the leader."""
         place, mass, share = ints[i, ABOVE], ti.cast(0.0, real), numbers[i, SHARE]
         if place >= 0:
-            mass = nodes[room + place][3]
+            mass = nodes[contact_offset + place][3]
         return place, mass, ti.select(mass > 0.0, share, 0.0)
 
     @ti.func
@@ -83,20 +84,21 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         return ti.max(other, 0), kappa
 
     @ti.func
-    def begin(i, nodes: ti.template(), room, ints: ti.template(), state: ti.template()):
+    def begin(i, nodes: ti.template(), contact_offset, ints: ti.template(), state: ti.template()):
         mass, behind = ti.cast(0.0, real), ti.cast(0.0, real)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
-                mass += nodes[room + ints[i, j]][3]
+                mass += nodes[contact_offset + ints[i, j]][3]
                 if ti.static(j > 0):
-                    behind += nodes[room + ints[i, j]][3]
+                    behind += nodes[contact_offset + ints[i, j]][3]
         state[i, MASS], state[i, ACTIVE] = mass, ti.select(behind > 0.0, 1.0, 0.0)
         for c in ti.static(range(2 * n_c)):
             state[i, Y + c] = 0.0
 
     @ti.func
-    def diagonal(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template()):
-        _above, m_a, share = above_of(nodes, room, ints, numbers, i)
+    def diagonal(i, nodes: ti.template(), contact_offset, ints: ti.template(), numbers: ti.template(),
+                 state: ti.template()):
+        _above, m_a, share = above_of(nodes, contact_offset, ints, numbers, i)
         own, total = -share * numbers[i, D_ABOVE], ti.cast(0.0, real)  # de_i / dg_i
         for b in ti.static(range(lateral)):
             next_one, ahead = coupling(ints, numbers, state, i, b, True)
@@ -105,7 +107,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             total += ahead * ahead * state[next_one, MASS] + back * back * state[last_one, MASS]
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
-                total += nodes[room + ints[i, j]][3] * (numbers[i, DISTANCE + j] - own) ** 2
+                total += nodes[contact_offset + ints[i, j]][3] * (numbers[i, DISTANCE + j] - own) ** 2
         state[i, DIAGONAL], state[i, DIAGONAL + 1] = total, m_a + share * share * state[i, MASS]
 
     @ti.func
@@ -120,17 +122,17 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         return e
 
     @ti.func
-    def sum_line(of: ti.template(), i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(),
-                 state: ti.template()):
+    def sum_line(of: ti.template(), i, nodes: ti.template(), contact_offset, ints: ti.template(),
+                 numbers: ti.template(), state: ti.template()):
         """Sums of m v and m v d of a line's nodes: of the direction's velocities, or those that the nodes have."""
         n, g = normal_of(numbers, i), get(state, i, D)
         e, S_0, S_1 = g * 0.0, g * 0.0, g * 0.0
         if ti.static(of == "direction"):
-            _above, _mass, share = above_of(nodes, room, ints, numbers, i)
+            _above, _mass, share = above_of(nodes, contact_offset, ints, numbers, i)
             e = taken_off(i, share, D, ints, numbers, state)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:
-                place, d = room + ints[i, j], numbers[i, DISTANCE + j]
+                place, d = contact_offset + ints[i, j], numbers[i, DISTANCE + j]
                 if nodes[place][3] > 0.0:
                     v = d * g - e
                     if ti.static(of == "nodes"):
@@ -141,10 +143,10 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         put(state, i, S1, S_1)
 
     @ti.func
-    def tested(of: ti.template(), i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(),
+    def tested(of: ti.template(), i, nodes: ti.template(), contact_offset, ints: ti.template(), numbers: ti.template(),
                state: ti.template()):
         """What these velocities are worth to the functions of g and of h."""
-        above, m_a, share = above_of(nodes, room, ints, numbers, i)
+        above, m_a, share = above_of(nodes, contact_offset, ints, numbers, i)
         S_0, of_h = get(state, i, S0), ti.Vector.zero(real, n_c)
         of_g = get(state, i, S1) + share * numbers[i, D_ABOVE] * S_0
         for b in ti.static(range(lateral)):
@@ -154,7 +156,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         if m_a > 0.0:
             v = get(state, i, D + n_c)
             if ti.static(of == "nodes"):
-                v = held(nodes, room + above, normal_of(numbers, i))
+                v = held(nodes, contact_offset + above, normal_of(numbers, i))
             of_h = m_a * v - share * S_0
         return of_g, of_h
 
@@ -170,31 +172,32 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
         return z_g, z_h, r_g.dot(z_g) + r_h.dot(z_h)
 
     @ti.func
-    def give(nodes: ti.template(), room, place, u, n, totals: ti.template(), coordinates: ti.template(),
+    def give(nodes: ti.template(), contact_offset, place, u, n, totals: ti.template(), coordinates: ti.template(),
              motion: ti.template()):
         """Set what the wall holds of a node's velocity."""
-        v = node.as_vector(nodes[room + place])
+        v = node.as_vector(nodes[contact_offset + place])
         if ti.static(stick):
             v = u
         else:
             v += (u[0] - v.dot(n)) * n
-        node.set_velocity(nodes, room, place, v, v * 0.0, totals, coordinates, motion)
+        node.set_velocity(nodes, contact_offset, place, v, v * 0.0, totals, coordinates, motion)
 
     @ti.func
-    def finish(i, nodes: ti.template(), room, ints: ti.template(), numbers: ti.template(), state: ti.template(),
-               totals: ti.template(), coordinates: ti.template(), motion: ti.template()):
+    def finish(i, nodes: ti.template(), contact_offset, ints: ti.template(), numbers: ti.template(),
+               state: ti.template(), totals: ti.template(), coordinates: ti.template(), motion: ti.template()):
         n, g = normal_of(numbers, i), get(state, i, Y)
-        above, _mass, share = above_of(nodes, room, ints, numbers, i)
+        above, _mass, share = above_of(nodes, contact_offset, ints, numbers, i)
         e = taken_off(i, share, Y, ints, numbers, state)
         for j in ti.static(range(rows)):
             if ints[i, j] >= 0:  # noqa: SIM102
-                if nodes[room + ints[i, j]][3] > 0.0:
-                    give(nodes, room, ints[i, j], numbers[i, DISTANCE + j] * g - e, n, totals, coordinates, motion)
+                if nodes[contact_offset + ints[i, j]][3] > 0.0:
+                    give(nodes, contact_offset, ints[i, j], numbers[i, DISTANCE + j] * g - e, n, totals, coordinates,
+                         motion)
         if share > 0.0:
-            give(nodes, room, above, get(state, i, Y + n_c), n, totals, coordinates, motion)
+            give(nodes, contact_offset, above, get(state, i, Y + n_c), n, totals, coordinates, motion)
 
     @taichi_kernel
-    def hold(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
+    def hold(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int, coordinates: ti.types.ndarray(),
              ints: ti.types.ndarray(), numbers: ti.types.ndarray(), state: ti.types.ndarray(),
              motion: ti.types.ndarray(), total: ti.types.ndarray(), n_lines: int):
         ti.loop_config(serialize=True)
@@ -202,17 +205,17 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             if ti.static(not stick):
                 for i in range(n_lines):
                     if ints[i, ALONE] == 1:
-                        extend(i, nodes, room, ints, normal_of(numbers, i))
+                        extend(i, nodes, contact_offset, ints, normal_of(numbers, i))
             for i in range(n_lines):
-                begin(i, nodes, room, ints, state)
+                begin(i, nodes, contact_offset, ints, state)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    diagonal(i, nodes, room, ints, numbers, state)
-                    sum_line("nodes", i, nodes, room, ints, numbers, state)
+                    diagonal(i, nodes, contact_offset, ints, numbers, state)
+                    sum_line("nodes", i, nodes, contact_offset, ints, numbers, state)
             left = ti.cast(0.0, real)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    r_g, r_h = tested("nodes", i, nodes, room, ints, numbers, state)
+                    r_g, r_h = tested("nodes", i, nodes, contact_offset, ints, numbers, state)
                     put(state, i, R, r_g)
                     put(state, i, R + n_c, r_h)
                     z_g, z_h, product = scaled(i, state)
@@ -224,11 +227,11 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
                 if left > enough:
                     for i in range(n_lines):
                         if state[i, ACTIVE] > 0.0:
-                            sum_line("direction", i, nodes, room, ints, numbers, state)
+                            sum_line("direction", i, nodes, contact_offset, ints, numbers, state)
                     curvature, before = ti.cast(0.0, real), left
                     for i in range(n_lines):
                         if state[i, ACTIVE] > 0.0:
-                            q_g, q_h = tested("direction", i, nodes, room, ints, numbers, state)
+                            q_g, q_h = tested("direction", i, nodes, contact_offset, ints, numbers, state)
                             put(state, i, Q, q_g)
                             put(state, i, Q + n_c, q_h)
                             curvature += q_g.dot(get(state, i, D)) + q_h.dot(get(state, i, D + n_c))
@@ -248,7 +251,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             totals = ti.Vector.zero(ti.f64, n_totals)
             for i in range(n_lines):
                 if state[i, ACTIVE] > 0.0:
-                    finish(i, nodes, room, ints, numbers, state, totals, coordinates, motion)
+                    finish(i, nodes, contact_offset, ints, numbers, state, totals, coordinates, motion)
             for t in ti.static(range(n_totals)):
                 total[t] += totals[t]
 

@@ -24,6 +24,7 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.mpm.contact.lines import REACH, TILT
 from snowmpm.particles.blocks import EDGE
 
@@ -99,7 +100,7 @@ class _Wall:
 
     def __init__(self, lines, blocks, kernel, flip):
         self.dim, self.edge, self.reach, self.kernel = lines.dim, EDGE[lines.dim], REACH[kernel], kernel
-        self.stride = self.edge**self.dim * (2 if flip else 1)
+        self.stride = block_stride(self.dim, flip)
         places, numbers = lines.nodes.to_numpy()[: lines.n_lines], lines.numbers.to_numpy()[: lines.n_lines]
         self.rows = np.flatnonzero((places[:, 1:] >= 0).any(axis=1))
         self.n = len(self.rows)

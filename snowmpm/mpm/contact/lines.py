@@ -1,4 +1,4 @@
-"""Where a surface crosses the lines of the grid: what `columns` acts on, found once for a map of blocks.
+"""Where a surface crosses the lines of the grid: what `wall_contact` acts on, found once for a map of blocks.
 
 On a line of nodes along the axis k on which |n_k| is largest, z = d / |n_k| is the distance [cells] to the surface
 along the line. The first node with z > 1/2 leads, the `REACH` nodes below it follow. Nodes inside that no node leads
@@ -13,6 +13,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.particles.blocks import EDGE
 
 REACH = {"quadratic": 3, "cubic": 4}
@@ -50,7 +51,7 @@ class Lines:
         n = max(1, blocks.n)
         counts = ti.ndarray(ti.i32, (n, 2))
         where = blocks.coordinates, blocks.neighbours, slots, walls, *plane
-        self._count(*where, counts, blocks.shares)
+        self._count(*where, counts, blocks.chunk_bounds)
         found = counts.to_numpy()[: blocks.n]
         start, deep_start = (np.concatenate([[0], np.cumsum(found[:, k])]) for k in range(2))
         self.n_lines, self.n_deep = int(start[-1]), int(deep_start[-1])
@@ -59,7 +60,7 @@ class Lines:
         self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 3)
         self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
-                   blocks.shares)
+                   blocks.chunk_bounds)
 
     def release(self, rows):
         """Leave the followers of these lines to others (`joined_contact`)."""
@@ -110,9 +111,8 @@ def line_kernels(dim, real, kernel, flip, stored):
     stored: distance and normal of each node come from `walls`, where `slots[c]` >= 0; else the surface is the plane
     `x[axis] = level`, its normal along `sign`.
     """
-    edge = EDGE[dim]
+    edge, stride = EDGE[dim], block_stride(dim, flip)
     n_nodes = edge**dim
-    stride = n_nodes * (2 if flip else 1)
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
     mass_share = half_space_mass(kernel)
@@ -199,10 +199,10 @@ def line_kernels(dim, real, kernel, flip, stored):
     @taichi_kernel
     def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
               walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
-              counts: ti.types.ndarray(), shares: ti.types.ndarray()):
-        for w in range(chunks(shares)):
+              counts: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
+        for w in range(chunks(chunk_bounds)):
             if is_worker(w):
-                first, last = chunk(w, shares)
+                first, last = chunk(w, chunk_bounds)
                 for c in range(first, last):
                     n_lines, n_deep = 0, 0
                     if slots[c] >= 0:
@@ -221,10 +221,10 @@ def line_kernels(dim, real, kernel, flip, stored):
              walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
              start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),
              numbers: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
-             shares: ti.types.ndarray()):
-        for w in range(chunks(shares)):
+             chunk_bounds: ti.types.ndarray()):
+        for w in range(chunks(chunk_bounds)):
             if is_worker(w):
-                first, last = chunk(w, shares)
+                first, last = chunk(w, chunk_bounds)
                 for c in range(first, last):
                     line, at_deep = start[c], deep_start[c]
                     if slots[c] >= 0:

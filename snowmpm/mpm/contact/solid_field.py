@@ -10,7 +10,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.mpm.contact.walls import FREE, NEAR
 from snowmpm.particles.blocks import EDGE
-from snowmpm.solids.table import SolidTable, solid_functions
+from snowmpm.solids.table import SolidTable, distance_function
 
 MARGIN = 4.0
 """Cells around a solid's box in which node blocks are prepared for it."""
@@ -51,7 +51,7 @@ class SolidField:
         slots[near] = np.arange(self._n)
         return slots
 
-    def follow(self, time):
+    def move_to(self, time):
         """Take the place of `time` [s]; -> whether it has gone farther than the node blocks that are prepared."""
         self._table.move(time)
         self._measure()
@@ -70,7 +70,7 @@ class SolidField:
 
 @functools.cache
 def _fill_kernel(dim, real):
-    vec4, edge, solid = ti.types.vector(4, real), EDGE[dim], solid_functions(dim, real)
+    vec4, edge, distance = ti.types.vector(4, real), EDGE[dim], distance_function(dim, real)
     n_nodes = edge**dim
 
     @taichi_kernel
@@ -81,7 +81,7 @@ def _fill_kernel(dim, real):
             x, node = ti.Vector.zero(ti.f64, dim), vec4(0.0)
             for a in ti.static(range(dim)):
                 x[a] = edge * coordinates[i // n_nodes, a] + i // ti.static(edge ** (dim - 1 - a)) % edge
-            d, n = solid.distance(0, x, numbers, sizes, poses, samples)
+            d, n = distance(0, x, numbers, sizes, poses, samples)
             for a in ti.static(range(dim)):
                 node[a] = n[a]
             node[3] = d

@@ -83,13 +83,13 @@ class Surface:
             self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.flip, grid.precision)
             lines.release(rows)
 
-    def follow(self, time, origin, dx):
+    def move_to(self, time, origin, dx):
         """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
         pose, motion = self.geometry.obstacle.motion.pose(time), np.zeros((3, 3))
         motion[0, : self.dim], motion[2, : self.dim] = pose.velocity, (pose.centre - origin) / dx
         motion[1, 3 - np.size(pose.omega) :] = pose.omega
         self.motion.from_numpy(motion.ravel())
-        return self.geometry.follow(time)
+        return self.geometry.move_to(time)
 
     def speed_at(self, time):
         """Bound of the speed of a solid's points [m/s]."""
@@ -100,15 +100,15 @@ class Surface:
         dim = self.dim
         return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
-    def act(self, grid, dx):
+    def apply_contact(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
         if self.moving:
             self.prepare(grid, self._slots)
         blocks, lines = grid.contact, self._lines
         if self._joined:
             joined = self._joined
-            self._hold(grid.nodes, grid.room, blocks.coordinates, joined.ints, joined.numbers, joined.state,
+            self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
                        self.motion, self.total, joined.n)
-        self._resolve(grid.nodes, grid.room, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
+        self._resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
                       lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                      blocks.part, self.total, blocks.n, blocks.shares)
+                      blocks.part, self.total, blocks.n, blocks.chunk_bounds)

@@ -61,7 +61,7 @@ FAINTEST = 1e-12
 def contact_kernel(dim, real, kernel, flip, moving, serial):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
-    moving: the solid moves as `motion` says (`held_nodes`), and moments are added up too.
+    moving: the solid moves as `motion` says (`contact_node`), and moments are added up too.
     """
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
@@ -69,25 +69,25 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
     node = node_functions(dim, real, flip, moving)
 
     @ti.func
-    def act_on_line(line, nodes: ti.template(), room, places: ti.template(), numbers: ti.template(), code, friction,
-                    totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx):
+    def act_on_line(line, nodes: ti.template(), contact_offset, places: ti.template(), numbers: ti.template(), code,
+                    friction, totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx):
         leader = places[line, 0]
         n = ti.Vector([numbers[line, a] for a in ti.static(range(dim))])
-        mass, found = nodes[room + leader][3], ti.cast(0.0, real)
+        mass, found = nodes[contact_offset + leader][3], ti.cast(0.0, real)
         place, ratio = ti.Vector.zero(ti.i32, reach), ti.Vector.zero(real, reach)
         masses, u_f = ti.Vector.zero(real, reach), ti.Matrix.zero(real, reach, dim)
         for j in ti.static(range(reach)):
             place[j], ratio[j] = places[line, 1 + j], numbers[line, dim + j]
             if place[j] >= 0:
-                masses[j] = nodes[room + place[j]][3]
+                masses[j] = nodes[contact_offset + place[j]][3]
             found += masses[j]
         if found > 0.0:
-            u = node.as_vector(nodes[room + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
+            u = node.as_vector(nodes[contact_offset + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
             effective, momentum = mass, mass * u
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
                     solid = node.solid_velocity(place[j], coordinates, motion, dx)
-                    u_j = node.as_vector(nodes[room + place[j]]) - solid
+                    u_j = node.as_vector(nodes[contact_offset + place[j]]) - solid
                     for a in ti.static(range(dim)):
                         u_f[j, a] = u_j[a]
                     effective += ratio[j] * ratio[j] * masses[j]
@@ -111,7 +111,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
             if share_n > 0.0:
                 change = target - u
                 part = change.dot(n) * n
-                node.set_velocity(nodes, room, leader, u + part + share_t * (change - part),
+                node.set_velocity(nodes, contact_offset, leader, u + part + share_t * (change - part),
                                   node.solid_velocity(leader, coordinates, motion, dx), totals, coordinates, motion)
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
@@ -124,29 +124,32 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                     elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
                         after = contact_velocity(u_j, n, code, friction)
                     solid = node.solid_velocity(place[j], coordinates, motion, dx)
-                    node.set_velocity(nodes, room, place[j], after, solid, totals, coordinates, motion)
+                    node.set_velocity(nodes, contact_offset, place[j], after, solid, totals, coordinates, motion)
 
     @taichi_kernel
-    def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), room: int, coordinates: ti.types.ndarray(),
-                        start: ti.types.ndarray(), places: ti.types.ndarray(), numbers: ti.types.ndarray(),
-                        deep_start: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
-                        motion: ti.types.ndarray(), dx: real, code: int, friction: real, part: ti.types.ndarray(),
-                        total: ti.types.ndarray(), n_blocks: int, shares: ti.types.ndarray()):
+    def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+                        coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
+                        numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
+                        deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,
+                        friction: real, part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
+                        chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for w in range(chunks(shares)):
+        for w in range(chunks(chunk_bounds)):
             if is_worker(w):
-                first, last = chunk(w, shares)
+                first, last = chunk(w, chunk_bounds)
                 for c in range(first, last):
                     totals = ti.Vector.zero(ti.f64, n_totals)
                     for line in range(start[c], start[c + 1]):
-                        act_on_line(line, nodes, room, places, numbers, code, friction, totals, coordinates, motion, dx)
+                        act_on_line(line, nodes, contact_offset, places, numbers, code, friction, totals, coordinates,
+                                    motion, dx)
                     for i in range(deep_start[c], deep_start[c + 1]):
                         place = deep[i]
-                        if nodes[room + place][3] > 0.0:
+                        if nodes[contact_offset + place][3] > 0.0:
                             n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
                             solid = node.solid_velocity(place, coordinates, motion, dx)
-                            u = contact_velocity(node.as_vector(nodes[room + place]) - solid, n, code, friction)
-                            node.set_velocity(nodes, room, place, u, solid, totals, coordinates, motion)
+                            u = contact_velocity(node.as_vector(nodes[contact_offset + place]) - solid, n, code,
+                                                 friction)
+                            node.set_velocity(nodes, contact_offset, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]
         ti.loop_config(serialize=ti.static(in_order()))

@@ -10,7 +10,7 @@ from snowmpm.compiler.runtime import DTYPES
 from snowmpm.particles.blocks import EDGE
 
 NEAR = 1.75
-"""Cells above the surface up to which a node has to do with it: leaders of lines lie there (`columns`)."""
+"""Cells above the surface up to which a node has to do with it: leaders of lines lie there (`wall_contact`)."""
 
 FREE = -1
 """Slot of a node block that has nothing to do with the surface."""

@@ -86,16 +86,16 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
         return report
 
     @taichi_kernel
-    def gather_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+    def gather_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
-                      boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
                       changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
                       reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int, count: int):
         for b, c in ti.ndrange(n_tiles, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
-            one = gather_particle(p, block_of[p], reals, access.places(reals, turn), material, materials, law_of, tiles,
-                                  changes, dt, 1.0 / dx, flip_ratio)
+            one = gather_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, law_of,
+                                  tiles, changes, dt, 1.0 / dx, flip_ratio)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):

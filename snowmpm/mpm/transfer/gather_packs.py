@@ -173,7 +173,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                 found["lowest"][a][lane], found["highest"][a][lane] = 2.0 * edge, -1.0 * edge
 
     @ti.func
-    def write_found(found: ti.template(), worst: ti.template(), b, boxes: ti.template(), reports: ti.template()):
+    def write_found(found: ti.template(), worst: ti.template(), b, active_nodes: ti.template(), reports: ti.template()):
         """Lanes of a block's report, in their order, into its row."""
         block = read_lane(found["most"], 0)
         lowest, highest = read_lane(found["lowest"], 0), read_lane(found["highest"], 0)
@@ -185,24 +185,24 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                     block[c] = larger(found["most"][c][lane], block[c])
             lowest = -larger(-read_lane(found["lowest"], lane), -lowest)
             highest = larger(read_lane(found["highest"], lane), highest)
-        judged.store_box(boxes, b, lowest, highest)
+        judged.store_active_nodes(active_nodes, b, lowest, highest)
         block[EXCURSION] = judged.excursion(lowest, highest)
         for c in ti.static(range(N_REPORT)):
             reports[b, c] = ti.cast(block[c], ti.f64)
         reports[b, BAD] = ti.cast(worst.max(), ti.f64)
 
     @taichi_kernel
-    def gather_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
+    def gather_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
-                      boxes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
                       changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
                       reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
-                      shares: ti.types.ndarray()):
+                      chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                begin, end = chunk(i, shares)
-                places = access.places(reals, turn)
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
                 blanks = ti.Vector.zero(real, 4 * LANES)
@@ -222,7 +222,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                         apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
                         report_pack(pack, work, iterations, found, worst, first, count)
                         write_pack(pack, first, count, reals, places)
-                    write_found(found, worst, b, boxes, reports)
+                    write_found(found, worst, b, active_nodes, reports)
         ti.loop_config(serialize=True)
         for b in range(n_tiles):
             judged.add_row(reports, b, report)

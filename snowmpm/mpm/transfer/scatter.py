@@ -75,8 +75,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             parts.spread(field, impulses if ti.static(field == 1) else tiles, address, w, vectors, 0)
 
     @taichi_kernel
-    def scatter_atomic(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
-                       materials: ti.types.ndarray(), block_of: ti.types.ndarray(), boxes: ti.types.ndarray(),
+    def scatter_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), block_of: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                        dt: real, dx: real, n_tiles: int, count: int):
         for q in range(n_tiles * tile_edge**dim):
@@ -84,7 +84,7 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             if ti.static(flip):
                 impulses[q] = vec4(0.0)
         for p in range(count):
-            scatter_particle(p, block_of[p], reals, access.places(reals, turn), material, materials, tiles, impulses,
-                             dt, dx)
+            scatter_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, tiles,
+                             impulses, dt, dx)
 
     return scatter_atomic

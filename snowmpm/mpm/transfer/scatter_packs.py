@@ -70,35 +70,35 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
                               read_lane(pack["v"], lane), C, impulse)
 
     @ti.func
-    def clear_box(tiles: ti.template(), boxes: ti.template(), b):
+    def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):
         """Set the box of tile b to zero, whole rows of it: one loop compiles several times faster than two."""
-        first = b * tile_edge**dim + boxes[b, 0] * plane + boxes[b, 1] * tile_edge
-        wide = boxes[b, 4] - boxes[b, 1]
-        for q in range((boxes[b, 3] - boxes[b, 0]) * wide):
+        first = b * tile_edge**dim + active_nodes[b, 0] * plane + active_nodes[b, 1] * tile_edge
+        wide = active_nodes[b, 4] - active_nodes[b, 1]
+        for q in range((active_nodes[b, 3] - active_nodes[b, 0]) * wide):
             row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
             for k in ti.static(range(tile_edge)):
                 # Always zero; told so by a choice, LLVM stores a node at once, not number by number
                 tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
 
     @taichi_kernel
-    def scatter_blocks(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(),
-                       materials: ti.types.ndarray(), start: ti.types.ndarray(), boxes: ti.types.ndarray(),
+    def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                       dt: real, dx: real, n_tiles: int, shares: ti.types.ndarray()):
+                       dt: real, dx: real, n_tiles: int, chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(shares)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                begin, end = chunk(i, shares)
-                places = access.places(reals, turn)
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, 4 * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 vectors = [[blanks for _ in ti.static(range(n))] for _, n in ti.static(parts.fields)]
                 address = ti.Vector.zero(ti.i32, LANES)
                 for b in range(begin, end):
-                    clear_box(tiles, boxes, b)
+                    clear_box(tiles, active_nodes, b)
                     if ti.static(flip):
-                        clear_box(impulses, boxes, b)
+                        clear_box(impulses, active_nodes, b)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)

@@ -45,14 +45,14 @@ class Stencil:
     """One basis.
 
     width: nodes touched per axis; inverse_second_moment: D^-1 of the affine transfer [1/cells^2] (Jiang et al. 2015,
-    doi:10.1145/2766996); home_limit: how far [cells] a particle may be from its home before the stencil leaves the tile
-    (see `mpm.grid`), a little less so that round-off does not count; weights(f), slopes(f): Taichi functions that give
-    w and dw/dx [1/cell] as matrices [node, axis].
+    doi:10.1145/2766996); drift_limit: how far [cells] a particle may be from its block before the stencil leaves the
+    tile (see `mpm.grid`), a little less so that round-off does not count; weights(f), slopes(f): Taichi functions that
+    give w and dw/dx [1/cell] as matrices [node, axis].
     """
 
     width: int
     inverse_second_moment: float
-    home_limit: float
+    drift_limit: float
     weights: object
     slopes: object
 

@@ -75,7 +75,7 @@ def stack(layers, scheme, base=0.0, per_axis=2, separate=False):
     slowest = 1.0 / np.sqrt(weight * softness)
     while solver.time < (24.0 if separate else 8.0) / slowest:
         dt = solver.stable_dt()[0]
-        solver.keep = max(0.0, 1.0 - 2.0 * dt * slowest)
+        solver.damping_factor = max(0.0, 1.0 - 2.0 * dt * slowest)
         solver.step(dt)
     return states, layer
 

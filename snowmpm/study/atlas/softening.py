@@ -34,7 +34,7 @@ def _work(ratio, drawn):
     law, height = AnticrackCamClay(**LAYER), THICKNESS
     if drawn:
         height = 2 * dx
-        law = law.drawn(THICKNESS, height).on_grid(dx)
+        law = law.thickened_to(THICKNESS, height).on_grid(dx)
     piston = block([dx, height], [0.0, -1.0], 2.0, "separate", velocity=[0.0, -SPEED], ramp=0.002)
     x, volumes = lattice([0.0, 0.0], [2 * dx, height], dx)
     solver = Scheme("apic").solver(Population(x, volumes, 0), [law], dx=dx, origin=np.zeros(2), lower=np.zeros(2),

@@ -50,7 +50,7 @@ def hang(load, thickness, scheme=APIC, cells=6, per_axis=2):
     omega = 1.875104069**2 / LENGTH**2 * np.sqrt(1e6 * thickness**2 / 12.0 / 1000.0)
     while solver.time < 12.0 / omega:
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - 2.0 * omega * dt
+        solver.damping_factor = 1.0 - 2.0 * omega * dt
         solver.step(dt)
     last = np.abs(states.reference[:, 0] - states.reference[:, 0].max()) < 1e-9
     return (states.positions() - states.reference)[last].mean(axis=0) / LENGTH

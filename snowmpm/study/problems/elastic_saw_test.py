@@ -41,7 +41,7 @@ def at_rest(scheme, cut, slope_angle, dx, per_axis=2):
     peak, kinetic = 0.0, np.inf
     while solver.time < 3.0 / omega or kinetic > 1e-6 * peak:
         dt, _ = solver.stable_dt()
-        solver.keep = 1.0 - 2.0 * omega * dt
+        solver.damping_factor = 1.0 - 2.0 * omega * dt
         simulation.step()
         if solver.steps % 50 == 0:
             kinetic = float(solver.particles.masses() @ (solver.particles.column("velocity") ** 2).sum(axis=1))

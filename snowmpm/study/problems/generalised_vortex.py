@@ -96,7 +96,7 @@ def vortex_errors(scheme, cells, amplitude=0.1, per_axis=2, courant=0.3):
     states, motion = ParticleStates(solver), Vortex(amplitude)
     X, steps = states.reference, int(np.ceil(LAW.wave_speed() / (courant * dx)))
     dt = 1.0 / steps
-    states.follow(motion, scheme, steps, dt)
+    states.drive(motion, scheme, steps, dt)
     off = states.positions() - motion.position(X, 1.0)
     stress = states.column("stress")[:, [0, 1, 3]] - motion.kirchhoff(X, 1.0)
     turned = motion.kirchhoff(X, 0.5 / FREQUENCY)

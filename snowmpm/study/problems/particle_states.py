@@ -45,7 +45,7 @@ class ParticleStates:
         """
         self._change(where, columns, add=True)
 
-    def follow(self, motion, scheme, steps, dt):
+    def drive(self, motion, scheme, steps, dt):
         """Take steps under the body force of a manufactured motion, from its velocity half a step before the start."""
         X = self.reference
         self.set(velocity=motion.velocity(X, -0.5 * dt))

@@ -69,7 +69,7 @@ def wave_errors(scheme, cells, amplitude=0.02, per_axis=2, courant=0.2):
     states, motion = ParticleStates(solver), StandingWaves(amplitude)
     X, steps = states.reference, int(np.ceil(DURATION * LAW.wave_speed() / (courant * dx)))
     dt = DURATION / steps
-    states.follow(motion, scheme, steps, dt)
+    states.drive(motion, scheme, steps, dt)
     off = states.positions() - X - motion.displacement(X, DURATION)
     off -= np.round(off)  # round the torus
     exact = motion.kirchhoff(X, DURATION)

@@ -61,7 +61,7 @@ def settle(solver, law, length):
     """Damp the nodes until the column rests."""
     while solver.time < 20.0 * length / law.wave_speed():
         dt = solver.stable_dt()[0]
-        solver.keep = 1.0 - 0.1 * dt * law.wave_speed() / solver.dx
+        solver.damping_factor = 1.0 - 0.1 * dt * law.wave_speed() / solver.dx
         solver.step(dt)
 
 

@@ -1,4 +1,4 @@
-"""The straight-line form of a law (`Law.lanes`) against its `update`, alone and in packs of particles."""
+"""The straight-line form of a law (`Law.vector_update`) against its `update`, alone and in packs of particles."""
 
 from types import SimpleNamespace
 
@@ -52,7 +52,8 @@ def leave(prm, h, state, A, dt):
 def straight(law):
     """A law that has its straight-line update only."""
     return SimpleNamespace(
-        update=leave, lanes=law.lanes, STATE=law.STATE, parameters=law.parameters, initial_state=law.initial_state
+        update=leave, vector_update=law.vector_update, STATE=law.STATE, parameters=law.parameters,
+        initial_state=law.initial_state
     )
 
 
@@ -151,7 +152,7 @@ def test_packs_of_several_materials():
             h_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
             tau_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
             A_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(4))]
-            held_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(held_numbers(A.lanes, 4)))]
+            held_p = [ti.Vector.zero(ti.f64, LANES) for _ in ti.static(range(held_numbers(A.vector_update, 4)))]
             state_p, work_p = [ti.Vector.zero(ti.f64, LANES)], ti.Vector.zero(ti.f64, LANES)
             count_p = ti.Vector.zero(ti.i32, LANES)
             same = True
@@ -165,8 +166,8 @@ def test_packs_of_several_materials():
             for m in ti.static(range(2)):
                 if same and material[first] == m:
                     numbers = ti.Vector([table[m, j] for j in ti.static(range(len(A.parameters())))])
-                    update_pack(laws[m].lanes, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p, work_p, count_p,
-                                held_p)
+                    update_pack(laws[m].vector_update, named(names[m], numbers), 1.0, h_p, state_p, A_p, tau_p, work_p,
+                                count_p, held_p)
             for lane in range(count):
                 in_line[first + lane] = ti.select(count_p[lane] == REDO, 0, 1)
                 for m in ti.static(range(2)):

@@ -16,8 +16,8 @@ from snowmpm.sph.smoothing import KERNELS
 
 
 @functools.cache
-def showing_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilon=0.0):
-    """`show(...)`, which fills the rows, and `correct(...)`, which makes the S of these what a `full` layout wants.
+def row_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilon=0.0):
+    """`write_rows(...)`, which fills the rows, and `correct(...)`, which makes their S what a `full` layout wants.
 
     epsilon: of the artificial stress.
     """
@@ -30,12 +30,11 @@ def showing_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilo
     store_row = row_functions(layout, row_layout, real, form, epsilon)
 
     @taichi_kernel
-    def show(reals: ti.types.ndarray(), turn: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
-             law_of: ti.types.ndarray(), speeds: ti.types.ndarray(), source: ti.types.ndarray(),
-             moved: ti.types.ndarray(),
-             dx: real, count: int):
+    def write_rows(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                   materials: ti.types.ndarray(), law_of: ti.types.ndarray(), speeds: ti.types.ndarray(),
+                   source: ti.types.ndarray(), moved: ti.types.ndarray(), dx: real, count: int):
         for p in range(count):
-            places = access.places(reals, turn)
+            places = access.places(reals, slot_offset)
             own = ti.cast(material[p], ti.i32)
             tau, L = access.load(reals, places, p, at["stress"], sym_size), ti.Matrix.zero(real, dim, dim)
             slopes = access.load(reals, places, p, at["affine"], dim * dim)
@@ -59,15 +58,15 @@ def showing_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilo
 
     @taichi_kernel
     def correct(table: ti.types.ndarray(), source: ti.types.ndarray(), entries: ti.types.ndarray(),
-                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), room: int,
+                runs: ti.types.ndarray(), n_runs: ti.types.ndarray(), signs: ti.types.ndarray(), capacity: int,
                 most_runs: int, n_packs: int):
-        """S K^-1 for S in rows that `show` filled."""
+        """S K^-1 for S in rows that `write_rows` filled."""
         for k in range(n_packs):
             for lane in range(table[k, COUNT]):
-                i, K, begin = table[k, FIRST] + lane, ti.Matrix.zero(real, dim, dim), k * room
+                i, K, begin = table[k, FIRST] + lane, ti.Matrix.zero(real, dim, dim), k * capacity
                 x = ti.Vector([source[i][a] for a in ti.static(range(dim))])
                 for q in range(n_runs[k]):
-                    c, end = runs[k * most_runs + q, 0], k * room + runs[k * most_runs + q, 1]
+                    c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
                     for e in range(begin, end):
                         row = source[entries[e]]
                         d = pair.place(signs, c, row) - x
@@ -82,17 +81,17 @@ def showing_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilo
                     for b in ti.static(range(dim)):
                         source[i][row_layout.at["S"] + a * dim + b] = S[a, b]
 
-    return show, correct
+    return write_rows, correct
 
 
-class Showing:
+class RowCache:
     """Keeps the rows those of the particles: written anew when others have changed these."""
 
     def __init__(self, rows, particles, kernels, speeds, dx):
-        """rows: `Rows`; particles: `SortedParticles`; kernels: `showing_kernels`; speeds: of waves in each material
+        """rows: `Rows`; particles: `SortedParticles`; kernels: `row_kernels`; speeds: of waves in each material
         [m/s]."""
         self._rows, self._particles, self._speeds, self._dx = rows, particles, speeds, dx
-        self._show, self._correct = kernels
+        self._write_rows, self._correct = kernels
         self._seen, self._bare = None, False
 
     @property
@@ -100,15 +99,15 @@ class Showing:
         """Whether the rows are those of the particles as they are."""
         return self._seen == self._particles.changes
 
-    def show(self):
+    def write_rows(self):
         """Write the rows, with stresses that `correct` has yet to make those of a `full` layout."""
         store, materials = self._particles, self._particles.materials
-        self._show(store.reals, store.turn, store.material, materials.numbers, materials.law_of, self._speeds,
-                   self._rows.source, self._rows.moved, self._dx, store.count)
+        self._write_rows(store.reals, store.slot_offset, store.material, materials.numbers, materials.law_of,
+                         self._speeds, self._rows.source, self._rows.moved, self._dx, store.count)
         self._seen, self._bare = store.changes, True
 
     def correct(self, packs, lists):
-        """Make them so where `show` has written them since."""
+        """Make them so where `write_rows` has written them since."""
         if self._bare and self._rows.layout.full:
             self._correct(packs.table, self._rows.source, *lists.arguments, packs.n)
         self._bare = False
@@ -118,6 +117,6 @@ class Showing:
         self._seen, self._bare = self._particles.changes, False
 
     @property
-    def shown(self):
+    def current_rows(self):
         """Rows of the particles as they are (n, columns)."""
         return self._rows.source.to_numpy()[: self._particles.count].copy()  # of all rows most may be dummies

@@ -4,7 +4,7 @@ import pytest
 
 from snowmpm import Simulation
 from snowmpm.errors import SimulationError
-from snowmpm.running.failure import likeness
+from snowmpm.running.failure import diagnose
 from snowmpm.scenes.schema import Scene
 
 
@@ -44,16 +44,16 @@ def test_what_the_last_good_step_did_decides(extremes, entry):
     simulation.step()
     solver = simulation.solver
     solver.extremes = type(solver.extremes)(**extremes)
-    assert f'"{entry}"' in likeness(simulation.scene.solver, solver, 1e-3)
+    assert f'"{entry}"' in diagnose(simulation.scene.solver, solver, 1e-3)
 
 
 def test_noise_of_flip_is_looked_for_last():
     simulation = Simulation(block(transfer="flip", flip_ratio=1.0))
     simulation.step()
-    assert '"null_space_noise"' in likeness(simulation.scene.solver, simulation.solver, 1e-4)
+    assert '"null_space_noise"' in diagnose(simulation.scene.solver, simulation.solver, 1e-4)
 
 
 def test_nothing_is_made_up():
     simulation = Simulation(block())
     simulation.step()
-    assert likeness(simulation.scene.solver, simulation.solver, 1e-4) is None
+    assert diagnose(simulation.scene.solver, simulation.solver, 1e-4) is None

@@ -1,4 +1,4 @@
-"""A leg of a test at a material point: which strains and which stresses are prescribed along it.
+"""A stage of a test at a material point: which strains and which stresses are prescribed along it.
 
     F = (I + Γ) diag(exp ε) F₀,    Γ strictly upper triangular
 
@@ -28,12 +28,12 @@ class LoadingError(ValueError):
 
 
 @dataclass(frozen=True)
-class Leg:
+class LoadingStage:
     """A part of a test along which prescribed strains and stresses change in proportion.
 
-    strain, stress: values at the end of the leg by component ("xx" ... "xz"): strains from the start of the test,
+    strain, stress: values at the end of the stage by component ("xx" ... "xz"): strains from the start of the test,
     Cauchy stresses [Pa], both positive in tension. A component named in neither keeps its strain.
-    steps: equal steps; duration: of the whole leg [s], read by rate-dependent laws only.
+    steps: equal steps; duration: of the whole stage [s], read by rate-dependent laws only.
     """
 
     strain: dict[str, float] = field(default_factory=dict)
@@ -52,10 +52,10 @@ class Leg:
         if both:
             raise LoadingError(f"strain and stress {both[0]}: only one of them can be prescribed")
         if self.steps < 1 or not (self.duration > 0.0 and isfinite(self.duration)):
-            raise LoadingError("a leg takes at least one step and some time")
+            raise LoadingError("a stage takes at least one step and some time")
 
     def targets(self, strain: ArrayLike) -> tuple[Array, Array]:
-        """(6,) strains and (6,) stresses at the end of the leg, NaN where free, for a leg that starts at `strain`."""
+        """(6,) strains and (6,) stresses at the end of the stage, NaN where free, for one that starts at `strain`."""
         strains, stresses = np.array(strain, float), np.full(6, np.nan)
         for component, value in self.strain.items():
             strains[COMPONENTS.index(component)] = value
