@@ -50,7 +50,7 @@ class Model:
         dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
         for name, law in self.scene.materials.items():
             if test and test.weak_layer.cells and test.weak_layer.material == name:
-                law = law.thickened_to(test.weak_layer.thickness, test.thickened_to(dx).weak_layer.thickness)
+                law = law.thickened_to(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
             try:
                 found.append(law.on_grid(dx))
             except ValueError as error:
