@@ -1,4 +1,4 @@
-"""Scenes of snowmpm: schema and loader of scene files, and what comes with the program: scenes and material cards."""
+"""Scenes of snowmpm: schema and loader of scene files, library scenes, material cards."""
 
 if __name__ != "snowmpm.scenes":
     raise ImportError("import this package as snowmpm.scenes")

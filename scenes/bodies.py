@@ -1,4 +1,4 @@
-"""What moves and what stands in the way."""
+"""Bodies of material, and obstacles with their motion."""
 
 from typing import Annotated, Literal
 
@@ -20,9 +20,11 @@ class Body(Spec):
     velocity: Vector = Field(default_factory=zero_vector)
     """initial velocity [m/s]"""
     contact: Literal["shared", "separate"] = "shared"
-    """shared: bodies that touch move as one continuum; separate: this one may slide on others and part from them"""
+    """shared: bodies that touch move as one continuum; separate: this body may slide on others and separate from
+    them"""
     friction: NonNegative = 0.3
-    """Coulomb coefficient of a separate body against the others; between two of them the smaller one holds [-]"""
+    """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
+    [-]"""
 
 
 def _no_rotation():
@@ -43,13 +45,13 @@ class Motion(Spec):
     ] = Field(default_factory=_no_rotation)
     """[degrees/s]; 2-D: a number, positive from +x towards +z; 3-D: a vector along the axis, right-handed"""
     centre: Vector | None = None
-    """point of the obstacle about which it turns, where it is at the start [m]; the middle of the shape when missing"""
+    """initial position of the centre of rotation [m]; the middle of the shape when missing"""
     start: NonNegative = 0.0
     """[s]; of a table: when its time is 0"""
     stop: Positive | None = None
     """[s]; never when missing"""
     ramp: NonNegative = 0.0
-    """time in which the speed grows smoothly from 0 after `start`, and falls back to 0 before `stop` [s]"""
+    """time in which the speed rises smoothly from 0 after `start`, and falls back to 0 before `stop` [s]"""
     file: FileName | None = None
     """table (.csv) of displacement and angle over time, in place of the velocities"""
 
@@ -58,7 +60,7 @@ class Motion(Spec):
         given = self.model_fields_set
         if self.file is not None:
             for key in ("velocity", "angular_velocity", "stop", "ramp"):
-                # Defaults, as a resolved scene writes them out, say nothing
+                # Defaults, which a resolved scene writes out, do not count as given
                 if key in given and _moves(getattr(self, key)):
                     raise refuse("does not go with file, which says all about the motion", key, getattr(self, key))
         elif not given & {"velocity", "angular_velocity"}:
@@ -85,7 +87,7 @@ class Motion(Spec):
 
 
 class Obstacle(Touching):
-    """A rigid solid that snow meets."""
+    """A rigid solid in contact with snow."""
 
     name: Name
     shape: ObstacleShape

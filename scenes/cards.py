@@ -1,11 +1,11 @@
-"""Material cards: published sets of numbers, usable by name in a scene and in Python.
+"""Material cards: published parameter sets, usable by name in a scene and in Python.
 
     [[bodies]]                     [materials.slab]
-    material = "li_cold_dense"     card = "li_cold_dense"     # and numbers of its own, which win
+    material = "li_cold_dense"     card = "li_cold_dense"     # numbers given here override the card's
                                    p0 = 5.0e3
 
-One file a card under library/materials, named after it. The law that a card makes keeps the card's name as `card`, so a
-resolved scene holds every number and where they came from.
+One file a card under library/materials, named after it. The law made from a card keeps the card's name as `card`, so a
+resolved scene holds every number and its origin.
 """
 
 import functools
@@ -31,7 +31,7 @@ class MaterialCard(Spec):
     source: str
     """where every number is from, with the DOI"""
     validity: str
-    """what it is good for, and what not"""
+    """range of validity and limits"""
     material: Material
     """the law"""
 
@@ -52,7 +52,7 @@ def material_cards() -> dict[str, MaterialCard]:
 
 
 def material_card(name: str) -> Material:
-    """The law of a card. Raises InputError where there is none of this name."""
+    """The law of a card. Raises InputError for an unknown name."""
     cards = material_cards()
     if name not in cards:
         raise InputError(f"no material card {shown(name)}: {_hint(name)}")
@@ -60,15 +60,15 @@ def material_card(name: str) -> Material:
 
 
 def cards_near(name: str) -> str | None:
-    """The card whose name is nearest to this one, None where none is near."""
+    """The card with the most similar name, or None."""
     return nearest(name, material_cards())
 
 
 def with_cards(data: Any) -> Any:
     """Tables of a scene with the numbers of the cards it names written out; the data given stays as it is.
 
-    Numbers that stand beside `card` win. A body's material that the scene does not define is a card by that name.
-    Raises PydanticCustomError for a card that does not exist.
+    Numbers given beside `card` override the card's. A body's material that the scene does not define is a card by that
+    name. Raises PydanticCustomError for a card that does not exist.
     """
     if not isinstance(data, dict):
         return data

@@ -1,6 +1,7 @@
-"""Numerics that a scene leaves open and that its contents tell: what the program chooses, and why.
+"""Numerical settings that a scene leaves open and the program chooses from its content, with reasons.
 
-Only keys of `[solver]` that the scene does not give are chosen; giving one of a group keeps the defaults of all of it.
+Only keys of `[solver]` that the scene does not give are chosen. If a scene gives one key of a group, the whole group
+keeps its defaults.
 """
 
 from dataclasses import dataclass
@@ -12,15 +13,15 @@ if TYPE_CHECKING:
 GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i")
 """Laws of dry grains, where they have no cohesion."""
 SLENDER = 5.0
-"""Length over thickness from which on beam theory says how far a body hangs."""
+"""Length over thickness above which beam theory predicts the deflection."""
 BENT = 0.8
-"""Deflection of the end of a slender body, in thicknesses, from which on the affine gradient lets it hang too low: the
+"""Deflection of the end of a slender body, in thicknesses, above which the affine gradient bends it too far: the
 border `bent_beam` of the atlas of failures."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """values: keys of the solver with what is chosen for them; why: in a few words."""
+    """values: keys of the solver with the chosen values; why: the reason in a few words."""
 
     values: dict[str, Any]
     why: str
@@ -39,7 +40,7 @@ THIN_BEAM = Choice({"kernel": "cubic", "gradient": "shape"}, "a thin elastic bod
 
 
 def choices(scene: "Scene") -> list[Choice]:
-    """`Choice`s for a scene whose tables are validated, each by itself."""
+    """`Choice`s for a scene whose tables have been validated individually."""
     if scene.solver.method != "mpm" or scene.saw_test:
         return []
     if any(body.material not in scene.materials for body in scene.bodies):  # which is refused
@@ -50,7 +51,7 @@ def choices(scene: "Scene") -> list[Choice]:
 
 
 def _columns_of_grains(scene):
-    """Whether all bodies are of dry grains that stand, with nothing beside them, on ground that is level."""
+    """Whether all bodies are columns of dry grains that stand free on level ground."""
     laws = [scene.materials[body.material] for body in scene.bodies]
     level = scene.terrain is None or (scene.terrain.kind == "plane" and scene.terrain.angle == 0.0)
     return (level and not scene.obstacles and all(
@@ -59,7 +60,7 @@ def _columns_of_grains(scene):
 
 
 def _has_room(scene, shape):
-    """Whether a box or an upright cylinder may spread by its own height to one side at least."""
+    """Whether a box or an upright cylinder has room to spread by its own height to at least one side."""
     if shape.kind == "box":
         lower, upper = shape.min, shape.max
     elif shape.kind == "cylinder" and not any(shape.axis[:2]):
@@ -75,7 +76,7 @@ def _has_room(scene, shape):
 
 
 def _bends_far(scene):
-    """Whether all bodies are elastic, and one of them, held at one end, hangs by more than BENT thicknesses."""
+    """Whether all bodies are elastic, and one of them, clamped at one end, deflects by more than BENT thicknesses."""
     if scene.terrain is not None or scene.domain is None or scene.domain.min is None:
         return False
     laws = [scene.materials[body.material] for body in scene.bodies]

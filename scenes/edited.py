@@ -1,4 +1,4 @@
-"""Other values of some keys in the text of a scene, whose comments stay."""
+"""Changes of values in the text of a scene that keep its comments."""
 
 import re
 import sys
@@ -19,8 +19,8 @@ ENTRY = re.compile(r"\s*([A-Za-z0-9_-]+)\s*=\s*(.*)$")
 def edited(text, overrides):
     """Text of a scene with other values: dotted key -> value, as `load_scene` takes overrides.
 
-    A key that is there keeps its line and its comment; another one is added to its table. InputError: a key in a value
-    of several lines, or through what is no table.
+    An existing key keeps its line and its comment; a new key is added to its table. InputError: a key within a value of
+    several lines, or within something that is no table.
     """
     for key, value in overrides.items():
         text = _with(text, key.split("."), value)
@@ -41,7 +41,7 @@ def _with(text, parts, value):
                 return "\n".join(lines)
         if len(rest) == 1:
             end = max([start, *(i + 1 for i in range(start, stop) if ENTRY.match(lines[i]))])
-    if end is None:  # a table of its own, behind all others
+    if end is None:  # a new table at the end
         if any(part.isdigit() for part in parts):
             raise InputError(f"--set {dotted(parts)}: the scene has no such table")
         return f"{text.rstrip()}\n\n[{'.'.join(parts[:-1])}]\n{parts[-1]} = {value_text(value)}\n"

@@ -1,4 +1,4 @@
-"""What happens to a body at a given time: a saw cut, a load, a removal."""
+"""Events that act on a body at a given time: a saw cut, a load, a removal."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -9,7 +9,7 @@ from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
 
 
 class Cut(Spec):
-    """A saw drawn through a body along a path: what it passes loses its cohesion."""
+    """A saw cut through a body along a path: material on the path loses its cohesion."""
 
     NEEDS: ClassVar = "cuts"
     """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
@@ -19,7 +19,7 @@ class Cut(Spec):
     start: NonNegative = 0.0
     """[s]"""
     path: Annotated[tuple[Vector, ...], Field(min_length=2)]
-    """corners of the saw's way [m]"""
+    """corners of the saw's path [m]"""
     speed: Positive | None = None
     """speed of the saw along its path [m/s]; the whole path at once when missing"""
     width: Positive | None = None
@@ -39,7 +39,7 @@ class Load(Spec):
     stop: Positive | None = None
     """[s]; never when missing"""
     ramp: NonNegative = 0.0
-    """time in which the force grows from zero [s]"""
+    """time in which the force ramps up from zero [s]"""
     centre: Vector | None = None
     """of the part that is loaded [m]; the whole body when missing"""
     radius: Positive | None = None
@@ -61,7 +61,7 @@ class Load(Spec):
 
 
 class Remove(Spec):
-    """A body taken away, such as a support."""
+    """Removal of a body, such as a support."""
 
     NEEDS: ClassVar = "removal"
     """what a method must be capable of (`snowmpm.methods.Capabilities`)"""

@@ -1,4 +1,4 @@
-"""What acts on the snow beside gravity and contact: accelerations and pressures in space and time, damping."""
+"""Loads on the snow besides gravity and contact: accelerations and pressures in space and time, damping."""
 
 from typing import Annotated, Literal
 
@@ -71,9 +71,9 @@ class Pressure(_Timed):
     kind: Literal["pressure"]
     acts_on: Literal["surface", "pores"] = "surface"
     """surface: on the free surface of the snow, as of a cell or a lake around it; pores: on each volume by the gradient
-    alone, as water that seeps through the snow, whose stresses are then the effective ones"""
+    alone, as of water that seeps through the snow; stresses are then effective stresses"""
     value: Value | None = None
-    """[Pa]: a number or a formula of x, y, z and t; inside the snow any smooth continuation will do"""
+    """[Pa]: a number or a formula of x, y, z and t; inside the snow any smooth continuation is right"""
     file: FileName | None = None
     """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
     pressure"""
@@ -89,9 +89,9 @@ Force = Annotated[Acceleration | Pressure, Field(discriminator="kind")]
 
 
 class Damping(_Timed):
-    """A drag on all motion in proportion to mass: dv/dt = ... - coefficient v."""
+    """A drag on every particle in proportion to its mass: dv/dt = ... - coefficient v."""
 
     coefficient: Positive
-    """[1/s]: motion that nothing drives falls to a third in 1.1 / coefficient seconds"""
+    """[1/s]: free motion decays to a third in 1.1 / coefficient seconds"""
     rest_speed: Positive | None = None
-    """damping ends for good once the fastest particle, after it has been faster, is slower than this [m/s]"""
+    """damping ends for good once the fastest particle, having been faster, falls below this speed [m/s]"""

@@ -1,7 +1,7 @@
-"""Formulas in a scene: arithmetic of places, velocities and time, read without ever running what stands there.
+"""Formulas in a scene: arithmetic of positions, velocities and time, parsed without executing the text.
 
-A formula is parsed, and refused unless it is made of numbers, the names below and the operations below. Nothing of it
-reaches Python's interpreter: `Formula.compiled` walks the tree.
+A formula is refused unless it consists of numbers, the names below and the operations below. Python's interpreter never
+executes it: `Formula.compiled` walks the syntax tree.
 
     + - * / **, unary -, comparisons (1 where true, else 0), A if C else B
     x, y, z [m], t [s], vx, vy, vz [m/s], pi
@@ -20,9 +20,9 @@ from snowmpm.scenes.space import AXES, dimension
 from snowmpm.scenes.spec import SIZES, refuse
 
 LONGEST = 400
-"""Characters of a formula."""
+"""Largest number of characters of a formula."""
 MOST_PARTS = 150
-"""Numbers, names and operations in it."""
+"""Largest number of numbers, names and operations in a formula."""
 
 
 def _step(low, high, s):
@@ -44,7 +44,7 @@ OPERATORS = {
 
 
 def variables(dim):
-    """Names that a formula of a scene of this dimension may use, in the order in which it is given their values."""
+    """Names that a formula in a scene of this dimension may use, in the order of the arguments."""
     axes = AXES[dim]
     return (*axes, *(f"v{axis}" for axis in axes), "t")
 

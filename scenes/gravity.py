@@ -1,4 +1,4 @@
-"""Gravity that changes with time: a centrifuge that speeds up, a table that is tilted, a ground that shakes."""
+"""Gravity that changes with time: centrifuge, tilting table, shaking ground."""
 
 from typing import Annotated
 
@@ -12,14 +12,15 @@ Angle = Annotated[Number, Field(ge=-180.0, le=180.0)]
 
 
 class Gravity(Spec):
-    """Acceleration of gravity over time: grown by `ramp`, given at `times`, or read from `file`."""
+    """Acceleration of gravity over time: ramped up by `ramp`, given at `times`, or read from `file`."""
 
     value: Strength = 9.81
-    """acceleration [m/s2], downward, or a vector: the full one after a ramp, and what a table does not give"""
+    """acceleration [m/s2], downward, or a vector: the full value after a ramp, and the default where a table gives
+    none"""
     start: NonNegative = 0.0
     """when the ramp begins, or time 0 of the table [s]"""
     ramp: Positive | None = None
-    """time in which gravity grows smoothly from 0 to `value` [s]"""
+    """time in which gravity rises smoothly from 0 to `value` [s]"""
     times: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None
     """growing times [s] of `values` or `tilts`; linear between, constant before and after"""
     values: Annotated[tuple[Strength, ...], Field(min_length=2)] | None = None
@@ -27,8 +28,8 @@ class Gravity(Spec):
     tilts: Annotated[tuple[Angle, ...], Field(min_length=2)] | None = None
     """angle at each time by which the scene is tilted, so that gravity leans towards +x [degrees]"""
     file: FileName | None = None
-    """table (.csv): time [s] and components x, y, z [m/s2] of gravity; those of a shaken ground are gravity less its
-    acceleration"""
+    """table (.csv): time [s] and components x, y, z [m/s2] of gravity; for shaking ground, gravity minus the
+    ground's acceleration"""
 
     @model_validator(mode="after")
     def _is_one_course(self):

@@ -1,8 +1,8 @@
-"""Which keys a scene may have where: a walk through the JSON schema of its model, along the data that was given."""
+"""Keys that a scene may have at each place: a walk through the JSON schema of its model along the given data."""
 
 
 def real_keys(location, data):
-    """Keys of an error's location: without the marks of union members that pydantic puts between them."""
+    """Keys of an error's location, without pydantic's marks of union members."""
     path, here, after_tag = [], data, True
     for i, part in enumerate(location):
         table = here if isinstance(here, dict) else {}
@@ -22,7 +22,7 @@ def real_keys(location, data):
 
 
 def table_at(schema, path, data):
-    """JSON schema of what stands at `path`, in the union member that the data chose; {} when nothing is known."""
+    """JSON schema of the value at `path`, in the union member that the data selects; {} if unknown."""
     node = _find(schema, path, data)
     if node is None:
         return {}
@@ -31,7 +31,7 @@ def table_at(schema, path, data):
 
 
 def kinds_at(schema, path, data):
-    """Values of `kind` that the union at `path` knows."""
+    """Values of `kind` allowed by the union at `path`."""
     node = _resolve(schema, _find(schema, path, data))
     return list(node.get("discriminator", {}).get("mapping", {}))
 
@@ -91,7 +91,7 @@ def _choose(schema, node, here):
 
 
 DEEPEST = 6
-"""Tables in tables that `all_keys` follows."""
+"""Largest depth of nested tables that `all_keys` follows."""
 
 
 def all_keys(schema, data):
@@ -124,20 +124,20 @@ def _keys_below(schema, path, here, data):
 
 
 def _unset(schema, table, path):
-    """Keys of a table that is not set."""
+    """Keys of a table that is not given."""
     for name, node in (table or {}).get("properties", {}).items():
         yield (*path, name), None, _resolve(schema, node).get("description", "")
 
 
 def _table_of(schema, node):
-    """The one table that a node stands for, or None: not for one of several kinds."""
+    """The only table that a node allows; None if it allows several kinds."""
     members = [_resolve(schema, one) for one in node.get("anyOf", [node])]
     tables = [one for one in members if "properties" in one]
     return tables[0] if len(tables) == 1 else None
 
 
 def values_at(schema, path, data):
-    """What the key at `path` may be, where it is one of a few words."""
+    """Allowed words of the key at `path`, if it is an enumeration."""
     node = table_at(schema, path, data)
     members = [_resolve(schema, one) for one in node.get("anyOf", node.get("oneOf", [node]))]
     found = []

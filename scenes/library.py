@@ -12,7 +12,7 @@ def library() -> dict[str, str]:
 
 
 def comment(name: str) -> list[str]:
-    """What the file of a library scene says of it: the comment at its head, a line each."""
+    """Description of a library scene: lines of the comment at the head of its file."""
     with (FOLDER / f"{name}.toml").open(encoding="utf-8") as lines:
         head = itertools.takewhile(lambda line: line.startswith("#"), lines)
         return [line.removeprefix("#").removeprefix(" ").rstrip() for line in head]

@@ -37,7 +37,7 @@ def load_scene(name_or_path: PathLike, overrides: Mapping[str, Any] | None = Non
     data = parse(path)
     for key, value in (overrides or {}).items():
         override(data, key, value, path)
-    # Before validation, so that a message finds the numbers that a card gave; what is wrong with one, validation says
+    # Before validation, so that messages include the numbers of the card; validation reports errors of a card
     with contextlib.suppress(PydanticCustomError):
         data = with_cards(data)
     base_dir = path.resolve().parent
@@ -67,7 +67,7 @@ def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
 
 
 def find_scene(name_or_path: PathLike) -> Path:
-    """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError when there is none."""
+    """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError if there is none."""
     path = Path(name_or_path)
     named = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
     if named and not path.is_file():

@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in one or two lines: file, key, value and what is allowed."""
+"""Error messages for a scene, one or two lines: file, key, value and what is allowed."""
 
 import functools
 import re
@@ -38,15 +38,15 @@ ALLOWED = {
 
 
 def describe(error, data, model, file):
-    """Text of a pydantic ValidationError of `model` on `data`, as many as MAX_LINES lines, the telling ones first.
+    """Text of a pydantic ValidationError of `model` on `data`, at most MAX_LINES lines, the most helpful first.
 
     file: name that stands before each line.
     """
     schema = schema_of(model)
-    # A key that is not known usually explains the one that is missing.
+    # An unknown key usually explains the missing one.
     order = {"extra_forbidden": 0, "unexpected_keyword_argument": 0, "missing": 2, "missing_keyword_only_argument": 2}
     problems = error.errors(include_url=False)
-    # A list with a bad entry is also reported as too short: the entry is what is wrong.
+    # A list with a bad entry is also reported as too short; the entry is the error.
     within = {problem["loc"][:n] for problem in problems for n in range(len(problem["loc"]))}
     problems = sorted(
         (problem for problem in problems if problem["loc"] not in within or not problem["loc"]),
@@ -110,7 +110,7 @@ def _suggestion(word, known):
 
 
 def dotted(path):
-    """Keys on the way to a value as one: bodies.0.velocity."""
+    """Path to a value as one key: bodies.0.velocity."""
     return shown_line(".".join(str(part) for part in path), MAX_KEY)
 
 

@@ -1,4 +1,4 @@
-"""How the scene is solved, where, and what is written."""
+"""Method, domain and output of a scene."""
 
 from typing import Annotated, Literal
 
@@ -16,23 +16,23 @@ Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
 
 
 def field_names():
-    """Fields that a frame may hold beside the position: of every particle, and what laws report of their state."""
+    """Fields that a frame may hold besides the position: those of every particle, and outputs of laws."""
     return [name for name in UNITS if name != "position"] + sorted({n for law in LAWS.values() for n in law.OUTPUTS})
 
 
 class Output(Spec):
-    """What goes into the run file, and how often."""
+    """Content of the run file, and intervals."""
 
     interval: Positive = 0.05
     """time between frames [s]"""
     fields: tuple[Annotated[str, one_of(field_names)], ...] = ("velocity", "density")
-    """particle fields of each frame, beside the position"""
+    """particle fields of each frame, besides the position"""
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
     map_cell: Positive | None = None
     """side of a plan cell of the maps of a 3-D run [m]: a whole multiple, or a whole fraction, of an elevation raster's
-    cells. When missing: the smallest multiple that holds 24 particles at a tenth of the release depth, below which
-    nothing counts as affected, and is two grid spacings wide; without a raster, that width rounded up to two digits"""
+    cells. When missing: the smallest multiple that is two grid spacings wide and holds 24 particles at the flow depth,
+    a tenth of the release depth; without a raster, that width rounded up to two digits"""
 
     @field_validator("fields")
     @classmethod
@@ -44,52 +44,52 @@ class Output(Spec):
 
 
 class Sph(Spec):
-    """How SPH sums over neighbours."""
+    """Options of the SPH method."""
 
     kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
-    """smoothing length h over dx [-]; kernels reach 2 h; 1.2 keeps the middle of a heap of sand higher by 3 to 7 %, 1.0
-    the stiffness of a thin elastic body, and both ring more behind shocks"""
+    """smoothing length h over dx [-]; kernels reach 2 h; 1.2 gives 3 to 7 % more height in
+    the middle of a heap of sand, 1.0 the right stiffness of a thin elastic body; both ring more behind shocks"""
     gradient: Literal["balanced", "corrected", "plain"] = "balanced"
-    """of velocities; balanced: conjugate to the sum of forces, so that volumes follow how many particles there are;
-    corrected: exact for linear fields, at free surfaces too, but particles crowd where they flow; plain: as the kernel
-    gives it, which also strains the surface of a body that turns"""
+    """of velocities; balanced: conjugate to the sum of forces, so that volumes follow the density of particles;
+    corrected: exact for linear fields, at free surfaces too, but particles crowd in flow; plain: uncorrected kernel
+    gradient, which also strains the surface of a rotating body"""
     momentum: Literal["density", "corrected", "volume", "difference"] = "density"
-    """form of the sum of forces: density, stresses over squared densities; corrected, the same in balance with the
-    corrected gradient, for thin elastic bodies; volume, for layers of unlike density, which density lets push each
-    other: a weak layer near its strength then yields; difference, which does not conserve momentum and blows up on
-    irregular particles: for comparison"""
+    """form of the momentum equation: density, stresses over squared densities; corrected, the form conjugate to the
+    corrected gradient, for thin elastic bodies; volume, for layers of unlike density, between which the form density
+    has spurious forces that make a weak layer near its strength yield; difference, only for comparison, since it does
+    not conserve momentum and is unstable on irregular particles"""
     viscosity: NonNegative = 0.1
-    """alpha of the artificial viscosity [-]: 0.1, usual for sand, lets a shock in elastic matter ring by 40 %, 0.3 by
-    less than 30 %, and lowers heaps by half a per cent; 1 makes run-outs shorter"""
+    """alpha of the artificial viscosity [-]: 0.1 is usual for sand; a shock in elastic material then
+    overshoots by 40 %. 0.3 overshoots by less than 30 % and lowers heaps by 0.5 %. 1 shortens run-outs"""
     quadratic_viscosity: NonNegative = 0.0
-    """beta of it, against particles that fly into each other [-]"""
+    """beta of the artificial viscosity, quadratic in the closing speed, against interpenetration [-]"""
     disorder_damping: NonNegative = 0.5
-    """gamma of a viscosity that acts on what is not a common stretching of neighbours [-]: keeps order in tension and
-    leaves smooth motion alone"""
+    """gamma of a viscosity that acts only on velocity differences beyond a linear field [-]: it keeps particles ordered
+    in tension and does not affect smooth motion"""
     walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
-    """stress of the dummy particles in terrain, sides and obstacles: extrapolated from the particles near them; copied
-    from the particle that looks; most_compressive: extrapolated, but the pressure on the wall the largest nearby"""
+    """stress of the dummy particles in terrain, sides and obstacles: extrapolated from nearby particles; copied from
+    the interacting particle; most_compressive: extrapolated, but with the largest nearby pressure on the wall"""
     barrier: Annotated[bool, Field(strict=True)] = True
     """whether walls also stop particles that come within a tenth of dx of them, without rebound"""
     artificial_stress: NonNegative = 0.0
-    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.5 to 0.8, beside a viscosity; none of a
-    tension that is the same all over is lost to it"""
+    """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.5 to 0.8, with a viscosity; it does not
+    reduce a uniform tension"""
     artificial_stress_power: Annotated[Number, Field(ge=1.0, le=8.0, multiple_of=0.5)] = 4.0
-    """n of it: its share falls with the distance as W(r)^n [-]"""
+    """n of the artificial stress, which falls with the distance as W(r)^n [-]"""
     regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
-    """of elastic strains, and so of stresses, against noise: mean of neighbours (shepard), its linear fit (mls), both
-    every regularisation_interval steps, or diffusion in every step; it blurs layers"""
+    """smoothing of elastic strains, and so of stresses, against noise: mean over neighbours (shepard) or linear fit
+    (mls), both every regularisation_interval steps, or diffusion in every step; it blurs layers"""
     regularisation_interval: Annotated[int, Field(strict=True, ge=1)] = 20
-    """steps between two means"""
+    """steps between two smoothings"""
     diffusion: NonNegative = 0.1
     """xi of the diffusion, xi c h grad^2 [-]"""
     confining_pressure: NonNegative = 0.0
     """pressure on free surfaces [Pa]"""
     surface_coverage: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """the confining pressure acts on particles whose sum of V W over their neighbours is less [-]; 1: on all, which
-    inside cancels and is exact; 0.55 in 2-D and 0.70 in 3-D find the outermost layer, and lose 3 % of the pressure
-    there, more where particles lie in disorder"""
+    """the confining pressure acts on particles whose sum of V W over neighbours is below this [-]. 1: on all particles,
+    which cancels inside and is exact. 0.55 in 2-D and 0.70 in 3-D select the outermost layer and lose 3 % of the
+    pressure there, more if particles are disordered"""
 
     @model_validator(mode="after")
     def _damped(self):
@@ -108,17 +108,17 @@ class Solver(Spec):
     kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
     gradient: Annotated[str, one_of(lambda: GRADIENTS)] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
-    cubic kernel and flip, the classical scheme). affine is closer to the exact stress and tears later; shape suits thin
-    bodies that bend far, whose ends affine lets hang too low"""
+    cubic kernel and flip, the classical scheme). affine has the more accurate stress and tears later; shape suits thin
+    bodies that bend far, which affine bends too far"""
     transfer: Annotated[str, one_of(lambda: TRANSFERS)] = "apic"
-    """errors fall as dx^2 with apic, flip and aflip of every kernel and gradient, with pic as dx at best; the spacing
-    of particles ends that at some thousandths of a displacement with 4 in a cell, at a third of it with 9"""
+    """errors fall as dx^2 with apic, flip and aflip for every kernel and gradient, with pic at best as dx. The particle
+    spacing limits this: at some thousandths of a displacement with 4 particles a cell, at a third of that with 9"""
     flip_ratio: Fraction = 0.97
     """share of FLIP in flip and aflip; the rest is PIC [-]"""
     particles_per_cell: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         default_factory=lambda: 4 if dimension() == 2 else 8
     )
-    """mpm: particles in a full cell at the start: 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
+    """mpm: particles in a full cell at the start; 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9

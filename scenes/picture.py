@@ -1,4 +1,4 @@
-"""The picture of a scene in the gallery: which moments, what colours the snow, seen from where."""
+"""The picture of a scene in the gallery: times, colours, camera."""
 
 from typing import Annotated, Literal
 
@@ -10,16 +10,16 @@ Pixels = Annotated[int, Field(strict=True, ge=64, le=4096)]
 
 
 class Picture(Spec):
-    """What the gallery shows of a scene; the simulation takes no notice of it."""
+    """Settings of the gallery's picture; the simulation ignores them."""
 
     times: Annotated[tuple[NonNegative, ...], Field(min_length=1, max_length=6)] | None = None
-    """moments that are shown, one below the other [s]; the end when missing"""
+    """times shown, one below the other [s]; the end when missing"""
     color: str | None = None
     """field that colours the snow, or "snow"; its speed when missing"""
     camera: str = "auto"
-    """view, in the words of `snowmpm render --camera`"""
+    """view, as for `snowmpm render --camera`"""
     size: tuple[Pixels, Pixels] = (1280, 480)
-    """width and height of each moment [pixels]"""
+    """width and height of each picture [pixels]"""
     plot: Literal["history", "compression", "saw_test"] | None = None
-    """curves below the last moment: history or saw_test, as `snowmpm plot` draws them; compression, stress against
+    """curves below the last picture: history or saw_test, as `snowmpm plot` draws them; compression, stress against
     strain"""

@@ -1,4 +1,4 @@
-"""Reasons that a scene file gives for its numbers: comments on the lines of their keys."""
+"""Reasons for numbers in a scene file: comments on the lines of their keys."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 LINE = re.compile(r"""^\s*([\w.]+)\s*=\s*((?:"[^"]*"|'[^']*'|[^"'#])*)\#\s*(.+?)\s*$""")
 TABLE = re.compile(r"^\s*(\[\[?)\s*([\w.]+)\s*\]\]?")
 LEAST_WORDS = 4
-"""Of a comment that is a reason, and not just a unit."""
+"""Least length of a comment that is a reason and not just a unit."""
 
 
 def reasons(path):

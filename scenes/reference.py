@@ -1,7 +1,7 @@
-"""What is known of a scene from an experiment or a formula: the answer that `snowmpm compare` holds runs against.
+"""Reference solution of a scene, from an experiment or a formula, for `snowmpm compare`.
 
-A scene names the kind of answer only; sizes, load and material are those of its first body. The answers themselves,
-with their sources: `snowmpm.comparison.answers`.
+A scene names only the kind of reference; sizes, load and material are those of its first body.
+`snowmpm.comparison.answers` has the reference solutions and their sources.
 """
 
 from typing import Annotated, Literal
@@ -29,7 +29,7 @@ class RoundColumn(Spec):
 
 
 class Cantilever(Spec):
-    """A straight elastic beam, clamped at its end of small x, is let go under its weight: motion of the other end."""
+    """A straight elastic beam, clamped at its end of small x, is released under its weight: motion of the other end."""
 
     kind: Literal["cantilever"]
 
@@ -39,11 +39,11 @@ class Oedometer(Spec):
 
     kind: Literal["oedometer"]
     piston: str
-    """name of the obstacle that presses"""
+    """name of the obstacle that is the piston"""
 
 
 class WallThrust(Spec):
-    """Grains at rest on a bed, against a wall that is normal to it: bounds of their thrust, by wedges."""
+    """Grains at rest on a bed against a wall normal to it: bounds of their thrust, by Coulomb's wedges."""
 
     kind: Literal["wall_thrust"]
     wall: str
@@ -53,7 +53,7 @@ class WallThrust(Spec):
 
 
 class SlopeStability(Spec):
-    """A slope of soil: its factor of safety by slices on circles."""
+    """A soil slope: its factor of safety by slices on slip circles."""
 
     kind: Literal["slope_stability"]
 
@@ -62,4 +62,4 @@ Reference = Annotated[PlaneColumn | RoundColumn | Cantilever | Oedometer | WallT
                       Field(discriminator="kind")]
 
 OF_SPACE = ("round_column",)
-"""Kinds of a 3-D scene; all others are of a plane one."""
+"""Kinds for 3-D scenes; all others are for 2-D scenes."""

@@ -1,4 +1,4 @@
-"""Where a layer lies, seen from above."""
+"""Plan regions of layers."""
 
 from typing import Annotated, Any
 

@@ -1,4 +1,4 @@
-"""A propagation saw test: a column cut free from the snow cover, and a saw drawn through its weak layer.
+"""A propagation saw test: an isolated column of snow whose weak layer is cut by a saw.
 
     [saw_test]                                          z (normal to the slope)
     slope_angle = 30.0                                  |   ____________________________________
@@ -10,7 +10,8 @@
                                                         +---0-----------------------------length--> x (along the slope)
 
 The scene is built in the frame of the slope, so that the layers follow the grid at any angle: x along the slope in the
-saw's way, z normal to it; gravity is tilted by the slope angle. Bodies, domain and the saw follow from this table.
+direction of the saw, z normal to it; gravity is tilted by the slope angle. Bodies, domain and the saw follow from this
+table.
 """
 
 from math import ceil, cos, radians, sin, tan
@@ -25,7 +26,7 @@ MARGIN = 1.0
 """Free space around the column [m]."""
 
 MADE = ("bodies", "domain", "terrain")
-"""Tables of a scene that a saw test makes itself, or does without."""
+"""Tables of a scene that a saw test creates itself or does not allow."""
 
 
 class SawLayer(Spec):
@@ -41,19 +42,19 @@ class WeakLayer(SawLayer):
     """The layer that collapses."""
 
     cells: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
-    """draw it this many grid cells thick, whatever its thickness, with its own stiffness, strength and collapse per
-    area (`Law.drawn`); as thick as it is when missing"""
+    """represent the layer by this many grid cells, whatever its thickness, with the same stiffness, strength and
+    collapse per area (`Law.drawn`); its true thickness when missing"""
 
 
 class SawTest(Spec):
-    """Propagation saw test, in the frame of the slope: x along it in the saw's way, z normal to it."""
+    """Propagation saw test, in the frame of the slope: x along it in the direction of the saw, z normal to it."""
 
     length: Positive
     """of the column along the slope [m]"""
     width: Positive | None = None
     """of the column across the slope, 3-D only; 0.3 when missing [m]"""
     slope_angle: Annotated[Number, Field(gt=-90.0, lt=90.0)] = 0.0
-    """positive: the saw goes up the slope, negative: down [degrees]"""
+    """positive: the saw cuts upslope, negative: downslope [degrees]"""
     ends: Literal["normal", "vertical"] = "normal"
     """end faces of the column: normal to the slope, or vertical"""
     slab: Annotated[tuple[SawLayer, ...], Field(min_length=1)]
@@ -68,7 +69,7 @@ class SawTest(Spec):
     saw_start: NonNegative = 0.0
     """[s]"""
     saw_length: NonNegative | None = None
-    """length that the saw cuts in all, `notch` included; half of the column when missing [m]"""
+    """total length of the cut, `notch` included; half of the column when missing [m]"""
 
     @field_validator("width")
     @classmethod
@@ -99,7 +100,7 @@ class SawTest(Spec):
         return self
 
     def drawn(self, dx: float) -> "SawTest":
-        """The test as it is drawn on a grid: the weak layer as thick as its cells [m]."""
+        """The test as represented on a grid: the weak layer has the thickness of its cells."""
         if self.weak_layer.cells is None:
             return self
         layer = self.weak_layer.model_copy(update={"thickness": self.weak_layer.cells * dx})
@@ -107,11 +108,11 @@ class SawTest(Spec):
 
     @property
     def cut_length(self) -> float:
-        """Length that is cut in the end [m]."""
+        """Final length of the cut [m]."""
         return max(self.notch, 0.5 * self.length if self.saw_length is None else self.saw_length)
 
     def width_in(self, dim: int) -> float:
-        """Width of the column [m]; 1 in 2-D, where everything is per metre of width."""
+        """Width of the column [m]; 1 in 2-D, where all quantities are per metre of width."""
         return (self.width or 0.3) if dim == 3 else 1.0
 
     @property
@@ -148,7 +149,7 @@ class SawTest(Spec):
 
 
 def made_by(saw_test, dim, dx):
-    """Tables of a scene that its saw test makes, as they would stand in a file."""
+    """Tables of a scene that its saw test creates, as in a scene file."""
     saw_test = saw_test.drawn(dx)
     tall = saw_test.slab_bottom + saw_test.slab_thickness
     reach = MARGIN + abs(saw_test.lean) * tall

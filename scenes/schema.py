@@ -27,20 +27,21 @@ from snowmpm.scenes.toml import to_toml
 
 class Initial(Spec):
     """Stress at time zero: none, geostatic (in balance with the weight), settled by quasi-static relaxation, or an
-    isotropic pressure that walls hold; or all that particles carry, from another run."""
+    isotropic pressure held by walls; or the whole particle state, from another run."""
 
     stress: Literal["none", "geostatic", "settle", "isotropic"] = "none"
     lateral_pressure: NonNegative | None = None
-    """pressure along the layers over that across them, K0 [-]; the elastic value of each material when missing"""
+    """stress along the layers over that across them, K0 [-]; the elastic value of each material when missing"""
     pressure: Positive | None = None
     """isotropic: the pressure in all material [Pa]"""
     tolerance: Positive = 2e-3
-    """settle: largest speed over sqrt(g D), D the depth of the snow, and share of the weight that is not carried [-]"""
+    """settle: limit of the largest speed over sqrt(g D), D the depth of the snow, and of the unbalanced share of the
+    weight [-]"""
     from_run: Annotated[str, Field(strict=True, min_length=1, max_length=1000)] | None = Field(
         default=None, alias="from"
     )
-    """folder of a run, relative to the scene file: bodies of the same name start as they were at its end, with places,
-    velocities, stresses and states; their shape here then says nothing"""
+    """folder of a run, relative to the scene file: bodies of the same name start with the positions,
+    velocities, stresses and state variables at its end; their shape here is ignored"""
 
     @model_validator(mode="after")
     def _has_stress(self):
@@ -68,16 +69,16 @@ class Scene(Glance, Spec):
         Annotated[Number, NUMBER] | Annotated[Vector, LIST] | Annotated[Gravity, TABLE],
         by_type(NUMBER, LIST, TABLE),
     ] = 9.81
-    """acceleration [m/s2], downward, or a vector, or a table: how it changes with time"""
+    """acceleration [m/s2], downward, or a vector, or a table that gives it over time"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
-    """of every random choice"""
+    """seed of every random choice"""
     output: Output = Output()
     solver: Solver
     """at least dx, the grid spacing"""
     domain: Domain | None = None
     terrain: Terrain | None = None
     materials: dict[Name, Material] = Field(default_factory=dict)
-    """one table a material, its numbers given here or taken from the material card `card`"""
+    """one table a material, with numbers given here or taken from the material card `card`"""
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
@@ -85,14 +86,14 @@ class Scene(Glance, Spec):
     forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
     damping: Damping | None = None
-    """a drag on all motion; none when missing"""
+    """a drag on every particle; none when missing"""
     initial: Initial = Initial()
     stop: Stop = Stop()
     """when a run ends before end_time"""
     saw_test: SawTest | None = None
-    """a propagation saw test, which makes bodies and domain; x and z are then along the slope and normal to it"""
+    """a propagation saw test, which creates bodies and domain; x and z are then along the slope and normal to it"""
     reference: Reference | None = None
-    """what is known of the scene, for `snowmpm compare`; the simulation takes no notice of it"""
+    """reference solution for `snowmpm compare`; the simulation ignores it"""
     picture: Picture = Picture()
     """of the gallery"""
 
@@ -118,22 +119,22 @@ class Scene(Glance, Spec):
 
     @property
     def base_dir(self) -> Path:
-        """Folder that file names of the scene are relative to."""
+        """Base folder of relative paths in the scene."""
         return self._base_dir
 
     @property
     def source(self) -> str:
-        """What was loaded, in the words of messages: the TOML file, or the scene's name when it came from no file."""
+        """Source of the scene for messages: the TOML file, or the scene's name if there is no file."""
         return self._source or self.name
 
     @property
     def choices(self) -> tuple[Choice, ...]:
-        """`Choice`s that were made for keys of the solver that the scene does not give (`snowmpm.scenes.choices`)."""
+        """`Choice`s made for keys of the solver that the scene does not give (`snowmpm.scenes.choices`)."""
         return self._choices
 
     @property
     def gravity_vector(self) -> tuple[float, ...]:
-        """Acceleration of gravity, one component an axis [m/s2]; of a table its `value`."""
+        """Acceleration of gravity, one component per axis [m/s2]; for a table its `value`."""
         value = self.gravity.value if isinstance(self.gravity, Gravity) else self.gravity
         if isinstance(value, tuple):
             return value
@@ -162,7 +163,7 @@ class Scene(Glance, Spec):
 
 
 def _with_choices(scene):
-    """The scene with numerics that it leaves open and that its contents tell."""
+    """The scene with the chosen values of numerical settings that it leaves open."""
     found = choices(scene)
     if not found:
         return scene
@@ -177,7 +178,7 @@ class _SawTestOnly(Spec):
 
 
 def _with_saw_test(data, dim):
-    """Tables of a scene with those that its saw test makes; the data given stays as it is."""
+    """Tables of a scene with those that its saw test creates; the given data is not changed."""
     if data.get("saw_test") is None:
         return data
     for key in MADE:
@@ -189,12 +190,12 @@ def _with_saw_test(data, dim):
     saw_test = _SawTestOnly.model_validate({"saw_test": data["saw_test"]}).saw_test
     solver = data.get("solver")
     dx = solver.get("dx") if isinstance(solver, dict) else None
-    # A wrong spacing is refused with the rest of the scene
+    # An invalid spacing is refused when the scene is validated
     return {**data, **made_by(saw_test, dim, dx if isinstance(dx, int | float) and dx > 0.0 else 1.0)}
 
 
 def _check_references(scene):
-    """Names that one table takes from another must be there, and names of bodies and obstacles must differ."""
+    """Check that referenced names exist, and that names of bodies and obstacles are unique."""
     for table in ("bodies", "obstacles"):
         seen = set()
         for i, item in enumerate(getattr(scene, table)):
@@ -224,7 +225,7 @@ def _check_references(scene):
 
 
 def _check_answer(scene):
-    """The kind of answer must suit the dimension, and the obstacles that it names be there."""
+    """Check that the kind of reference suits the dimension, and that its obstacles exist."""
     kind = scene.reference.kind
     wanted = 3 if kind in OF_SPACE else 2
     if scene.dimension != wanted:

@@ -23,7 +23,7 @@ Count = Annotated[int, Field(strict=True, ge=1)]
 
 
 def check_corners(lower, upper):
-    """Refuse a box whose lower corner `min` is not below its upper corner `max` along every axis."""
+    """Raise an error unless the lower corner `min` of a box is below its upper corner `max` along every axis."""
     for axis, low, high in zip(AXES[len(lower)], lower, upper, strict=False):
         if low >= high:
             raise refuse(f"must be above min along every axis, and along {axis} min is {low:g}", "max", upper)
@@ -100,7 +100,7 @@ class Polygon(Spec):
 
 
 class Prism(Spec):
-    """A polygon in the plane of x and z, drawn out along y (3-D)."""
+    """A polygon in the plane of x and z, extruded along y (3-D)."""
 
     kind: Literal["prism"]
     points: Annotated[tuple[Pair, ...], Field(min_length=3)]

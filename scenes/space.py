@@ -1,7 +1,7 @@
 """Vectors, plan positions and file names of a scene: checked against its dimension and its folder.
 
-A vector must have as many components as the scene has axes, and a file must lie where the scene says. Both facts stand
-outside the value, so `Scene` announces them here while it validates; a table validated on its own takes any of them.
+A vector must have as many components as the scene has axes, and a file must lie where the scene says. Both facts lie
+outside the value, so `Scene` provides them here during validation; a table validated on its own accepts any.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ AXES = {2: ("x", "z"), 3: ("x", "y", "z")}
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stands outside a value under validation, and decides whether it is right."""
+    """Facts outside a value on which its validation depends."""
 
     dimension: int | None = None  # 2, 3, or None: not known (yet)
     base_dir: Path | None = None  # folder that file names are relative to, or None: files are not looked for
@@ -41,7 +41,7 @@ _surroundings = ContextVar("surroundings", default=NOWHERE)
 
 @contextlib.contextmanager
 def surroundings(dimension=None, base_dir=None):
-    """Validate what follows for this dimension and folder; what is not given stays as it was."""
+    """Context: validation for this dimension and folder; arguments that are not given keep their value."""
     known = _surroundings.get()
     token = _surroundings.set(Surroundings(dimension or known.dimension, base_dir or known.base_dir))
     try:
@@ -56,7 +56,7 @@ def dimension():
 
 
 def require_dimension(wanted, what):
-    """Refuse `what` (words for the message) unless the scene has `wanted` axes."""
+    """Raise an error for `what` (text of the message) unless the scene has `wanted` axes."""
     if dimension() not in (wanted, None):
         raise refuse(f"{what} exists only in a {wanted}-D scene, and this one has dimension = {dimension()}")
 
@@ -102,11 +102,11 @@ FileName = Annotated[str, Field(strict=True), AfterValidator(_check_file)]
 
 
 def by_type(*branches: Tag) -> Discriminator:
-    """What lets the TOML type of a value choose the member of a union, so that a message speaks of one member only.
+    """What selects the member of a union by the TOML type of the value, so that messages concern one member only.
 
         Annotated[Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)]
 
-    branches: marks of the members. A value of any other type is judged as the first.
+    branches: marks of the members. A value of any other type is validated as the first.
     """
 
     def branch(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""What every part of a scene is made of: frozen tables that refuse unknown keys, and numbers with their bounds."""
+"""Building blocks of a scene: frozen tables that refuse unknown keys, and numbers with bounds."""
 
 import reprlib
 from collections.abc import Callable, Iterable
@@ -9,12 +9,12 @@ from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
 
 
 class Spec(BaseModel):
-    """A table of a scene file: nothing settable, no unknown key; messages show the docstring under a field."""
+    """A table of a scene file: immutable, without unknown keys; messages show the docstring of a field."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     def __repr_args__(self):
-        """What was given, not the defaults; long lists are cut."""
+        """The given values without defaults; long lists are shortened."""
         return [(name, _Cut(getattr(self, name))) for name in type(self).model_fields if name in self.model_fields_set]
 
 
@@ -31,12 +31,12 @@ class _Cut:
 
 
 LONGEST = 300
-"""Characters of a value within another that `repr` shows."""
+"""Largest number of characters of a nested value in `repr`."""
 
 
 SIZES = (1e-12, 1e12)
-"""What the numbers of a scene may be in size, beside 0: nothing of snow, in SI units, is smaller or larger, and what is
-made of them still fits a float32 or a grid."""
+"""Allowed magnitudes of nonzero numbers in a scene: no quantity of snow in SI units lies outside, and derived numbers
+still fit a float32 or a grid."""
 
 
 def _check_size(value):
@@ -45,7 +45,7 @@ def _check_size(value):
     return value
 
 
-# Strict: "0.1" and true are not numbers; TOML's nan and inf are none either.
+# Strict: "0.1" and true are not numbers, and TOML's nan and inf are refused.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(_check_size)]
 Positive = Annotated[Number, Field(gt=0.0)]
 NonNegative = Annotated[Number, Field(ge=0.0)]
@@ -54,9 +54,8 @@ Name = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$
 
 
 def one_of(names: Callable[[], Iterable[str]]) -> GetPydanticSchema:
-    """What makes a `str` the name of an entry of a registry: `Annotated[str, one_of(names)]`. names: `names()` -> what
-    there is, asked whenever a scene is read, so that what is registered later is known; messages are those of a
-    Literal."""
+    """Type of a key that names an entry of a registry. names: `names()` -> registered names, called whenever a scene
+    is read, so that later entries are included; messages are those of a Literal."""
 
     def check(value: Any) -> str:
         known = list(names())
@@ -79,7 +78,7 @@ def one_of(names: Callable[[], Iterable[str]]) -> GetPydanticSchema:
 def refuse(allowed, key=None, value=None):
     """The error of a check that the types cannot express.
 
-    allowed: what would have been right. key, value: where, when it is not the table or value under validation itself;
+    allowed: text of what is allowed. key, value: the place, if it is not the table or value under validation itself;
     `key` is then relative to that table.
     """
     return PydanticCustomError("scene_check", "{allowed}", {"allowed": allowed, "key": key, "value": value})

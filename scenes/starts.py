@@ -16,7 +16,8 @@ FILES = re.compile(r'(?<![\w.])file\s*=\s*"([^"]+)"')
 
 
 def start_from(template, **words):
-    """Text of the template of this name, "profile" or "ground", with its words put in; TOML values as they are."""
+    """Text of the template of this name, "profile" or "ground", with its placeholders filled; TOML values as they
+    are."""
     text = (STARTS / f"{template}.toml").read_text(encoding="utf-8")
     return _aligned(Template(text).substitute(words))
 
@@ -24,7 +25,7 @@ def start_from(template, **words):
 def copy_of(scene, name, folder):
     """Text of a scene with its comments under another `name`; -> (text, files that it names, copied to `folder`).
 
-    Raises InputError where a file of that name lies there already with other contents.
+    Raises InputError if a file of that name with other content exists there.
     """
     source = find_scene(scene)
     text, count = NAME.subn(f"name = {quoted(name)}", source.read_text(encoding="utf-8"), count=1)
@@ -53,7 +54,7 @@ def quoted(text):
 
 
 def _aligned(text):
-    """Comments behind short values in one column, as in the templates before words of other lengths were put in."""
+    """Align the comments behind short values in one column, as in the templates."""
     lines = []
     for line in text.split("\n"):
         value, mark, comment = line.partition("  # ")

@@ -1,21 +1,21 @@
-"""When a run ends before its end_time."""
+"""Criterion for a run to end before its end_time."""
 
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
 
 class Stop(Spec):
-    """A run ends once its snow has moved and come to rest: hardly any of its mass is fast, hardly anything is left of
-    its largest momentum, and nothing is still to happen to it."""
+    """A run ends once its snow has moved and come to rest: only a small share of its mass is fast, only a small share
+    of its peak momentum is left, and no event is still to come."""
 
     at_rest: bool | None = None
-    """whether to end then, before end_time; when missing where snow flows over a terrain (dem, mesh, or a profile
-    without events), unless a saw test, an answer to compare with or a moving obstacle asks for the whole time"""
+    """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh, or a profile
+    without events) and the scene has no saw test, no reference and no moving obstacle"""
     moving_share: Fraction | None = None
     """share of the mass that may still be faster than 1 m/s [-]; 0.02 when missing"""
     momentum_share: Fraction | None = None
     """sum m |v| over its largest value, at most [-]; 0.05 when missing"""
     hold: Positive | None = None
-    """time that both must last [s]; a twentieth of end_time when missing"""
+    """time for which both must hold [s]; a twentieth of end_time when missing"""
 
 
 def ends_at_rest(scene):

@@ -38,7 +38,7 @@ class Plane(Touching):
 
 
 class Profile(Touching):
-    """A line of straight pieces from left to right; in 3-D it is drawn out along y."""
+    """A line of straight pieces from left to right; in 3-D it is extruded along y."""
 
     kind: Literal["profile"]
     points: Annotated[tuple[Pair, ...], Field(min_length=2)]
@@ -76,7 +76,7 @@ class Dem(Touching):
     region: PlanBox | None = None
     """part of the raster to use [m], in its own coordinates"""
     elevation_unit: Literal["m", "ft", "us-ft"] | None = None
-    """unit of its elevations; what the file says when missing, and metres when that says nothing"""
+    """unit of its elevations; when missing that of the file, or metres if the file names none"""
     attribution: str | None = None
     """credit of the data, printed on pictures and maps"""
 

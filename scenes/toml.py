@@ -6,7 +6,7 @@ from pathlib import Path
 from snowmpm.errors import InputError
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
-MAX_BYTES = 4 << 20  # a scene is text written by hand; more is some other file
+MAX_BYTES = 4 << 20  # a scene is written by hand; a larger file is something else
 
 # Tables that read best on one line; every other table gets a header.
 INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within"}
@@ -27,8 +27,8 @@ def parse(path):
 
 
 def to_toml(scene, leave_out=()):
-    """Text of the resolved scene without the tables to leave out. File names become absolute, so that the text means
-    the same in any folder."""
+    """Text of the resolved scene without the tables to leave out. Paths become absolute, so that the text is valid in
+    any folder."""
     data = _absolute(scene.model_dump(exclude_none=True, by_alias=True, exclude=set(leave_out)), scene.base_dir)
     return table_text(data)
 
@@ -90,7 +90,7 @@ def _value(value):
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, str):
-        # JSON escapes are TOML escapes; DEL is the one character that only TOML wants escaped.
+        # JSON escapes are TOML escapes; only DEL must be escaped in TOML but not in JSON.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"

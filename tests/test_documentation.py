@@ -184,6 +184,21 @@ def test_keys_of_saw_tests_and_of_the_end_are_in_the_guide():
     assert sorted(key for key in keys if not re.search(rf"`{re.escape(key)}[` ]", guide)) == []
 
 
+CASES = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
+
+
+def test_cases_that_tests_cite_are_on_the_page():
+    cited = {name for path in (ROOT / "tests").rglob("test_*.py")
+             for name in re.findall(r"\b(?:T1\.\d|M[1-9]\d?[a-f]?|G[1-9]|S[1-7])\b", path.read_text(encoding="utf-8"))}
+    assert {"M5", "M18c", "S1", "T1.9"} <= cited
+    assert sorted(name for name in cited if not re.search(rf"\b{re.escape(name)}\b", CASES)) == []
+
+
+def test_tests_that_the_page_of_cases_names_exist():
+    present = {path.name for path in (ROOT / "tests").rglob("test_*.py")}
+    assert set(re.findall(r"\btest_\w+\.py\b", CASES)) <= present
+
+
 def words_of_names():
     """Every name in the sources, and every string that could be one, as words: ContactBlocks -> contact blocks."""
     names = {path.stem for path in SOURCES}
@@ -197,7 +212,7 @@ def words_of_names():
 
 
 def test_words_of_the_glossary_are_those_of_the_code():
-    table = (ROOT / "docs" / "developer.md").read_text(encoding="utf-8").partition("## Words")[2]
+    table = (ROOT / "docs" / "developer.md").read_text(encoding="utf-8").partition("## Glossary")[2]
     words = [word.strip() for row in re.findall(r"^\| ([^|]+) \|", table, re.MULTILINE)[1:] for word in row.split(",")]
     names = words_of_names()
     assert len(words) > 50

@@ -1,1 +1,1 @@
-"""What `snowmpm check` advises: corners of the atlas that a scene sits in, and what it could do without."""
+"""Advice of `snowmpm check`: failures of the atlas that may affect a scene, its cost, possible savings."""

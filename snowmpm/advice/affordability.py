@@ -1,4 +1,4 @@
-"""Runs that would never end, or end in a full disk, are refused before their first step, with what they would cost."""
+"""Refusal, before the first step, of runs that would take too long or fill the disk; the message gives the cost."""
 
 import math
 import shutil
@@ -12,15 +12,15 @@ from snowmpm.errors import InputError
 LONGEST = 30 * 86400.0
 """Expected run time beyond which a run is refused [s]: a month."""
 SECONDS_A_BODY = 2e-3
-"""Of reading, building and checking a body, about."""
+"""Approximate time of reading, building and checking one body."""
 
 
 def refuse_unaffordable(simulation, folder, threads=1, option="--accept-cost"):
-    """Refuse, by an InputError that says what it would cost, a simulation that would take LONGEST, or more disk than
-    is free where `folder` lies.
+    """Raise InputError, with the cost, for a simulation that would take longer than LONGEST, or more than the free disk
+    space of `folder`.
 
-    simulation: `Simulation` as built, at its start or taken up from a checkpoint: what is left of it counts. option:
-    how a user accepts the cost.
+    simulation: `Simulation`, at its start or resumed from a checkpoint: only the rest of the run counts. option: the
+    command-line option that accepts the cost.
     """
     scene = simulation.scene
     budget = Budget(SceneFacts(scene, simulation.model, simulation.solver), threads)
@@ -30,7 +30,7 @@ def refuse_unaffordable(simulation, folder, threads=1, option="--accept-cost"):
 
 
 def unaffordable(budget, folder, left=1.0):
-    """What a run that nobody can pay for would take, in words, and why; None of others. left: share of it to come."""
+    """Cost and reason, in words, of an unaffordable run; None for others. left: remaining share of the run."""
     scene, seconds, disk, free = budget.facts.scene, left * budget.total, left * budget.run_file, _free_disk(folder)
     wanted = []
     if seconds > LONGEST:
@@ -45,7 +45,7 @@ def unaffordable(budget, folder, left=1.0):
 
 
 def many_bodies(scene):
-    """What to say of a scene of so many bodies that to build it takes long; None of others."""
+    """Warning for a scene with so many bodies that building takes long; None for others."""
     n = len(scene.bodies)
     if n <= MOST_PAIRED:
         return None
@@ -56,4 +56,4 @@ def many_bodies(scene):
 def _free_disk(folder):
     there = next(parent for parent in (Path(folder).resolve(), *Path(folder).resolve().parents) if parent.exists())
     usage = shutil.disk_usage(there)
-    return usage.free if usage.total else math.inf  # a place without files: writing there says so itself
+    return usage.free if usage.total else math.inf  # no such folder: the writer reports it

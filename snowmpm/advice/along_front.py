@@ -1,7 +1,7 @@
-"""A scene moved along the Pareto front: what `--fast` and `--accurate` change in it, and what was measured of that.
+"""A scene moved along the Pareto front: changes by `--fast` and `--accurate`, and their measured effect.
 
-The moves and what they cost in error are those of `presets`, in problems with known answers; what they save is worked
-out for the scene at hand, from its own `Budget`: particles, blocks, steps, calls and frames at their measured costs.
+The moves and their effect on the error are those of `presets`, from problems with known answers. The time saved is
+computed for the given scene from its own `Budget`: particles, blocks, steps, calls and frames at their measured costs.
 """
 
 from dataclasses import dataclass, replace
@@ -17,13 +17,13 @@ from snowmpm.study.measurement import read
 from snowmpm.study.presets import FASTER, LESS_ERROR, MARGIN
 
 LEAST_CELLS = 0.7
-"""Of the thinnest part of a scene: a row of particles or two, whose stiffness across is then that of a cell."""
+"""Least thickness of the thinnest part of a scene [cells]: a row or two of particles, with the stiffness of a cell."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """overrides: keys of the scene with their new values; lines: what is said of it; ratio: expected time of the run
-    over the time before, its start left out."""
+    """overrides: keys of the scene with their new values; lines: description; ratio: expected time of the run over
+    the time before, without the start."""
 
     overrides: dict
     lines: tuple
@@ -35,8 +35,8 @@ def _refuse_unmeasured(scene, option):
 
 
 def faster(scene, budget=None):
-    """`Change` that makes a scene run FASTER with the least loss that was measured. budget: the scene's, if it is known
-    already. Raises InputError as `build`."""
+    """`Change` that makes a scene run FASTER with the least measured loss of accuracy. budget: of the scene, if known.
+    Raises InputError as `build`."""
     _refuse_unmeasured(scene, "--fast")
     limit, saving = coarsest(scene), _saving(scene, budget)
     allowed = [gain for gain in _table(scene) if gain.move.coarser <= limit]
@@ -54,7 +54,7 @@ def faster(scene, budget=None):
 
 
 def more_accurate(scene, budget=None):
-    """`Change` that brings the typical error to LESS_ERROR of what it was, at the least cost that was measured."""
+    """`Change` that reduces the typical error to LESS_ERROR of its value, at the least measured cost."""
     _refuse_unmeasured(scene, "--accurate")
     saving = _saving(scene, budget)
     gain = presets.most_accurate(_table(scene), saving)
@@ -65,8 +65,8 @@ def more_accurate(scene, budget=None):
 
 
 def _table(scene):
-    """Moves that change something in this scene. Its own choices stay: one that has cubic splines already moves by the
-    others."""
+    """Moves that change something in this scene. Its explicit choices stay: a scene that already has cubic splines uses
+    the other moves."""
     chosen = scene.solver
     return [gain for gain in presets.gains(read(presets.DATA))
             if all(getattr(chosen, name) != value for name, value in gain.move.variation.scheme.items())
@@ -78,7 +78,7 @@ def _per_cell(move, scene):
 
 
 def _step(scene, move=None):
-    """C of the elastic limit that a scene takes, after a move."""
+    """C of the elastic limit of a scene after a move."""
     chosen, scheme = scene.solver, move.variation.scheme if move else {}
     stiffness = max(grain_stiffness(law, scene.dimension) for law in scene.materials.values())
     own = {name: scheme.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
@@ -88,7 +88,7 @@ def _step(scene, move=None):
 
 def _saving(scene, budget=None):
     """saving(move): expected time of the run after it over the time before, steps and frames at their measured costs;
-    the start, which no move shortens, is in neither."""
+    both without the start, which no move shortens."""
     if budget is None:
         model = build(scene)
         budget = SceneFacts(scene, model, model.solver()).budget
@@ -106,7 +106,7 @@ def _saving(scene, budget=None):
 
 
 def _particles(scene, move):
-    """In a cell, over those before."""
+    """Particles a cell over those before."""
     return _per_cell(move, scene) / scene.solver.particles_per_cell if move.variation.per_axis != 2 else 1.0
 
 

@@ -1,4 +1,4 @@
-"""What a scene pays for: what a person waits for, by parts, from costs that were measured."""
+"""Expected run time of a scene by its parts, from measured costs."""
 
 from dataclasses import dataclass
 
@@ -10,20 +10,20 @@ from snowmpm.methods import METHODS
 from snowmpm.running.description import expected_run_file
 
 WITHIN = 0.3
-"""Share by which runs of the library part from their forecast at most."""
+"""Largest relative error of the forecast for runs of the library."""
 SETTLING_STEPS, OF_SAW_TESTS = 100, 500
-"""Steps until an initial state has settled, about: two windows of `settling`; ten where a column with ends bends."""
+"""Steps until an initial state has settled, about: two windows of `settling`; ten for a column that bends."""
 PARALLEL = ("particles", "blocks", "nodes", "contact")
-"""Stages of a step that several threads share."""
+"""Stages of a step that run on several threads."""
 EFFICIENCY = 0.9
 """Of each thread but the first."""
 PYTHON = ("calls", "output", "start")
-"""Parts whose time goes with the speed of Python rather than of kernels."""
+"""Parts whose time scales with the speed of Python rather than that of kernels."""
 
 
 @dataclass(frozen=True)
 class Payment:
-    """One thing that a scene pays for: `what`, in words; seconds of the run, share of it."""
+    """One part of the run time: `what`, in words; seconds, share of the run."""
 
     what: str
     detail: str
@@ -53,7 +53,7 @@ class Budget:
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
         self.numbers = sum(width(name) for name in scene.output.fields)
-        # A step of little work is done by one thread
+        # A step with little work runs on one thread
         self.threads = 1 if work.serial else threads
         reference = Speed(*costs.reference_speed())
         self._vector, self._python = speed.over(reference) if speed else (1.0, 1.0)
@@ -86,12 +86,12 @@ class Budget:
         return self.frames_at(1.0)
 
     def frames_at(self, particles):
-        """Seconds of all frames of so many times as many particles."""
+        """Seconds of all frames with the number of particles multiplied by this factor."""
         return self._python * self.frames * costs.frame(particles * self.n, self.numbers, self.facts.dim)
 
     @property
     def start(self):
-        """Seconds until the first step, with kernels that were compiled before."""
+        """Seconds until the first step, with kernels from the cache."""
         return self._python * costs.start(self.facts.dim, self.n)
 
     @property
@@ -111,7 +111,7 @@ class Budget:
         sizes = facts.solver.particles.sizes
         a_cell = facts.scene.solver.filling
         usual = costs.usual_law(scheme)
-        # Laws take the share of the particles' time that they have in the table
+        # Each law takes its share of the particles' time from the table
         in_table = {kind: n * (costs.law(scheme, kind) + usual) for kind, n in self.particles.items()}
         rest = self.n * (costs.transfers(scheme) - usual)
         scale = stages["particles"] / (rest + sum(in_table.values()))

@@ -1,7 +1,7 @@
-"""How fast this machine is, against the one that the costs were measured on, from a tenth of a second of work.
+"""Speed of this machine relative to the one on which the costs were measured, from a tenth of a second of work.
 
-Two kinds of work, as a run has them: vector arithmetic on numbers that lie in the cache (kernels over particles and
-nodes), and Python (launches, frames). Each is the fastest of several tries, so that other programs weigh little.
+A run has two kinds of work: vector arithmetic on numbers in the cache (kernels over particles and nodes), and Python
+(launches, frames). Each is timed as the fastest of several tries, to reduce the influence of other programs.
 """
 
 import functools
@@ -17,13 +17,13 @@ LOOPS = 10_000
 
 @dataclass(frozen=True)
 class Speed:
-    """Nanoseconds of one vector operation a number, and of one round of a Python loop."""
+    """Nanoseconds of one vector operation per number, and of one iteration of a Python loop."""
 
     vector: float
     python: float
 
     def over(self, other):
-        """How many times as long this machine takes as `other`: (vector, python)."""
+        """Time of this machine over that of `other`: (vector, python)."""
         return self.vector / other.vector, self.python / other.python
 
 
@@ -35,9 +35,9 @@ def measured_speed():
 
 
 def speed_now():
-    """`Speed` in this moment, in processor time: a core that is shared with others is slower.
+    """Current `Speed`, in processor time: a core shared with other programs is slower.
 
-    Of the thread: the clock of the process stands still for milliseconds where its processor time is limited.
+    Uses the thread's clock, since that of the process stands still for milliseconds if its processor time is limited.
     """
     return Speed(_vector(), _python())
 

@@ -1,4 +1,4 @@
-"""What a scene is made of, in the words of the atlas: cells, contrasts, distances, speeds."""
+"""Properties of a scene in the terms of the atlas: cells, contrasts, distances, speeds."""
 
 import itertools
 from dataclasses import dataclass, replace
@@ -11,9 +11,9 @@ from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
 
 FARTHEST = 3
-"""Cells up to which bodies count as neighbours."""
+"""Largest distance of neighbouring bodies [cells]."""
 MOST_PAIRED = 300
-"""Bodies of a scene whose pairs are looked at: they go with the square of it."""
+"""Largest number of bodies whose pairs are examined: the number of pairs grows with its square."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Pair:
 
 
 class SceneFacts:
-    """Numbers of a scene that a border of the atlas can be compared with."""
+    """Properties of a scene to compare with the borders of the atlas."""
 
     def __init__(self, scene, model, solver):
         self.scene, self.model, self.solver = scene, model, solver
@@ -41,7 +41,7 @@ class SceneFacts:
 
     @property
     def spline(self):
-        """Settings of the atlas are named by "quadratic" or "cubic", and "shape" where the gradient is."""
+        """Name of a setting of the atlas: "quadratic" or "cubic", with "shape" for that gradient."""
         return self.scene.solver.kernel + (" shape" if self.scene.solver.gradient == "shape" else "")
 
     @property
@@ -49,7 +49,7 @@ class SceneFacts:
         return [body.contact == "separate" for body in self.scene.bodies]
 
     def law(self, body):
-        """Law of a body, as this grid has it."""
+        """Law of a body as scaled to this grid."""
         return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def positions(self, body):
@@ -72,7 +72,7 @@ class SceneFacts:
 
     @cached_property
     def pairs(self):
-        """Bodies less than FARTHEST cells apart; of a scene of more than MOST_PAIRED bodies none is looked at."""
+        """Pairs of bodies less than FARTHEST cells apart; none for a scene of more than MOST_PAIRED bodies."""
         if len(self.scene.bodies) > MOST_PAIRED:
             return []
         cells = [np.unique(np.floor(self.positions(i) / self.dx).astype(np.int64), axis=0)
@@ -84,20 +84,20 @@ class SceneFacts:
 
     @property
     def start_speed(self):
-        """Fastest that anything moves at the start, obstacles at any time included [m/s]."""
+        """Largest speed [m/s] of the snow at the start, and of obstacles at any time."""
         moving = [body.velocity for body in self.scene.bodies]
         moving += [obstacle.motion.velocity for obstacle in self.scene.obstacles if obstacle.motion]
         return max((float(np.linalg.norm(velocity)) for velocity in moving), default=0.0)
 
     @property
     def gravity(self):
-        """Size of gravity, the largest where it changes [m/s2]."""
+        """Magnitude of gravity, the largest if it changes [m/s2]."""
         course = self.model.gravity
         return float(np.linalg.norm(self.scene.gravity_vector if course is None else course.strongest))
 
     @property
     def fall_speed(self):
-        """What a fall through the whole height of the scene would give [m/s]."""
+        """Speed of a fall through the whole height of the scene [m/s]."""
         height = float(self.model.upper[-1] - self.model.lower[-1])
         if self.model.surface is not None:
             x = self.model.population.positions
@@ -111,7 +111,7 @@ class SceneFacts:
 
     @property
     def least_strain(self):
-        """Elastic strain [-] that the weight of the snow, or the fastest motion, gives the stiffest material."""
+        """Elastic strain [-] of the stiffest material under the weight of the snow or the fastest motion."""
         stiffest = max(self.model.laws, key=lambda law: law.bulk_modulus)
         modulus = stiffest.density * stiffest.wave_speed() ** 2
         g = self.gravity
@@ -119,16 +119,16 @@ class SceneFacts:
 
     @cached_property
     def budget(self):
-        """What a run costs on one thread of this machine."""
+        """Cost of a run on one thread of this machine."""
         return Budget(self, speed=measured_speed())
 
     def with_scene(self, scene):
-        """Facts of a scene that differs in settings or materials only, about: the particles stay the same."""
+        """Approximate facts of a scene that differs only in settings or materials: the particles stay the same."""
         return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
 
     @property
     def steps(self):
-        """Steps that the whole scene takes at the size of the first ones."""
+        """Number of steps of the whole scene with the length of the first steps."""
         return self.scene.end_time / (self.scene.solver.dt or self.solver.expected_dt()[0])
 
 

@@ -1,4 +1,4 @@
-"""Whether a scene in 3-D is one in plane strain, drawn out along y."""
+"""Whether a 3-D scene is in plane strain, extruded along y."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ ALIKE = 0.02
 
 
 def is_plane_strain(facts):
-    """Whether nothing of a 3-D scene changes along y: each slice of cells looks alike, the ground and the obstacles are
-    drawn out, nothing moves along y, and the ends are such that nothing can."""
+    """Whether a 3-D scene does not change along y: all slices of cells are alike, terrain and obstacles are extruded
+    along y, nothing moves along y, and the sides at both ends prevent such motion."""
     scene = facts.scene
     if scene.domain is None or scene.saw_test:
         return False

@@ -1,16 +1,16 @@
-"""What a finer grid would cost: whether advice to take one can be followed."""
+"""Cost of a finer grid, and whether it is affordable."""
 
 from snowmpm import memory
 
 LONGEST_ADVISED = 2 * 86400.0
 """Run time beyond which no finer grid is advised [s]: two days."""
 GROWTH = 5.0
-"""Times as long as the scene as it is, below which it is advised however long that is."""
+"""Ratio to the run time of the scene as it is, below which a finer grid is advised whatever its run time."""
 
 
 def refined(facts, dx):
-    """-> (seconds, bytes of memory) of a run of a scene (`SceneFacts`) on a grid of this spacing [m], about: particles
-    and blocks go with the cells, steps with the spacing."""
+    """Approximate (seconds, bytes of memory) of a run of a scene (`SceneFacts`) on a grid of this spacing [m]:
+    particles and blocks scale with the cells, steps with the spacing."""
     budget, finer = facts.budget, facts.dx / dx
     cells = finer**facts.dim
     stepping = budget.facts.steps * finer * budget.step(particles=cells, blocks=cells)
@@ -21,6 +21,6 @@ def refined(facts, dx):
 
 
 def within_reach(facts, dx):
-    """Whether a run on a grid of this spacing [m] is one that a user can make on this machine."""
+    """Whether a run on a grid of this spacing [m] is affordable on this machine."""
     seconds, size = refined(facts, dx)
     return size < memory.available() and seconds < max(LONGEST_ADVISED, GROWTH * facts.budget.total)

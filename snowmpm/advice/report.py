@@ -1,4 +1,4 @@
-"""All that `snowmpm check` says of a scene."""
+"""The complete report of `snowmpm check` on a scene."""
 
 from dataclasses import asdict, dataclass
 
@@ -16,7 +16,7 @@ from snowmpm.stepping.step_check import check_step
 
 @dataclass(frozen=True)
 class Alternative:
-    """option: of `snowmpm run`; seconds: of the run with it; lines: what it changes, and what that does."""
+    """option: of `snowmpm run`; seconds: of the run with it; lines: its changes and their effect."""
 
     option: str
     seconds: float
@@ -24,7 +24,7 @@ class Alternative:
 
 
 def alternatives(scene, budget):
-    """`Alternative`s of a scene; none for a method that they were not measured for."""
+    """`Alternative`s of a scene; none for a method for which they were not measured."""
     if not METHODS[scene.solver.method].capabilities.presets:
         return []
     changes = {"--fast": faster(scene, budget), "--accurate": more_accurate(scene, budget)}
@@ -47,7 +47,7 @@ class Advice:
     """why `snowmpm run` would refuse it (`affordability`), else None"""
 
     def record(self):
-        """As JSON can hold it."""
+        """The advice as values that JSON can hold."""
         return {**self.facts, "unaffordable": self.unaffordable, **{name: [asdict(item) for item in getattr(self, name)]
                                         for name in ("payments", "cautions", "savings", "along")}}
 

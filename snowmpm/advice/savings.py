@@ -1,4 +1,4 @@
-"""What a scene could do without, each with the time that it would save."""
+"""Settings that a scene could do without, each with the time saved."""
 
 from dataclasses import dataclass, field, replace
 
@@ -15,13 +15,13 @@ from snowmpm.scenes.reasons import reasons
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
 SPARE_DOMAIN = 1.5
-"""How much longer than what can be reached a side of the domain may be before it is mentioned."""
+"""Length of a side of the domain, over the length that snow can reach, above which it is mentioned."""
 
 
 @dataclass(frozen=True)
 class Saving:
-    """What a scene could do without: key and setting that leave it out; seconds and share of the run saved; overrides:
-    keys with their values that do so, none where the scene must be drawn anew."""
+    """A possible saving: key and new setting; seconds and share of the run saved; overrides: keys with their new
+    values, empty if the scene itself must be changed."""
 
     key: str
     says: str
@@ -59,7 +59,7 @@ def _double(budget):
 
 
 def _frames(budget):
-    """Where frames take a fifth of the run: so many that they take a tenth."""
+    """If frames take more than a fifth of the run: the interval at which they take a tenth."""
     share, own = budget.output / budget.total, budget.facts.scene.output.interval
     if share > 0.2:
         interval = float(f"{own * 9.0 * budget.output / budget.stepping:.1g}")
@@ -107,7 +107,7 @@ def _below(value):
 
 
 def _stiff(budget):
-    """One material that alone sets the step."""
+    """A single material that limits the time step."""
     if budget.facts.scene.solver.dt:
         return
     speeds = {name: law.wave_speed() for name, law in zip(budget.facts.scene.materials, budget.facts.model.laws,
@@ -126,7 +126,7 @@ def _softer(budget, name, factor):
 
 
 def _domain(budget):
-    """A domain larger than what can be reached costs memory, not time: blocks follow the snow."""
+    """A domain larger than snow can reach: it costs memory, not time, since blocks follow the snow."""
     scene = budget.facts.scene
     if not scene.domain or scene.domain.min is None or budget.facts.model.surface is not None:
         return
@@ -141,7 +141,7 @@ def _domain(budget):
 
 
 def _return_maps(budget):
-    """A return map that is more accurate than the step it is used with."""
+    """A return map more accurate than the time step needs."""
     for name, law in zip(budget.facts.scene.materials, budget.facts.model.laws, strict=True):
         if law.integration == "substepped":
             kind = f"{law.kind}, substepped"
@@ -157,8 +157,8 @@ FINDERS = (_plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain,
 def savings(budget):
     """`Saving`s of a scene, by its `Budget`, the largest first.
 
-    What the scene file gives a reason for, in a comment on the line of the key, is left alone, and what would lead
-    into a corner of the atlas: one scene's needless care is another's cure.
+    A key with a comment on its line in the scene file is left alone, since the comment gives its reason. A saving that
+    would cause a warning of the atlas is left out.
     """
     explained = reasons(budget.facts.scene.source)
     found = [saving for find in FINDERS for saving in find(budget)]
@@ -167,7 +167,7 @@ def savings(budget):
 
 
 def _leads_astray(facts, saving):
-    """Whether the scene that follows a saving would be warned of what it is not now."""
+    """Whether a saving would cause a new warning."""
     if not saving.overrides:
         return False
     before = {caution.entry for caution in cautions(facts)}

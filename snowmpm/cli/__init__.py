@@ -10,11 +10,11 @@ def main():
     import os
     import sys
 
-    # The banner that Taichi prints on import would stand in front of every message.
+    # Taichi's import banner would precede every message.
     os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-    # So would what it says of a standard output that is not the first one; kernels print nothing
+    # So would its warning about a replaced standard output; kernels print nothing
     os.environ.setdefault("TI_ENABLE_PYBUF", "0")
-    # A name that the output's encoding does not have is shown by its numbers.
+    # Characters that the output's encoding lacks are escaped.
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -23,10 +23,10 @@ def main():
     sys.stdout = HarmlessOutput(sys.stdout)
     try:
         from snowmpm.cli.app import app
-    except KeyboardInterrupt:  # Ctrl-C before there is a command
+    except KeyboardInterrupt:  # Ctrl-C before a command starts
         print("interrupted", file=sys.stderr)
         sys.exit(130)
     try:
         app()
-    except OSError as error:  # of what is printed without a command: --help, --version
+    except OSError as error:  # output without a command: --help, --version
         sys.exit(f"error: standard output: {error.strerror}")

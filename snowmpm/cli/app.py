@@ -1,4 +1,4 @@
-"""The `snowmpm` program: its commands, and what it says about itself."""
+"""The `snowmpm` program: its commands and its help text."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from snowmpm.cli.errors import guarded
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
 
-A scene (TOML) goes in, a run file comes out, and a film is drawn from it:
+`run` turns a scene (TOML) into a run file, and `render` draws a film of it:
 
 \b
     snowmpm run slab_release_2d -o runs/first
@@ -35,7 +35,7 @@ def about(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ):
-    """What stands before a command."""
+    """Options that precede a command."""
 
 
 app.command("run")(guarded(run.run))

@@ -1,4 +1,4 @@
-"""`snowmpm check`: is a scene valid, what would be modelled, which of it is doubtful, and what it could do without."""
+"""`snowmpm check`: whether a scene is valid, what it models, what it costs, where it may fail, what could be saved."""
 
 import sys
 import textwrap
@@ -16,11 +16,11 @@ def check(
     accurate: Accurate = False,
     as_json: Json = False,
 ):
-    """Say what a scene will model, and at what expense.
+    """Print what a scene models and what it costs.
 
-    Warns of settings that lie beyond what a scheme bears, by the atlas of failures (`snowmpm study stability`), and
-    names those that cure it; says what the scene pays for and what it could do without. Writes nothing. A wrong scene
-    ends with exit code 2 and the key that is wrong.
+    Warns of settings beyond the measured limits of a scheme (`snowmpm study stability`), and names the settings that
+    cure them. Lists the costs of the scene and what could be saved. Writes nothing. An invalid scene ends with exit
+    code 2 and the name of the wrong key.
     """
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.cli.options import Backend
@@ -106,7 +106,7 @@ def _console():
 
 
 def _plain(text):
-    """Text whose brackets are no markup."""
+    """Text with its brackets escaped, so that they are not markup."""
     from rich.markup import escape
 
     return escape(text)

@@ -1,4 +1,4 @@
-"""`snowmpm compare`: runs over each other, and over what is known of their scene."""
+"""`snowmpm compare`: runs beside each other, and beside the reference of their scene."""
 
 import math
 import sys
@@ -14,28 +14,29 @@ from snowmpm.stages import counted, stage
 
 Runs = Annotated[list[str], typer.Argument(metavar="RUN RUN ...", help="Folders of runs, or their run.vtkhdf files.")]
 Output = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FILE", help="Where the picture goes: .png, .pdf or .svg.")
+    Path, typer.Option("-o", "--output", metavar="FILE", help="File of the picture: .png, .pdf or .svg.")
 ]
 Moment = Annotated[
-    float | None, typer.Option("--time", metavar="T", help="Moment of profiles and stresses, in s; the end by default.")
+    float | None, typer.Option("--time", metavar="T", help="Time of profiles and stresses, in s; the end by default.")
 ]
 LineText = Annotated[
     str | None,
-    typer.Option("--line", metavar="AXIS=M", help="Line of the stresses: x=0.2 upright, z=0.1 level; x in the middle of"
-                                                  " the mass by default."),
+    typer.Option("--line", metavar="AXIS=M", help="Line of the stresses: x=0.2 vertical, z=0.1 horizontal; the vertical"
+                                                  " through the centre of mass by default."),
 ]
 MOST_RUNS = 12
 COMPARED = ("runout", "reach_of_flow", "travel_angle", "affected_area", "area_above_1_kPa", "area_above_10_kPa",
             "largest_flow_speed", "largest_flow_pressure", "deposit_volume")
-"""Numbers of hazard mapping that stand in the table."""
+"""Numbers of hazard mapping in the table."""
 
 
 def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = None, line: LineText = None):
-    """Lay runs over each other: profile, front, energies, stress along a line, cost; and against what is known.
+    """Compare runs with each other and with a reference: profile, front, energies, stress along a line, cost.
 
-    MPM and SPH, two resolutions, two laws: any runs of the same dimension. A scene with a table [reference] names what
-    is known of it, an experiment or a formula: measured numbers then stand beside those. Of saw tests: critical length,
-    crack speed, collapse height and energies, each beside what theories say; with --time or --line as of other runs.
+    The runs may differ in method, resolution or law, but must have the same dimension. The table [reference] of a scene
+    names its reference, an experiment or a formula; results are then printed beside it. For saw tests, the command
+    compares critical length, crack speed, collapse height and energies, each beside theory. With --time or --line, saw
+    tests are compared like other runs.
     """
     from snowmpm.comparison import open_cases
     from snowmpm.render import render_comparison
@@ -62,7 +63,8 @@ def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = Non
 
 
 def _compare_saw_tests(cases, output):
-    """Table and figure of saw tests, and a word where measured numbers and theories lie far apart; -> the figure."""
+    """Print the table of saw tests and remarks where measurement and theory differ much; draw the figure; -> its
+    path."""
     from snowmpm.cli.compare_saw_tests import remarks_of, saw_test_rows
     from snowmpm.render import ComparedSawTest, render_saw_tests
     from snowmpm.saw_test.theories import further_theories
@@ -75,7 +77,7 @@ def _compare_saw_tests(cases, output):
 
 
 def _way(cases):
-    """The thalweg of the first run, on real ground where all runs are; else None."""
+    """The thalweg of the first run if all runs are on real terrain, else None."""
     from snowmpm.comparison import Way
 
     way = Way.of(cases[0].run)
@@ -83,7 +85,7 @@ def _way(cases):
 
 
 def _warn_of_lost_mass(cases):
-    """Say of which runs mass has left the model: what is gone is in none of their numbers."""
+    """Warn of runs that lost mass: none of their numbers includes it."""
     from snowmpm.io.status import LEFT_SHARE, status_of
     from snowmpm.quantities.quantity import written
 
@@ -95,7 +97,7 @@ def _warn_of_lost_mass(cases):
 
 
 class Found:
-    """What is drawn and printed of one run: profile and stresses at a moment, answers at the end."""
+    """What is drawn and printed of one run: profile and stresses at one time, reference quantities at the end."""
 
     def __init__(self, case, time, line, way=None):
         from snowmpm.comparison import Line, profile, stress_along
@@ -112,7 +114,7 @@ class Found:
         self.first, self.profile = (profile(case, one, centre, way) for one in (first, frame))
         if self.first is None or self.profile is None:
             raise InputError(f"{run.path}: no snow on the thalweg of the first run: the two went different ways")
-        middle = round(float(case.positions(first)[:, 0].mean()), 6) + 0.0  # no minus in front of a zero
+        middle = round(float(case.positions(first)[:, 0].mean()), 6) + 0.0  # avoids -0.0
         self.line = Line.of(line) if line else Line("x", middle)
         self.stress = stress_along(case, frame, self.line)
         self.quantities = self.answer.quantities() if self.answer and run.complete else []
@@ -124,7 +126,7 @@ class Found:
 
 
 def _rows(found):
-    """(name, texts of each run, numbers of each run or None): what the table says."""
+    """Rows of the table: (name, texts of each run, numbers of each run or None)."""
     from snowmpm.comparison.difference import profile_difference
     from snowmpm.io.status import cautions, status_of
     from snowmpm.quantities.quantity import written
@@ -141,7 +143,7 @@ def _rows(found):
                 for history in histories]
 
     yield from _set_up_rows(cases)
-    # The front of the history goes straight, as no flow on real ground does: there the run-out and the reach stand
+    # The front of the history is measured along a straight line. On real terrain run-out and reach are shown instead.
     straight = [] if found[0].profile.along == "s" else [("front", "", last("front"))]
     for name, words, values in (*straight, ("max_speed", ", at most", largest("max_speed")),
                                 ("kinetic_energy", ", at most", largest("kinetic_energy")),
@@ -154,7 +156,7 @@ def _rows(found):
             yield one.label, [one.text(value) for value in values], values
     yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
     ends, tops = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
-    # Differences are shares of a way and of a height, not of coordinates, which may count from anywhere
+    # Differences are relative to a distance and a height, not to coordinates, whose origin is arbitrary
     back, low = found[0].first.back, float(found[0].first.bottom.min())
     if found[0].profile.along == "s":
         back = low = 0.0
@@ -166,7 +168,7 @@ def _rows(found):
 
 
 def _set_up_rows(cases):
-    """What was run, and at what expense."""
+    """Settings and cost of each run."""
     particles = [int(case.run.history["particles"][0]) if "particles" in case.run.history else case.run.n_points(0)
                  for case in cases]
     yield "method", [case.method for case in cases], None
@@ -192,7 +194,8 @@ def _print_table(found):
 
 
 def _print_rows(labels, rows, known_rows=()):
-    """A column a run; rows: (name, texts, numbers or None), known_rows: lists of texts, in bold."""
+    """Print a table with one column a run. rows: (name, texts, numbers or None); known_rows: lists of texts, in
+    bold."""
     from rich.console import Console
     from rich.table import Table
 
@@ -204,7 +207,7 @@ def _print_rows(labels, rows, known_rows=()):
         table.add_row(name, *(_beside(text, numbers, i) for i, text in enumerate(texts)))
     for texts in known_rows:
         table.add_row(*texts, style="bold")
-    # A pipe has no width of its own: nothing is folded there
+    # A pipe has no width: lines are not wrapped there
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=200)
@@ -212,7 +215,7 @@ def _print_rows(labels, rows, known_rows=()):
 
 
 def _beside(text, numbers, i):
-    """The text, and how far its number is from the first run's."""
+    """The text, with the relative difference of its number from the first run's."""
     if numbers is None or i == 0 or not math.isfinite(numbers[i]) or not numbers[0]:
         return text
     return f"{text} ({100.0 * (numbers[i] / numbers[0] - 1.0):+.1f} %)"
@@ -226,7 +229,7 @@ def _quantities(found):
 
 
 def _known(found):
-    """What the scenes' answers say, by title; the same of several runs once."""
+    """Reference facts of the scenes by title; facts common to several runs appear once."""
     known = {}
     for one in found:
         if one.answer:

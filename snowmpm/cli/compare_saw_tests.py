@@ -1,4 +1,4 @@
-"""What `snowmpm compare` says of saw tests: rows of its table, and why measured numbers and theories lie apart."""
+"""Saw tests in `snowmpm compare`: rows of the table, and likely reasons why measurement and theory differ."""
 
 import math
 
@@ -34,7 +34,7 @@ def saw_test_rows(tests):
 
 
 def remarks_of(tests):
-    """A line for each test and theory that lie far apart."""
+    """One line for each test and theory that differ much."""
     for test in tests:
         for one in compared(test.found, test.run.saw_test.about["slope_angle"]):
             if one.remark:

@@ -1,7 +1,7 @@
-"""What the shell offers when a name is begun: scenes, runs, materials, fields, keys of a scene.
+"""Tab completion of scenes, runs, materials, fields and keys of a scene.
 
-Each function takes what was typed so far and returns the names that begin so. The library's names are read from its
-folder, since importing the scenes takes longer than a person waits for a completion.
+Each function takes the text typed so far and returns the names that begin with it. The library's names are read from
+its folder, since importing the scenes would delay the completion noticeably.
 """
 
 import glob
@@ -13,13 +13,13 @@ ENDINGS_OF_MESHES = (".stl", ".obj", ".ply", ".asc", ".tif", ".tiff")
 
 
 def scenes(incomplete: str):
-    """Library scenes with what they show, then TOML files and folders."""
+    """Library scenes with their titles, then TOML files and folders."""
     yield from _described(_library(), incomplete)
     yield from _paths(incomplete, (".toml",))
 
 
 def library_scenes(incomplete: str):
-    """Library scenes with what they show."""
+    """Library scenes with their titles."""
     yield from _described(_library(), incomplete)
 
 
@@ -30,7 +30,7 @@ def cards(incomplete: str):
 
 
 def runs(incomplete: str):
-    """Folders that hold a run, and folders on the way to one; "runs/" first, where runs go by default."""
+    """Folders that hold a run, and folders above one; "runs/", the default place of runs, first."""
     for folder in _folders(incomplete):
         if (Path(folder) / "run.vtkhdf").exists():
             yield folder
@@ -66,7 +66,7 @@ def tests(incomplete: str):
 
 def keys(ctx, incomplete: str):
     """Keys of the scene that the command line names, set or not, with their values or meaning: solver.dx=0.25; after
-    the "=" the words that it may be.
+    the "=" the allowed words.
     """
     from snowmpm.errors import InputError
     from snowmpm.scenes import load_scene
@@ -85,7 +85,7 @@ def keys(ctx, incomplete: str):
         words = [str(value).lower() if isinstance(value, bool) else str(value)
                  for value in values_at(schema, path, data)]
         return [f"{key}={word}" for word in words if word.startswith(begun)]
-    # A saw test makes some tables itself and refuses to be told them; another scene is none
+    # [saw_test] creates some tables itself and refuses them as input; other scenes have no such table
     made = MADE if scene.saw_test else ("saw_test",)
     found = [(".".join(map(str, path)), value, about) for path, value, about in all_keys(schema, data)
              if path[0] not in made]

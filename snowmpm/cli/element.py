@@ -43,7 +43,7 @@ def element(
     material: MaterialSource,
     settings: MaterialSettings = None,
     strain: Annotated[
-        float | None, typer.Option(metavar="X", help="Amount of the strain that the test drives; its own by default.")
+        float | None, typer.Option(metavar="X", help="Amount of the prescribed strain; the test's own by default.")
     ] = None,
     pressure: Annotated[float, typer.Option(metavar="PA", help="Isotropic pressure at the start, in Pa.")] = 0.0,
     steps: Annotated[
@@ -64,11 +64,11 @@ def element(
     """Test a material at a single point.
 
     Writes DIR/table.csv (one row a step, units in the header), DIR/plot.png and DIR/material.toml, replacing an earlier
-    test there, and prints what matters: yield, peak, end, critical state.
+    test there, and prints yield, peak, end and critical state.
 
     A path is a table: its first line names columns among strain_xx ... strain_xz (logarithmic stretches, amounts of
     shear), stress_xx ... stress_xz (Cauchy, Pa, tension positive) and duration (s), or F_xx ... F_zz and duration; each
-    line below is what is reached next. A component with neither strain nor stress keeps its strain.
+    line below is a target, reached in turn. A component with neither strain nor stress keeps its strain.
     """
     from snowmpm.scenes.material_source import load_material
 
@@ -95,7 +95,7 @@ def _measure(test, law, strain, pressure, steps, rate, precision):
         loading = read_loading(path) if path else None
         if loading is not None and len(loading.durations) * (steps or 1) > MOST_STEPS:
             raise InputError(f"{path}: {len(loading.durations)} rows of {steps or 1} steps: {MOST_STEPS} steps at most")
-        start_taichi(Backend.cpu, 1)  # one point: more threads would only wait for each other
+        start_taichi(Backend.cpu, 1)  # one point: more threads would only wait
         if loading is not None:
             return measure_path(law, loading, pressure=pressure, steps=steps or 1, precision=precision)
         return measure(
@@ -135,7 +135,7 @@ def _check_folder(folder):
 
 
 def _cells(values):
-    """Numbers to the last digit; empty where there is none."""
+    """A number to the last digit; empty for nan."""
     return [repr(value) if value == value else "" for value in values.tolist()]
 
 

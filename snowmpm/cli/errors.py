@@ -1,4 +1,4 @@
-"""What a command does when something goes wrong: one or two lines on stderr and an exit code."""
+"""How a command fails: one or two lines on stderr and an exit code."""
 
 import contextlib
 import errno
@@ -18,13 +18,13 @@ from snowmpm.running.interruption import requests_to_end
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 OF_THE_NAME = (errno.ENAMETOOLONG, errno.ELOOP, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
-"""Errors of the system that lie in what somebody named: too long a name, a file where a folder is to be."""
+"""System errors caused by a name that the user gave: a name too long, a file in place of a folder."""
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
 def explained(error):
-    """Exit code and message of what ended a command."""
+    """Exit code and message for the exception that ended a command."""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, str(error) or "interrupted"
     if isinstance(error, InputError):
@@ -36,7 +36,7 @@ def explained(error):
     if isinstance(error, OSError) and error.errno in OF_THE_NAME:
         return BAD_INPUT, f"error: {error.filename or 'a file'}: {error.strerror}"
     if isinstance(error, OSError):
-        # Every file is named; what is printed has no name
+        # Errors of files carry a name; those of printing do not
         where = error.filename or ("standard output" if error.errno == errno.ENOSPC else "system")
         return FAILED, f"error: {where}: {error.strerror or error}"
     text = " ".join(str(error).split())[:200]
@@ -44,7 +44,7 @@ def explained(error):
 
 
 def warn(message, *_, **__):
-    """What `warnings.showwarning` is while a command runs: a line or two on stderr."""
+    """Replaces `warnings.showwarning` while a command runs: one or two lines on stderr."""
     print(f"warning: {shown_lines(str(message))}", file=sys.stderr)
 
 
@@ -59,13 +59,13 @@ def guarded(command):
         try:
             with warnings.catch_warnings():
                 warnings.showwarning = warn
-                warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: what comes of it is checked
+                warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: the results are checked
                 with requests_to_end(), watched(quiet=bool(options.get("quiet"))):
                     return command(*args, **options)
         except typer.Exit:
             raise
         except BrokenPipeError:
-            # Whoever read the output has seen enough of it; the interpreter must not complain when it flushes
+            # The reader of the pipe has closed it; the interpreter must not complain when it flushes
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(DONE) from None
         except (Exception, KeyboardInterrupt) as error:
@@ -74,7 +74,7 @@ def guarded(command):
             code, message = explained(error)
         # Python ends by SIGINT, whatever the exit code, where Ctrl-C hit while a text was executed; this one was not
         exec("pass")
-        with contextlib.suppress(OSError):  # nobody can be told, but the exit code tells
+        with contextlib.suppress(OSError):  # no output is left, but the exit code remains
             print(shown_lines(message), file=sys.stderr, flush=True)
         raise typer.Exit(code)
 

@@ -30,12 +30,12 @@ def gallery(
     settings: Settings = None,
     backend: BackendOption = Backend.auto,
     threads: Threads = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Run scenes anew that have a run in DIR.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that have a run in DIR.")] = False,
 ):
-    """Draw a picture of library scenes, and write the page of all of them.
+    """Draw pictures of library scenes, and write the page of all of them.
 
-    A scene that has no finished run is run first, one that was interrupted goes on. Moments, colours and camera are
-    those of the scene's section [picture]. What --set changes is said below the picture.
+    A scene without a finished run is run first; an interrupted run is continued. Times, colours and camera are those of
+    the scene's section [picture]. The caption of a picture names what --set changed.
     """
     from snowmpm.cli.gallery_page import default_folder, draw_exhibit, write_page
     from snowmpm.scenes import library, load_scene
@@ -54,7 +54,7 @@ def gallery(
 
 
 def _finished(scene, folder, backend, threads, overwrite):
-    """The finished run of a scene, run now as far as it is not."""
+    """The finished run of a scene; runs or completes it if needed."""
     from snowmpm.cli.gallery_page import run_of
     from snowmpm.io.checkpoint import FILE
 
@@ -66,13 +66,13 @@ def _finished(scene, folder, backend, threads, overwrite):
 
 
 def _in_words(facts):
-    """The line below a picture; nothing for one that was not made by this command."""
+    """The caption of a picture; empty for a picture that this command did not make."""
     if not facts:
         return ""
     changed = f" With {facts['settings']}." if facts.get("settings") else ""
     wall = duration(float(facts["wall_time"]))
     cost = f"{wall} on {facts['device']}"
-    if "processor_time" in facts:  # where other programs ran beside it, the clock says little
+    if "processor_time" in facts:  # wall time means little where other programs ran at the same time
         cost = f"{duration(float(facts['processor_time']))} of processor time on {facts['device']}, {wall} by the clock"
     return (f"{count(int(facts['particles']))} particles, dx = {float(facts['dx']):g} m, {float(facts['time']):g} s in"
             f" {short(float(facts['steps']))} steps: {cost}.{changed}")

@@ -1,6 +1,6 @@
 """The gallery: a picture of every library scene, drawn from its run, and the page that shows them.
 
-A picture carries what the page says of its run as text, so that the page can be written again from the pictures alone.
+Each picture carries the facts of its run as text, so that the page can be rewritten from the pictures alone.
 """
 
 import re
@@ -21,22 +21,21 @@ PAGE = "README.md"
 
 HEAD = """# Gallery
 
-Every scene of the library, `snowmpm run NAME`, as it came out. Pictures and page are made by one command,
-`snowmpm gallery`; what and when they show stands in the section `[picture]` of each scene. The words are those of the
-scene files.
+Every scene of the library as `snowmpm run NAME` computes it. One command, `snowmpm gallery`, makes pictures and page.
+The section `[picture]` of each scene says what its picture shows and when. The text is that of the scene files.
 """
 
 
 def default_folder():
-    """Where the gallery is: beside the library of a working copy; of an installed program the folder `gallery`."""
+    """Folder of the gallery: beside the library in a working copy, `gallery` for an installed program."""
     own = LIBRARY.with_name("gallery")
     return own if own.is_dir() else Path("gallery")
 
 
 def run_of(scene, folder):
-    """The run of this scene in `folder`, finished or not, or None when there is none.
+    """The run of this scene in `folder`, finished or not, or None.
 
-    Raises InputError when a run is there that is of another scene, or of this one with other numbers.
+    Raises InputError if the run there is of another scene, or of this scene with other values.
     """
     if not (Path(folder) / RUN_FILE).exists():
         return None
@@ -54,7 +53,7 @@ def run_of(scene, folder):
 def draw_exhibit(scene, run, folder, settings=()):
     """Draw the picture of a scene from its finished run; -> its path, `folder`/NAME.png.
 
-    settings: what was changed in the library's scene, texts KEY=VALUE for the page.
+    settings: changes to the library's scene, texts KEY=VALUE for the page.
     """
     chosen = scene.picture
     plots = () if chosen.plot is None else (PLOTS[chosen.plot],)
@@ -91,7 +90,7 @@ def write_page(folder, in_words):
 
 
 def _in_markdown(in_words, picture):
-    """The line below a picture; what its notes say stays text, whoever wrote them."""
+    """The caption of a picture; its notes are escaped, since anybody may have written them."""
     try:
         words = in_words({name: shown_line(text, 200) for name, text in notes_of(picture).items()})
     except (LookupError, ValueError, OverflowError):
@@ -100,7 +99,7 @@ def _in_markdown(in_words, picture):
 
 
 def _as_markdown(lines):
-    """A comment as Markdown: what is set in, commands that is, becomes code."""
+    """A comment as Markdown: indented lines, which are commands, become code."""
     text, inside = [], False
     for line in lines:
         if line.startswith("  ") != inside:

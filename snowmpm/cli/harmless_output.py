@@ -1,16 +1,16 @@
-"""Standard output that shows what others wrote, names of files and fields, and never acts on it."""
+"""Standard output that shows names from files as text and never lets them act as control sequences."""
 
 import re
 
 CONTROL = "\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069"
-"""Characters that move the cursor, ring or turn the direction of reading, but for escape, tab and the end of a line."""
+"""Control characters and marks of writing direction, without escape, tab and line feed."""
 OF_A_FILE = re.compile(f"[{CONTROL}\x1b]")
 OF_A_TERMINAL = re.compile(rf"[{CONTROL}]|\x1b(?!\[[0-9;]*m)")
-"""Of escape sequences only those of colour and weight are ours."""
+"""The escape sequences that the program itself writes: colour and weight."""
 
 
 class HarmlessOutput:
-    """A text stream that writes control characters by their numbers, as JSON and Python read them."""
+    """A text stream that escapes control characters as JSON and Python do."""
 
     def __init__(self, stream):
         self._stream = stream

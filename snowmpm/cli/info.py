@@ -1,21 +1,21 @@
-"""`snowmpm info`: what is in a run file, and where it comes from."""
+"""`snowmpm info`: content and provenance of a run file."""
 
 from snowmpm.cli.options import Json, RunPath
 from snowmpm.cli.table import print_facts, print_json
 from snowmpm.cli.wording import count, duration, memory, short
 
 LONG = ("scene", "crs")
-"""What of the provenance is text of many lines."""
+"""Entries of the provenance that are texts of many lines."""
 
 COST = ("wall_time", "steps", "particle_steps", "ns_per_particle_step", "smallest_dt")
 TOLD = ("scene_name", "bodies", "materials", "particles", "wall_time", "complete")
-"""What of the provenance the other tables tell."""
+"""Entries of the provenance that other tables show."""
 
 
 def info(run: RunPath, as_json: Json = False):
-    """Say what a run file holds, and where it comes from.
+    """Print the content and provenance of a run file.
 
-    Frames, fields, history, provenance; also of a run that goes on or was killed.
+    Frames, fields, history, provenance; also of a run in progress or a killed run.
     """
     from snowmpm.io import Run
 
@@ -34,7 +34,7 @@ def info(run: RunPath, as_json: Json = False):
 
 
 def print_avalanche(run):
-    """The numbers of hazard mapping, of a run that has them, and whether they are final."""
+    """Print the numbers of hazard mapping, if the run has them, and whether they are final."""
     from snowmpm.io.status import status_of
     from snowmpm.quantities.table import quantity
 

@@ -34,7 +34,7 @@ Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", he
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
 ObservedFile = Annotated[
     Path | None,
-    typer.Option("--observed", metavar="FILE", help="Outline of an avalanche that was seen (.shp, .geojson or .gpkg):"
+    typer.Option("--observed", metavar="FILE", help="Outline of an observed avalanche (.shp, .geojson or .gpkg):"
                                                     " drawn beside the computed one, with scores."),
 ]
 Definitions = Annotated[
@@ -44,13 +44,13 @@ Definitions = Annotated[
 
 def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
          quiet: Quiet = False, definitions: Definitions = False):
-    """Draw the maps of an avalanche, and say how far it came.
+    """Draw the maps of an avalanche, and print its run-out.
 
     Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
     elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
     thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
-    CSV and JSON; a QGIS project that opens it all; a plot along the thalweg. Each of them says whether the run is
-    final: complete, at rest, nothing lost.
+    CSV and JSON; a QGIS project that opens everything; a plot along the thalweg. Each file says whether the run is
+    final: complete, at rest, without loss of mass.
     """
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
@@ -92,7 +92,7 @@ def _observed(run, path, pictures):
 
 
 def _files(run, folder, seen, scores):
-    """Write what a GIS opens; the paths."""
+    """Write the files for a GIS; -> their paths."""
     from snowmpm import gis
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
     from snowmpm.io.parameters import parameters
@@ -121,7 +121,7 @@ def _files(run, folder, seen, scores):
 
 
 def _pictures(run, folder, seen):
-    """Draw the pictures; the paths."""
+    """Draw the pictures; -> their paths."""
     from snowmpm.render import render_map, render_thalweg
 
     for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
@@ -132,7 +132,7 @@ def _pictures(run, folder, seen):
 
 
 def _told(score):
-    """Scores in words and units."""
+    """Scores as text with units."""
     from snowmpm.quantities.quantity import written
 
     units = {"area": "m2", "index": "share", "rate": "share", "ratio": "share", "reach": "m", "difference": "m"}

@@ -55,11 +55,12 @@ def new(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder of the file; this one by default.")
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
 ):
     """Write a commented scene that runs as it is.
 
-    A slab on a slope in profile; with --terrain an avalanche on your own slope; with --like a copy of a library scene.
+    By default a slab on a slope in profile; with --terrain an avalanche on your own slope; with --like a copy of a
+    library scene.
     """
     name = name.removesuffix(".toml")
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,99}", name):

@@ -10,7 +10,7 @@ from snowmpm.cli import completion
 from snowmpm.errors import InputError
 
 NAMES_OF_FILES = ("file", "from")
-"""Keys whose values are names of files or folders."""
+"""Keys whose values are paths."""
 
 
 class Backend(str, Enum):
@@ -46,21 +46,21 @@ Settings = Annotated[
         autocompletion=completion.keys,
     ),
 ]
-BackendOption = Annotated[Backend, typer.Option(help="What computes; auto takes a CUDA GPU when there is one.")]
+BackendOption = Annotated[Backend, typer.Option(help="Device; auto takes a CUDA GPU if there is one.")]
 PrecisionOption = Annotated[Precision | None, typer.Option(help="Overrides solver.precision.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but warnings and errors.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of words.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only warnings and errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 Fast = Annotated[
-    bool, typer.Option("--fast", help="Trade accuracy for a third of the time or less; says what it changes.")
+    bool, typer.Option("--fast", help="Run in a third of the time or less, with a larger error; prints the changes.")
 ]
-Accurate = Annotated[bool, typer.Option("--accurate", help="Trade time for half of the error; says what it changes.")]
+Accurate = Annotated[bool, typer.Option("--accurate", help="Run with half of the error; prints the changes.")]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="CPU threads; all cores by default.")]
 
 
 def scene_overrides(settings, precision=None):
     """Overrides for `load_scene` from the texts of `--set` and from `--precision`.
 
-    A value is read as TOML (a number, true, [..], "..."); what is no TOML value is text, so quotes may be left out.
+    A value is read as TOML (a number, true, [..], "..."). Anything else is text, so quotes may be left out.
     """
     overrides = setting_values(settings)
     if precision is not None:
@@ -71,8 +71,8 @@ def scene_overrides(settings, precision=None):
 def setting_values(settings):
     """Key -> value from the texts KEY=VALUE of `--set`, read as `scene_overrides` says.
 
-    Names of files count from the current folder; one that is not there is left to the scene, whose own count from its
-    file, and whose message says where it was looked for.
+    Paths are relative to the current folder. A path that does not exist there is passed on as it is: the scene resolves
+    it from the folder of the scene file, and its error names the folder searched.
     """
     overrides = {}
     for setting in settings or ():
@@ -84,7 +84,7 @@ def setting_values(settings):
 
 
 def _from_here(key, value):
-    """A value whose file names that are found from the current folder are absolute."""
+    """The value with paths that exist in the current folder made absolute."""
     if isinstance(value, dict):
         return {name: _from_here(name, item) for name, item in value.items()}
     if key not in NAMES_OF_FILES or not isinstance(value, str) or "\0" in value:
@@ -92,7 +92,7 @@ def _from_here(key, value):
     path = Path(value).expanduser()
     try:
         return str(path.absolute()) if path.exists() else value
-    except OSError:  # no name of a file: the scene says so
+    except OSError:  # not a path: the scene refuses it
         return value
 
 

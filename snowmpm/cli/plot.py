@@ -22,8 +22,9 @@ Compression = Annotated[
 def plot(run: RunPath, output: Output = None, compression: Compression = False):
     """Plot the history of a run: front, speed, energies, time step, loads on obstacles.
 
-    Of a propagation saw test also, or with -o instead: the crack in space and time, its speed and energy, the slab's
-    deflection, and theories beside them (RUN/saw_test.png). Also of a run that goes on, up to its last frame.
+    For a propagation saw test, a second plot (with -o the only one) shows the crack in space and time, its speed and
+    energy, and the slab's deflection, beside theory (RUN/saw_test.png). A run in progress is plotted up to its last
+    frame.
     """
     from snowmpm.io import Run
 
@@ -35,7 +36,7 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False):
 
 
 def _draw(opened, output, compression):
-    """Paths of what was drawn."""
+    """Draw the plots of a run; -> their paths."""
     from snowmpm.render import render_compression, render_history, render_saw_test
     from snowmpm.saw_test.theories import further_theories
 
@@ -52,7 +53,7 @@ def _draw(opened, output, compression):
 
 
 def _print_remarks(run, theories):
-    """Why measured numbers and theories lie far apart, where they do."""
+    """Print the likely reasons where measurement and theory differ much."""
     from snowmpm.io.saw_theories import compared
 
     for one in compared(run.summary.get("saw_test", {}), run.saw_test.about["slope_angle"], theories):

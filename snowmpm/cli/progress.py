@@ -1,8 +1,8 @@
-"""How a run shows where it is: a live display on a terminal, plain lines elsewhere. Before its first step it is at
-stages (`snowmpm.stages`), as any other command.
+"""Progress of a run: a live display on a terminal, plain lines elsewhere. Before the first step, a run reports stages
+(`snowmpm.stages`) like any other command.
 
-All take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m], steps,
-wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
+All displays take the run's progress object: time, end_time, dt [s], dt_cause, n_particles, max_speed [m/s], front [m],
+steps, wall [s], frames, particle_steps, audit (the last row of the history: energies [J] by name).
 """
 
 import sys
@@ -14,18 +14,18 @@ from snowmpm.cli.watch import sentences, unwatched
 from snowmpm.cli.wording import count, duration, short, step
 from snowmpm.stages import stages
 
-WINDOW = 20.0  # s of wall time over which the present speed is measured
+WINDOW = 20.0  # s of wall time over which the current speed is measured
 SAMPLE_INTERVAL = 0.5
 BAR = 36  # characters
-WIDE = 100  # characters: a narrower terminal has its facts in two columns
+WIDE = 100  # characters: a narrower terminal shows the facts in two columns
 
 ENERGIES = {"kinetic_energy": "kinetic", "elastic_energy": "elastic", "plastic_work": "plastic work",
             "contact_work": "contact"}
-"""Energies of the history that the display shows, beside the potential energy lost since the start."""
+"""Energies of the history in the display, in addition to the potential energy lost since the start."""
 
 CAUSES = {"elastic": "elastic waves", "breaking": "bonds that break", "advective": "fastest particle",
           "deformation": "fast deformation", "fixed": "fixed by the scene", "output": "cut to end on a frame"}
-"""What limits the step, in words."""
+"""Causes of the step length in words."""
 
 
 class Pace:
@@ -45,11 +45,11 @@ class Pace:
 
     @property
     def speed(self):
-        """Particle-steps per second, or None while nothing is known."""
+        """Particle-steps per second, or None while unknown."""
         return self._rate(2)
 
     def time_left(self, progress):
-        """Wall time to the end [s], or None while nothing is known."""
+        """Wall time to the end [s], or None while unknown."""
         rate = self._rate(1)
         return (progress.end_time - progress.time) / rate if rate else None
 
@@ -61,12 +61,12 @@ class Pace:
 
 
 def _metres(front):
-    # A front is nan as long as nothing moves.
+    # The front is nan until something moves.
     return "-" if front is None or front != front else f"{front:.1f} m"
 
 
 def energies(progress, start):
-    """(name, joules) of what the display shows of the energies; `start`: potential energy of the first row, or None."""
+    """(name, joules) of the energies in the display; `start`: potential energy of the first row, or None."""
     found = {word: progress.audit[name] for name, word in ENERGIES.items() if name in progress.audit}
     if start is not None and "potential_energy" in progress.audit:
         found = {"potential lost": start - progress.audit["potential_energy"], **found}
@@ -96,7 +96,7 @@ class Lines:
         yield f"dt {progress.dt:.2e} s ({progress.dt_cause})"
         yield f"{count(progress.n_particles)} particles"
         yield f"max {progress.max_speed:.3g} m/s"
-        if progress.front is not None:  # saw tests and periodic domains have none
+        if progress.front is not None:  # saw tests and periodic domains have no front
             yield f"front {_metres(progress.front)}"
         yield f"{short(self._pace.speed)} particle-steps/s"
         yield f"{duration(self._pace.time_left(progress))} left"
@@ -162,7 +162,7 @@ class Screen:
         return table
 
     def _energies(self, progress, width):
-        """The energies, in lines that break between two of them."""
+        """The energies, wrapped between entries."""
         from rich.text import Text
 
         found = Text("energy", style="dim")
@@ -180,7 +180,7 @@ class Screen:
 
 @contextmanager
 def display(name, lines=False, quiet=False):
-    """The callback for a run named `name`, in the form that fits where stderr goes; None where nothing is to be said.
+    """The callback for a run named `name`, in the form that fits where stderr goes; None for no output.
 
     lines: plain lines from the first step to the end, for the log of a batch job; quiet: nothing, also on a terminal
     """

@@ -57,11 +57,11 @@ def render(
     cutaway: Annotated[
         bool,
         typer.Option(
-            "--cutaway", help="Leave out, on the near side, what lies over the weak layer: its damage is seen."
+            "--cutaway", help="Leave out the snow above the weak layer on the near side, to show its damage."
         ),
     ] = False,
     mirror: Annotated[
-        bool, typer.Option("--mirror", help="Draw half and quarter bodies whole: with their images at symmetric sides.")
+        bool, typer.Option("--mirror", help="Draw half and quarter bodies whole, with their mirror images.")
     ] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
@@ -69,8 +69,8 @@ def render(
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
 
-    Needs no display and no graphics card. Also draws a run that goes on, up to its last frame. A page (-o scene.html)
-    holds all it needs: it opens in any browser, and can be sent.
+    Needs no display and no graphics card. A run in progress is drawn up to its last frame. A page (-o scene.html) is
+    self-contained: it opens in any browser, and can be sent.
     """
     shape = _pixels(size)
     from snowmpm.io import Run
@@ -103,7 +103,7 @@ def _draw_page(run, output, color, camera, quiet, others):
 
 
 def draw(run, target, quiet=False, beside=None, **choices):
-    """Draw a run, or two side by side, to `target`, print where the picture went; -> its path."""
+    """Draw a run, or two side by side, to `target`; print and return the path."""
     from snowmpm.render import render_pair, render_run
 
     with stage("drawing", unit="pictures") as now:

@@ -17,14 +17,14 @@ def report(
     run: RunPath,
     output: Output = None,
     still: Annotated[
-        bool, typer.Option("--still", help="Without the scene to turn in three dimensions: a smaller file.")
+        bool, typer.Option("--still", help="Without the interactive 3-D scene: a smaller file.")
     ] = False,
     quiet: Quiet = False,
 ):
-    """Write one page about a run: settings, pictures, curves, maps, audit, warnings, how to make it again.
+    """Write one page about a run: settings, pictures, curves, maps, audit, warnings, how to reproduce it.
 
-    The page holds all it shows and loads nothing: it opens in any browser, and can be sent and kept. With -o FILE.pdf
-    the same content is written to print.
+    The page is self-contained: it opens in any browser, and can be sent and kept. With -o FILE.pdf the same content is
+    written as PDF.
     """
     from snowmpm.io import Run
     from snowmpm.render import render_report

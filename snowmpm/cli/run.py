@@ -45,21 +45,21 @@ def run(
     fast: Fast = False,
     accurate: Accurate = False,
     lines: Annotated[
-        bool, typer.Option("--lines", help="Plain lines, from the first step to the end, also on a terminal: for logs.")
+        bool, typer.Option("--lines", help="Print plain lines from the first step on, even on a terminal.")
     ] = False,
     accept_cost: Annotated[
-        bool, typer.Option("--accept-cost", help="Run also what takes more than a month or all of the disk.")
+        bool, typer.Option("--accept-cost", help="Run even if it takes over a month or more than the free disk.")
     ] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ):
     """Run a scene to its run file.
 
-    Writes DIR/run.vtkhdf, which opens in ParaView also while the run goes on, DIR/scene.toml (the resolved scene),
-    DIR/summary.json and DIR/checkpoint.npz, from which --resume goes on after Ctrl-C or a crash.
+    Writes DIR/run.vtkhdf (opens in ParaView, even during the run), DIR/scene.toml (the resolved scene),
+    DIR/summary.json and DIR/checkpoint.npz, from which --resume continues after Ctrl-C or a crash.
 
-    On a terminal a live display shows time, step and what limits it, speed, front, energies and the time left;
-    elsewhere a line every ten seconds does, on stderr.
+    On a terminal, a live display shows time, step and what limits it, speed, front, energies and the time left.
+    Elsewhere, a line is printed to stderr every ten seconds.
     """
     import snowmpm.compiler  # noqa: F401 (before the laws are read, which then takes a third of a second less)
     from snowmpm.io.remarks import remarks
@@ -88,7 +88,7 @@ def run(
 
 
 def along_the_front(scene, fast, accurate, quiet):
-    """Keys that --fast or --accurate changes, after it has been said which."""
+    """Print the changes of --fast or --accurate; -> them as overrides."""
     if fast and accurate:
         raise InputError("--fast and --accurate lead opposite ways: choose one")
     from snowmpm.advice.along_front import faster, more_accurate
@@ -100,11 +100,11 @@ def along_the_front(scene, fast, accurate, quiet):
 
 
 def start_taichi(backend, threads):
-    """Start the backend without what Taichi prints about it on stdout, which belongs to results."""
+    """Start the backend without Taichi's message on stdout, which is reserved for results."""
     from snowmpm.compiler import runtime
 
     with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
-        # Another backend is refused below; the threads of a Taichi that runs already are as good as others
+        # Another backend is refused below; a Taichi that runs already keeps its number of threads
         warnings.filterwarnings("ignore", "Taichi runs already")
         try:
             running = runtime.start(backend.value, threads)
@@ -127,7 +127,7 @@ def _check_folder(folder, overwrite, resume):
 def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False):
     """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`.
 
-    Raises InputError for a run that nobody can pay for (`snowmpm.advice.affordability`), unless accept_cost.
+    Raises InputError for a run of unaffordable cost (`snowmpm.advice.affordability`), unless accept_cost.
     """
     import snowmpm
     from snowmpm.advice.affordability import many_bodies, refuse_unaffordable
@@ -154,7 +154,7 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
 
 
 def _tell_saw_test(result):
-    """What came of a saw test, and how the saw cut."""
+    """Print the outcome of a saw test, and how the saw cut."""
     from snowmpm.io.saw_words import outcome, set_up
 
     test = result.saw_test
@@ -163,7 +163,7 @@ def _tell_saw_test(result):
 
 
 def _ended(result):
-    """Said of runs that ended before their end_time."""
+    """The reason of the end, for runs that ended before their end_time."""
     from snowmpm.running.rest import rested
 
     return f", {result.summary['ended']}" if rested(result) else ""

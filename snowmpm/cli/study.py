@@ -18,14 +18,14 @@ def study(
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The short form, in minutes.")] = False,
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="WORD", help="Take this problem or entry only; repeatable.")
+        list[str] | None, typer.Option("--only", metavar="WORD", help="Only this problem or entry; repeatable.")
     ] = None,
     backend: BackendOption = Backend.cpu,
     threads: Threads = 1,
 ):
     """Measure the program: accuracy against speed, orders of convergence, speed against size, where schemes fail.
 
-    Writes tables (CSV), charts (PNG) and what they say (Markdown) to DIR. Times are those of one CPU thread unless
+    Writes tables (CSV), charts (PNG) and conclusions (Markdown) to DIR. Times are those of one CPU thread unless
     --threads says otherwise.
     """
     from snowmpm.cli.run import start_taichi

@@ -13,11 +13,11 @@ FORMATS = {"memory": memory, "run_file": memory, "checkpoint": memory,
            "run_time": duration, "wall_time": duration, "processor_time": duration, "size": memory}
 UNITS = {"dt": "s", "end_time": "s", "mass": "kg", "bytes_per_particle": "B"}
 MOST_ITEMS = 200  # of a list
-LONGEST = 100  # characters of a line; text in a wider terminal is not read more easily
+LONGEST = 100  # characters of a line; wider text is harder to read
 
 
 def print_facts(title, values):
-    """A title and one line a fact; facts within a fact are indented. On a terminal titles are bold, names faint."""
+    """Print a title and one line a fact; nested facts are indented. On a terminal titles are bold, names faint."""
     styled = sys.stdout.isatty()
     lead = "\n" if title.startswith("\n") else ""
     print(lead + _styled(shown_line(title.lstrip("\n")), "1", styled))
@@ -26,12 +26,12 @@ def print_facts(title, values):
 
 
 def line_length():
-    """Characters of a line that is filled with text: of the terminal, or of a page where it is wider or none."""
+    """Characters of a line of text: width of the terminal, at most `LONGEST`."""
     return min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
 
 
 def print_json(values):
-    """One JSON object; numbers that JSON does not know, nan and infinity, become null."""
+    """Print one JSON object; nan and infinity, which JSON lacks, become null."""
     print(json.dumps(_plain(values), indent=1, ensure_ascii=False))
 
 
@@ -77,7 +77,7 @@ def _wrapped(text, room):
 
 
 def _plain_digits(value):
-    """Four digits that count; a large number in full rather than with a power of ten."""
+    """Four significant digits; a large number in full rather than with a power of ten."""
     text = f"{value:.4g}"
     return count(round(value)) if "e+" in text and abs(value) < 1e15 else text
 

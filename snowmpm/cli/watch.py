@@ -1,7 +1,7 @@
-"""Progress of every command: what its stages (`snowmpm.stages`) say, for whoever waits.
+"""Progress of every command, from its stages (`snowmpm.stages`).
 
-On a terminal a bar and the time left, from the second second on. Elsewhere a plain line on stderr every ten seconds:
-short work says nothing. A run shows more (`snowmpm.cli.progress`) and is not watched meanwhile.
+On a terminal, a bar with the time left appears after one second. Elsewhere, a plain line is printed to stderr every
+ten seconds; short work prints nothing. A run has its own display (`snowmpm.cli.progress`) and suspends this one.
 """
 
 import contextlib
@@ -13,14 +13,14 @@ from snowmpm.cli.wording import count, duration
 from snowmpm.stages import stages, told
 
 LINE_INTERVAL = 10.0  # s of wall time between plain lines
-PATIENCE = 1.0  # s before anything is said of a stage
+PATIENCE = 1.0  # s before a stage is shown
 GLANCE = 0.25  # s between looks
 
 _paused = threading.Event()
 
 
 def sentence(now):
-    """A stage in words: "drawing: 37 of 120 pictures (31 %), 2 min 10 s left"; without a total, how long it has been.
+    """A stage in words: "drawing: 37 of 120 pictures (31 %), 2 min 10 s left"; without a total, the time so far.
     """
     unit, detail = f" {now.unit}" if now.unit else "", f", {now.detail}" if now.detail else ""
     if now.total:
@@ -33,12 +33,12 @@ def sentence(now):
 
 
 def sentences(found):
-    """All that is being done, in one line."""
+    """All stages in one line."""
     return "; ".join(sentence(now) for now in found)
 
 
 class _Bar:
-    """The bar on a terminal: there while something has been going on for a while, and gone after it."""
+    """The bar on a terminal: shown while a stage lasts longer than `PATIENCE`."""
 
     def __init__(self, stream):
         self._stream, self._progress = stream, None
@@ -68,7 +68,7 @@ class _Bar:
         self._progress.start()
 
     def end(self):
-        """Take the bar away."""
+        """Remove the bar."""
         with self._lock:
             if self._progress is not None:
                 self._progress.stop()
@@ -76,7 +76,7 @@ class _Bar:
 
     @contextlib.contextmanager
     def making_way(self):
-        """While it is entered, the bar goes before anything is printed on the same terminal, and comes back below."""
+        """Context: the bar is removed before anything is printed on the same terminal, and reappears below it."""
         before = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = (_Above(self, stream) if stream.isatty() else stream for stream in before)
         try:
@@ -87,13 +87,13 @@ class _Bar:
 
 
 class _Above:
-    """A stream to the terminal of a bar, which goes before something is written."""
+    """A stream to the bar's terminal that removes the bar before it writes."""
 
     def __init__(self, bar, stream):
         self._bar, self._stream = bar, stream
 
     def write(self, text):
-        """Write to the stream, the bar out of the way."""
+        """Remove the bar, then write to the stream."""
         self._bar.end()
         return self._stream.write(text)
 
@@ -102,30 +102,30 @@ class _Above:
 
 
 class _Lines:
-    """The lines elsewhere."""
+    """Plain lines, for output that is no terminal."""
 
     def __init__(self, interval):
         self._interval, self._due = interval, time.perf_counter() + interval
 
     def look(self, found):
-        """Print a line, if it is time."""
+        """Print a line if one is due."""
         now = time.perf_counter()
         if found and now >= self._due and found[0].seconds >= min(PATIENCE, self._interval):
             self._due = now + self._interval
-            with contextlib.suppress(OSError, ValueError):  # a pipe that is gone is no reason to stop
+            with contextlib.suppress(OSError, ValueError):  # a closed pipe must not stop the run
                 print(sentences(found), file=sys.stderr, flush=True)
 
     def end(self):
-        """Nothing is to be taken away."""
+        """Does nothing: there is no bar."""
 
     def making_way(self):
-        """Nothing is in the way."""
+        """Does nothing: there is no bar."""
         return contextlib.nullcontext()
 
 
 @contextlib.contextmanager
 def watched(quiet=False, interval=None):
-    """While it is entered, the stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default."""
+    """Context: stages of this program are shown on stderr; interval [s]: `LINE_INTERVAL` by default."""
     interval = interval or LINE_INTERVAL
     if quiet:
         yield
@@ -149,7 +149,7 @@ def watched(quiet=False, interval=None):
 
 @contextlib.contextmanager
 def unwatched():
-    """While it is entered, a display of its own has the terminal; plain lines go on."""
+    """Context: another display has the terminal; plain lines continue."""
     _paused.set()
     try:
         yield

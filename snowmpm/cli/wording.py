@@ -1,4 +1,4 @@
-"""Numbers as a person reads them."""
+"""Numbers for reading: durations, memory, short forms."""
 
 import math
 
@@ -9,7 +9,7 @@ __all__ = ["count", "duration", "memory", "short", "step"]
 
 
 def duration(seconds):
-    """42.0 s, 3 min 12 s, 1 h 02 min; "-" when not known."""
+    """42.0 s, 3 min 12 s, 1 h 02 min; "-" when unknown."""
     if seconds is None or not math.isfinite(seconds):
         return "-"
     if seconds < 60:
@@ -23,7 +23,7 @@ def duration(seconds):
 
 
 def step(seconds):
-    """1.25e-4 -> 125 µs; three digits that count."""
+    """1.25e-4 -> 125 µs; three significant digits."""
     for factor, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
         if seconds >= 0.9995 * factor:
             return f"{seconds / factor:.3g} {unit}"
@@ -31,7 +31,7 @@ def step(seconds):
 
 
 def short(number):
-    """1234567 -> 1.23 M; three digits that count."""
+    """1234567 -> 1.23 M; three significant digits."""
     if number is None or not math.isfinite(number):
         return "-"
     for factor, prefix in ((1e9, " G"), (1e6, " M"), (1e3, " k")):

@@ -1,4 +1,4 @@
-"""Runs held against each other and against what is known: profiles, stress along a line, differences, answers.
+"""Comparison of runs with each other and with references: profiles, stress along a line, differences, answers.
 
 Reads run files and the scenes in them; needs no solver. `snowmpm compare` prints and draws what this package finds.
 """

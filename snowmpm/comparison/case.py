@@ -1,4 +1,4 @@
-"""A run to be compared: what it solved, how, and at what price."""
+"""A run to be compared: its problem, method and cost."""
 
 import os
 from dataclasses import dataclass
@@ -65,13 +65,13 @@ class Case:
 
     @property
     def damping(self):
-        """What the method takes from motion by itself, on which run-outs depend: viscosities of sph (alpha of the
+        """Numerical dissipation of the method, on which run-outs depend: viscosities of sph (alpha of the
         artificial one, beta of its quadratic part, gamma against disorder), transfer and share of FLIP of mpm."""
         solver = self.scene["solver"]
         if self.method == "sph":
             own = solver["sph"]
             keys = {"viscosity": "alpha", "quadratic_viscosity": "beta", "disorder_damping": "gamma"}
-            # A key that the run's version did not know is one that it did not use
+            # A key unknown to the run's version was not used
             named = [f"{name} {own[key]:g}" for key, name in keys.items() if own.get(key, 0.0) > 0.0]
             return ", ".join(named) or "none"
         entry = METHODS.get(self.method)
@@ -86,7 +86,7 @@ class Case:
 
     @property
     def wall_time(self):
-        """[s]; NaN of a run that has not ended."""
+        """[s]; NaN for an unfinished run."""
         return float(self.run.summary.get("wall_time", np.nan))
 
     def frame_at(self, time):
@@ -104,7 +104,7 @@ class Case:
         return np.full(len(frame), self.spacing ** self.run.dimension)
 
     def needs(self, *fields):
-        """Refuse, by an InputError, a run whose frames lack one of these fields."""
+        """Raise InputError for a run whose frames lack one of these fields."""
         for name in fields:
             if name not in self.run.field_names:
                 raise InputError(f"{self.run.path}: frames hold no {name}: run the scene with {name} in output.fields")

@@ -1,4 +1,4 @@
-"""How far two runs lie apart."""
+"""Difference between two runs."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ import numpy as np
 def profile_difference(one, other):
     """Mean distance of two `Profile`s over all that either covers, over the greatest depth of the first [-].
 
-    Where one of them has ended its surface is taken to be its own lowest ground.
+    Beyond the end of a profile, its surface is taken as its own lowest ground.
     """
     s = np.union1d(one.s, other.s)
     heights = [np.where(np.isnan(found.at(s)), np.min(found.bottom), found.at(s)) for found in (one, other)]

@@ -1,13 +1,13 @@
-"""The upper surface of what lies or flows: height over a horizontal coordinate, without grains that fly or roll ahead.
+"""Upper surface of the snow: height over a horizontal coordinate, without particles that fly or roll ahead.
 
-Particles are gathered in bins two particle spacings wide. A bin is filled where what it holds, spread over it at the
-density of the start, is at least a layer of particles deep, or a quarter of `TOE` of the greatest depth if it holds
-`ENOUGH` of them to say so, as rings do; the body is the row of filled bins that holds most. Its surface is the highest
-particle of each bin that no gap of more than three spacings, in it and the two beside it, separates from what lies
-below, and half a spacing above it; its ends are the outermost particles of the row, and half a spacing beyond.
+Particles are gathered in bins two particle spacings wide. A bin counts as filled if its mean depth, at the
+initial density, is at least one layer of particles, or, for bins with at least `ENOUGH` particles (as in rings), a
+quarter of `TOE` of the greatest depth. The body is the row of connected filled bins with most particles. Its surface
+lies half a spacing above the highest particle of each bin that is not separated from those below by a gap of more than
+three spacings in the bin and its two neighbours. Its ends are half a spacing beyond the outermost particles.
 
-Beyond the body proper a collapse leaves grains a layer or two thin, which reach the further the finer they are. The
-front, as an experiment sees it at a distance, is where the depth, what lies in a bin over its plan area, falls below
+Beyond the body, a collapse leaves a film of one or two layers of particles, which reaches further for finer particles.
+The front, as seen in an experiment from a distance, is where the depth (volume in a bin over its plan area) falls below
 `TOE` of the greatest depth. (Fávero Neto and Borja (2018), doi:10.1007/s11440-018-0700-3, take where density falls to
 90-95 %: with their particles, which are 3 to 10 % of the height, that leaves out the same.)
 """

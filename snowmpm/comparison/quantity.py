@@ -1,11 +1,11 @@
-"""A number that was measured on a run, and what is known of it."""
+"""A number measured on a run, and its reference value."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """name, unit, measured; low, high: what an experiment or a formula says, a band where it says no more."""
+    """name, unit, measured; low, high: reference band from an experiment or a formula."""
 
     name: str
     unit: str
@@ -15,7 +15,7 @@ class Quantity:
 
     @classmethod
     def exact(cls, name, unit, measured, known):
-        """A quantity whose known value is one number."""
+        """A quantity whose reference is one number."""
         return cls(name, unit, float(measured), float(known), float(known))
 
     @property

@@ -1,4 +1,4 @@
-"""The way of the flow on real ground, along which runs are compared: the thalweg of one of them."""
+"""The thalweg of one run on real terrain, along which runs are compared."""
 
 from dataclasses import dataclass
 

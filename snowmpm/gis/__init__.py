@@ -1,5 +1,5 @@
-"""What a geographic information system opens: outlines, lines and points of a run, styles, a project; scores against an
-observed outline. Reads run files; needs the `gis` extra."""
+"""Output for geographic information systems: outlines, lines and points of a run, styles, a project; scores against
+an observed outline. Reads run files; needs the `gis` extra."""
 
 from snowmpm.gis.layers import layers_of
 from snowmpm.gis.observed import Observed, read_observed, score

@@ -12,7 +12,7 @@ from snowmpm.io.status import status_of
 from snowmpm.quantities.classes import classes_of
 
 PLACE = ("runout", "travel_angle", "runout_x", "runout_y", "runout_z")
-"""Numbers that a run-out has."""
+"""Numbers attached to the run-out."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class Layer:
 
 
 def layers_of(run, observed=None):
-    """The `Layer`s of a `Run` that has maps; one of what was seen too, where an `Observed` outline is given.
+    """The `Layer`s of a `Run` with maps, and one of the `Observed` outline if given.
 
-    Each feature says of which run it is and whether it is final. Raises InputError for a run without these maps.
+    Each feature names its run and says whether it is final. Raises InputError for a run without these maps.
     """
     if "peak_depth" not in run.maps or "flow_depth" not in run.hazard.get("numbers", {}):
         raise InputError(f"{run.path}: no outlines: they are made of the maps of runs in three dimensions on"
@@ -67,9 +67,9 @@ def layers_of(run, observed=None):
 
 
 def _on_ground(profile):
-    """The thalweg as a line in space; in plan where no ground is known.
+    """The thalweg as a 3-D line, or in plan if the terrain is unknown.
 
-    Over holes in the ground its height goes straight on. It ends where the ground ends.
+    Over holes in the terrain, its height is interpolated linearly. It ends where the terrain ends.
     """
     s, x, y, z = (np.asarray(profile[name], float) for name in ("s", "x", "y", "z"))
     known = np.flatnonzero(np.isfinite(z))
@@ -85,7 +85,7 @@ def _area(run, mask, raster, common):
 
 
 def _classes(run, common):
-    """One feature for each pressure class of the affected area that has cells."""
+    """One feature for each non-empty pressure class of the affected area."""
     raster = run.maps["peak_pressure"]
     values, flows = np.nan_to_num(raster.values), affected(run)
     classes = classes_of("peak_pressure", float(values.max()))

@@ -1,4 +1,4 @@
-"""An outline that was seen beside the one that was computed, with scores.
+"""Observed against computed outline, with scores.
 
     hit A = computed and observed, miss B = observed only, false alarm C = computed only  (plan areas)
     critical success index (Jaccard)  A / (A + B + C)
@@ -8,8 +8,9 @@
     run-out difference                reach along the computed thalweg, computed less observed
 
 as in the verification of forecasts (Wilks, Statistical Methods in the Atmospheric Sciences, chapter on 2 x 2 tables).
-Both reaches are those of outlines, the last metre that the polygon reaches: not the place before which 99 % of the snow
-lies, which an outline does not tell. The computed ones are the numbers reach_of_flow, reach_of_1_kPa and so on.
+Both reaches are those of outlines, to the furthest point of the polygon. They differ from the run-out, the point that
+99 % of the snow lies before, which an outline does not contain. The computed reaches are reach_of_flow, reach_of_1_kPa
+and so on.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain.reference_system import ReferenceSystem
 
 STEP = 5.0
-"""Points along an outline are so far apart [m] when its reach along the thalweg is asked."""
+"""Spacing [m] of points along an outline for its reach along the thalweg."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,9 @@ class Observed:
 
 
 def read_observed(path, run):
-    """The outline in a .shp, .geojson or .gpkg file, carried into the projection of a `Run`.
+    """The outline in a .shp, .geojson or .gpkg file, transformed to the projection of a `Run`.
 
-    InputError as of a release.
+    InputError as for a release.
     """
     wkt = run.provenance.get("crs")
     system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
@@ -53,7 +54,7 @@ def read_observed(path, run):
 
 
 def score(run, observed):
-    """[{quantity: value}] of the affected area of a `Run`, and of what of it reached each pressure, against `Observed`.
+    """[{quantity: value}] of the affected area of a `Run`, and of its part above each pressure, against `Observed`.
 
     outline: words; hit_area, missed_area, false_area [m2]; critical_success_index, hit_rate, false_alarm_ratio,
     area_ratio; observed_reach, runout_difference [m] where the run has a thalweg.

@@ -1,4 +1,4 @@
-"""Outlines of what a raster shows: polygons along the edges of its cells, whose area is that of the cells."""
+"""Outlines of regions of a raster: polygons along the edges of cells, with exactly the area of the cells."""
 
 import warnings
 
@@ -11,8 +11,8 @@ from snowmpm.io.geotiff import require_rasterio
 def outline(mask, raster, origin):
     """MultiPolygon of the cells where `mask` (rows, columns) is true, in map coordinates [m]; holes are kept.
 
-    raster: the `snowmpm.io.Map` that the mask belongs to; origin: of its run [m]. Cells that touch at a corner only are
-    two polygons.
+    raster: the `snowmpm.io.Map` that the mask belongs to; origin: of its run [m]. Cells that touch only at a corner
+    are two polygons.
     """
     require_rasterio()
     from rasterio import features
@@ -20,7 +20,7 @@ def outline(mask, raster, origin):
 
     west, south = (origin[k] + (raster.x0, raster.y0)[k] - 0.5 * raster.cell for k in (0, 1))
     cells = np.asarray(mask, np.uint8)
-    # In cells, which are whole numbers, and only then in metres: corners of neighbours are the same to the bit
+    # First in integer cells, then in metres: corners of neighbours are bitwise equal
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PendingDeprecationWarning)  # how rasterio itself uses its affine package
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -31,5 +31,5 @@ def outline(mask, raster, origin):
 
 
 def affected(run):
-    """Where the flow of a `Run` once was deep enough to count as one, (rows, columns)."""
+    """Mask (rows, columns) of the affected area of a `Run`."""
     return np.nan_to_num(run.maps["peak_depth"].values) >= run.hazard["numbers"]["flow_depth"]

@@ -1,4 +1,4 @@
-"""A QGIS project that opens the rasters and vectors of a run, styled; its files lie beside it, under relative paths."""
+"""A QGIS project that opens the rasters and vectors of a run with styles; it refers to files beside it."""
 
 from pathlib import Path
 from xml.etree import ElementTree as xml
@@ -9,7 +9,7 @@ from snowmpm.io.projection import epsg_of
 from snowmpm.quantities.table import quantity
 
 SHOWN = ("runout_point", "runout_line", "thalweg", "observed", "release", "affected_area", "peak_pressure")
-"""Layers that are on when the project opens; the others are off."""
+"""Layers visible when the project opens."""
 
 ORDER = ("runout_point", "runout_line", "thalweg", "observed", "release", "affected_area", "deposit",
          "pressure_classes")
@@ -69,7 +69,7 @@ def _geometry(layer):
 
 
 def _extent(run):
-    """West, south, east, north [m] of what the run's maps show."""
+    """Extent (west, south, east, north) [m] of the run's maps."""
     raster = next(iter(run.maps.values()))
     rows, columns = raster.values.shape
     west, south = run.origin[0] + raster.x0 - 0.5 * raster.cell, run.origin[1] + raster.y0 - 0.5 * raster.cell

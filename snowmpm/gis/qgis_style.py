@@ -7,7 +7,7 @@ from snowmpm.quantities.classes import classes_of
 from snowmpm.quantities.table import quantity
 
 VERSION = "3.22.0"
-"""Of QGIS, whose elements these are; later ones read them."""
+"""Version of QGIS that defines these elements; later versions read them."""
 
 LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f", "thalweg": "#101418",
          "runout_line": "#c1121f", "runout_point": "#c1121f", "observed": "#0a7d33"}
@@ -15,14 +15,14 @@ LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f",
 
 
 def write_style(path, name, raster):
-    """Write the .qml style of a raster of a run; QGIS takes it up where it lies beside the raster. -> its path."""
+    """Write the .qml style of a raster of a run; QGIS applies it when it lies beside the raster. -> its path."""
     root = xml.Element("qgis", version=VERSION, styleCategories="Symbology")
     root.append(pipe(name, raster))
     return write_text(path, document(root, "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"))
 
 
 def document(root, doctype=""):
-    """An element as the text of a file."""
+    """An XML element as text."""
     xml.indent(root)
     return f"{doctype}{xml.tostring(root, encoding='unicode')}\n"
 
@@ -41,7 +41,7 @@ def pipe(name, raster):
                             maximumValue=f"{largest:.6g}", labelPrecision="1")
     ends = [*classes.limits, "inf"]
     for k, (end, colour) in enumerate(zip(ends, classes.colours, strict=True)):
-        # A discrete shader takes what is at most `value`; these classes begin with their limit, so just below it
+        # A discrete shader includes `value`, but these classes begin at their limit: take a value just below
         value = end if end == "inf" else f"{end * (1.0 - 1e-7):.12g}"
         alpha = "0" if k == 0 and name != "arrival_time" and quantity(name).unit == "Pa" else "255"
         xml.SubElement(shader, "item", value=value, label=classes.label(k), color=colour, alpha=alpha)

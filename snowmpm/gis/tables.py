@@ -28,7 +28,7 @@ def write_areas(path, run):
 
 
 def write_record(path, run, scores=None):
-    """Write all of it as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
+    """Write everything as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
     numbers = {name: {"value": value, "unit": quantity(name).unit, "definition": quantity(name).definition}
                for name, value in run.hazard.get("numbers", {}).items()}
     record = {**status_of(run).record(), "run": run.name, "projection": projection_name(run.provenance.get("crs")),

@@ -12,15 +12,15 @@ from snowmpm.errors import InputError
 from snowmpm.io.projection import epsg_of
 
 WORLD = "urn:ogc:def:crs:OGC:1.3:CRS84"
-"""Longitude and latitude: what GeoJSON is in unless it says otherwise."""
+"""Longitude and latitude, the default system of GeoJSON."""
 
 
 def write_geojson(path, layers, wkt):
     """Write layers (`snowmpm.gis.layers`) as one FeatureCollection; -> its path.
 
     wkt: projection of the coordinates. With an EPSG code they stay as they are, and the member `crs` names it; without
-    one they become longitude and latitude. Each feature names its layer. Raises InputError without a projection: what
-    reads GeoJSON takes coordinates that name no system for longitude and latitude.
+    one they become longitude and latitude. Each feature names its layer. Raises InputError without a projection, since
+    readers take coordinates without a system for longitude and latitude.
     """
     if not wkt:
         raise InputError(f"{path}: GeoJSON needs a coordinate system, and the terrain names none")
@@ -46,7 +46,7 @@ def write_geopackage(path, layers, wkt=None):
             geometry = shapely.to_wkb([geometry for geometry, _ in layer.features], flavor="iso")
             solid = " Z" if layer.features[0][0].has_z else ""
             with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "'crs' was not provided")  # a scene of one's own has none
+                warnings.filterwarnings("ignore", "'crs' was not provided")  # the scene has no coordinate system
                 pyogrio.raw.write(str(part), np.array(geometry, object), [values for values, _ in columns], names,
                                   field_mask=[mask for _, mask in columns], layer=layer.name, driver="GPKG",
                                   geometry_type=layer.geometry_type + solid, crs=wkt or None, promote_to_multi=False)
@@ -54,7 +54,7 @@ def write_geopackage(path, layers, wkt=None):
 
 
 def require_pyogrio():
-    """The package that writes GeoPackages. Raises InputError, which says how to get it."""
+    """The package that writes GeoPackages. Raises InputError, with the command to install it."""
     try:
         import pyogrio
         import pyogrio.raw
@@ -65,7 +65,7 @@ def require_pyogrio():
 
 
 def _named_system(wkt):
-    """Name for the member `crs` of GeoJSON; and a function that carries a geometry there."""
+    """Name for the member `crs` of GeoJSON, and a function that transforms a geometry to that system."""
     code = epsg_of(wkt)
     if code:
         return f"urn:ogc:def:crs:EPSG::{code}", _to_centimetres

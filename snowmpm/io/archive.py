@@ -1,6 +1,6 @@
-"""Files that are whole or not there at all: one of numbers and arrays, the form of a checkpoint, and any other.
+"""Files that are whole or absent: archives of numbers and arrays (the format of checkpoints), and any other file.
 
-The former is an uncompressed .npz archive: `record`, JSON text (UTF-8) of the tree, in which an array is
+An archive is an uncompressed .npz file: `record`, JSON text (UTF-8) of the tree, in which an array is
 {"array": member}; the arrays; and `digest`, the SHA-256 of all of them. NumPy opens it; nothing in it is ever
 unpickled.
 """
@@ -19,13 +19,13 @@ from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 
 MEMORY_PER_BYTE = 40
-"""Bytes of memory that a byte of JSON text may take once it is read, about: `[[],[],...`."""
+"""Approximate largest memory per byte of JSON text once it is read: `[[],[],...`."""
 
 _RECORD, _DIGEST = "record", "digest"
 
 
 def write_archive(path, tree, keep=None):
-    """Write a tree (dicts, lists, text, numbers, NumPy arrays) to `path`; what lay there moves to `keep` if given.
+    """Write a tree (dicts, lists, text, numbers, NumPy arrays) to `path`; an existing file moves to `keep` if given.
 
     At any moment `path`, or else `keep`, is whole, also through a power cut. Raises OSError, with the old files in
     place, when it cannot be written.
@@ -52,7 +52,7 @@ def write_text(path, text):
 
 @contextlib.contextmanager
 def _replacement(path, keep=None):
-    """A file that takes the place of `path` when all is written; the old one moves to `keep` if given."""
+    """Context: a file that replaces `path` once all is written; the old one moves to `keep` if given."""
     part = path.with_name(path.name + ".part")
     try:
         with create_new(part) as file:
@@ -72,7 +72,7 @@ def _replacement(path, keep=None):
 
 
 def create_new(path):
-    """A new file to write to, in place of whatever is called so: never what a link of that name leads to."""
+    """A new file to write to, in place of anything of that name; a link of that name is never followed."""
     with contextlib.suppress(FileNotFoundError):
         os.unlink(path)
     return os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), "wb")
@@ -94,7 +94,7 @@ def read_archive(path):
         return tree
     except InputError:
         raise
-    except Exception as error:  # torn and foreign bytes fail in zipfile, NumPy and JSON in a dozen ways
+    except Exception as error:  # truncated and foreign files raise many kinds of errors in zipfile, NumPy and JSON
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: damaged, or not written by this program ({reason})") from error
 
@@ -116,7 +116,7 @@ def _read_members(path):
 
 
 def _plain(value, arrays, path):
-    """The value as JSON can hold it, its arrays put aside under their paths."""
+    """The value as JSON can hold it; its arrays are stored separately under their paths."""
     if isinstance(value, np.ndarray):
         arrays[path] = np.ascontiguousarray(value)
         return {"array": path}

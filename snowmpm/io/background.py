@@ -1,18 +1,18 @@
-"""A thread that writes, so that the solver does not wait for compression and disk."""
+"""A thread that writes files, so that the solver does not wait for compression and disk."""
 
 import queue
 import threading
 import time as clock
 
 ROOM = 1
-"""Jobs that may wait beside the one in work: each holds a copy of the particles."""
+"""Largest number of waiting jobs, besides the current one: each holds a copy of the particles."""
 
 
 class Background:
-    """Does jobs (functions without arguments) one after another in a thread of its own, in the order they came.
+    """Runs jobs (functions without arguments) one after another in a thread of its own, in order of arrival.
 
-    After a job that failed no other is done, because what follows it relies on it; the caller learns of it with the
-    next `do`, `wait` or `close`, which raise its error. work: seconds that the thread has worked.
+    After a failed job no other is run, because later jobs rely on it. The next `do`, `wait` or `close` raises its
+    error. work: seconds that the thread has worked.
     """
 
     def __init__(self):
@@ -24,17 +24,17 @@ class Background:
         self._thread.start()
 
     def do(self, job):
-        """Hand over a job; waits while there is no room."""
+        """Hand over a job; waits while the queue is full."""
         self._raise()
         self._jobs.put(job)
 
     def wait(self):
-        """Until every job is done."""
+        """Wait until every job is done."""
         self._jobs.join()
         self._raise()
 
     def close(self):
-        """Wait for the jobs and end the thread; what is handed over later is never done."""
+        """Wait for the jobs and end the thread; jobs handed over later never run."""
         if self._thread.is_alive():
             self._jobs.put(None)
             self._thread.join()

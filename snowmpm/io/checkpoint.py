@@ -1,6 +1,6 @@
-"""Checkpoints: the whole state of a run in one file, from which it goes on as if it had never stopped.
+"""Checkpoints: the whole state of a run in one file, from which it continues as if never interrupted.
 
-On a CPU a continued run is bitwise equal to one that never stopped, with any number of threads.
+On a CPU, a resumed run is bitwise equal to an uninterrupted one, for any number of threads.
 """
 
 import contextlib
@@ -21,28 +21,28 @@ FILE = "checkpoint.npz"
 FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 3
 
 KINDS = {"scene": str, "time": (int, float), "simulation": dict}
-"""What every checkpoint holds beside its fingerprints."""
+"""Keys of every checkpoint, besides its fingerprints."""
 
 WALL_INTERVAL = 120.0
 """Seconds of wall time between checkpoints when the scene names no interval."""
 
 LARGEST_SHARE = 0.05
-"""Share of the wall time that such checkpoints may take."""
+"""Largest share of the wall time for such checkpoints."""
 
 FREE_KEYS = ("end_time", "output.checkpoint_interval", "picture", "reference", "stop")
-"""What a scene may change between a checkpoint and its continuation: keys, or tables with all their keys."""
+"""Keys, or whole tables, of a scene that may change between a checkpoint and its continuation."""
 
 
 def save(simulation, path, **more):
     """Write the state of a simulation; the checkpoint that was there before becomes `previous(path)`.
 
-    more: what else is to come back, dicts of numbers and arrays by name. Raises OSError when it cannot be written.
+    more: further state, dicts of numbers and arrays by name. Raises OSError when it cannot be written.
     """
     write_archive(path, snapshot(simulation, **more), keep=previous(path))
 
 
 def snapshot(simulation, **more):
-    """What a checkpoint holds: a copy of the whole state that stays as it is while the simulation goes on."""
+    """Content of a checkpoint: a copy of the whole state, unaffected by later steps of the simulation."""
     return {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
             **_fingerprints(simulation.model), "time": simulation.time, "simulation": simulation.state(), **more}
 
@@ -69,7 +69,7 @@ def take_over(simulation, saved):
 
 @contextlib.contextmanager
 def state_of(saved):
-    """Whoever puts a checkpoint's state to use in this block raises an InputError for one that does not fit."""
+    """Context: turns errors of restoring a checkpoint that does not fit into an InputError."""
     try:
         yield
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -80,7 +80,7 @@ def state_of(saved):
 def read(path):
     """The checkpoint at `path` as a dict, or the one before it when that is missing or damaged; "path": which one.
 
-    Raises InputError when neither is whole, with what is wrong with the newer one.
+    Raises InputError if neither is whole, with the defect of the newer one.
     """
     path = Path(path)
     there = [candidate for candidate in (path, previous(path)) if candidate.exists()]
@@ -106,13 +106,13 @@ def read(path):
 
 
 def previous(path):
-    """Where the checkpoint before the one at `path` is kept: checkpoint.npz, checkpoint.previous.npz."""
+    """Path of the checkpoint before the one at `path`: checkpoint.previous.npz for checkpoint.npz."""
     path = Path(path)
     return path.with_name(f"{path.stem}.previous{path.suffix}")
 
 
 def check(saved, scene):
-    """Refuse, by an InputError, a scene that is not the checkpoint's; a later end_time is the same scene."""
+    """Raise InputError for a scene that differs from the checkpoint's in more than a later end_time."""
     before = _flat(tables(saved["scene"]))
     for key, was, value in differences(saved["scene"], scene):
         was = f"was {was!r}" if was is not None else "was not there"
@@ -124,8 +124,9 @@ def check(saved, scene):
 
 
 def differences(before, scene):
-    """(key, value before, value now) of what a resolved scene, as text, does not share with a scene, but for FREE_KEYS;
-    None for a key that is not there. Of files only the names count; a method's own table only where it solves."""
+    """(key, value before, value now) of the differences between a resolved scene, as text, and a scene, without
+    FREE_KEYS; None for a missing key. Files are compared by name only, a method's own table
+    only if the scene uses the method."""
     before, now = _flat(tables(before)), _flat(tables(scene.to_toml()))
     method = now.get("solver.method")
     others = () if before.get("solver.method") != method else METHODS.values()
@@ -145,7 +146,7 @@ def tables(text):
 
 
 def _flat(value, path=""):
-    """{dotted key: value} of a scene; of a file only its name counts, so that a run may be moved with its files."""
+    """{dotted key: value} of a scene; files count by name only, so that a run may be moved with its files."""
     if isinstance(value, dict) or (isinstance(value, list) and value and isinstance(value[0], dict)):
         items = value.items() if isinstance(value, dict) else enumerate(value)
         return {key: leaf for name, item in items for key, leaf in _flat(item, f"{path}.{name}".lstrip(".")).items()}
@@ -155,7 +156,7 @@ def _flat(value, path=""):
 
 
 def _fingerprints(model):
-    """Digests of what a scene takes from files and must find again, by its key."""
+    """Digests, by key, of the file contents that a scene needs again for resuming."""
     obstacles = [array for obstacle in model.obstacles for array in obstacle.read()]
     return {"terrain": terrain_digest(model.surface), "obstacles": _digest(obstacles),
             "forces": _digest(model.force_numbers)}
@@ -188,12 +189,12 @@ class Checkpoints:
         self._pause, self._saved_at = WALL_INTERVAL, clock.monotonic()
 
     def clear(self):
-        """Remove what an earlier run left."""
+        """Remove the checkpoints of an earlier run."""
         for path in (self.path, previous(self.path)):
             path.unlink(missing_ok=True)
 
     def took_up(self, saved):
-        """The run goes on from this checkpoint. A damaged newer one must never take the place of the good one."""
+        """Continue from this checkpoint, so that a damaged newer one never replaces it."""
         self.time = self._asked = saved["time"]
         if saved["path"] != self.path:
             self.path.unlink(missing_ok=True)
@@ -217,7 +218,7 @@ class Checkpoints:
         self._pause = max(WALL_INTERVAL, (self._saved_at - began) / LARGEST_SHARE)
 
     def finish(self):
-        """The run is done: its last checkpoint, from which it may be prolonged, is enough."""
+        """End of the run: keep only the last checkpoint, from which the run may be extended."""
         previous(self.path).unlink(missing_ok=True)
 
     def __str__(self):

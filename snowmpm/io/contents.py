@@ -1,7 +1,7 @@
-"""What may be in a run file: looked at before anything of it is read, since the file may be anybody's.
+"""Check of a run file before anything of it is read, since the file may come from anybody.
 
-Refused are groups that hold themselves, links, data in other files, names and types that no run file has, tables that
-do not fit each other, and more than reading a file may take (`snowmpm.reading.budget`).
+Refused are groups that contain themselves, links, data in other files, names and types that no run file has, tables
+that do not fit each other, and files that take more memory than allowed (`snowmpm.reading.budget`).
 """
 
 import h5py
@@ -14,7 +14,7 @@ from snowmpm.io.surroundings import GROUP as SURROUNDINGS
 from snowmpm.reading import budget as read_budget
 
 FRAME_DATA = ("/VTKHDF/Points", "/VTKHDF/PointData", "/VTKHDF/Vertices", f"/{SURROUNDINGS}")
-"""What is read frame by frame, or never."""
+"""Tables that are read frame by frame, or never."""
 
 MOST_ITEMS = 20_000
 LONGEST_NAME = 200
@@ -22,7 +22,7 @@ RECORDS = ("/provenance/record", "/hazard/record")
 
 
 def check_contents(h5, path):
-    """Refuse, by an InputError, an open file that is no run file of this program or not a harmless one."""
+    """Raise InputError for an open file that is no run file of this program, or a harmful one."""
     sizes, seen = 0.0, set()
     groups = [h5]
     while groups:
@@ -33,14 +33,14 @@ def check_contents(h5, path):
                 groups.append(item)
             else:  # under each of its names: below one it may be read by frames, below another whole
                 sizes += _whole_size(item, path)
-        # Asked for as it grows: what is listed takes memory too
+        # Checked while the list grows, since the list takes memory too
         read_budget.allow(path, sizes, "its tables")
     _check_frames(h5["VTKHDF"], path)
     _check_tables(h5, path)
 
 
 def allow_rows(path, what, count, tables):
-    """Refuse, by an InputError, rows of these tables that take more than reading a file may."""
+    """Raise InputError if the rows of these tables take more memory than allowed."""
     size = sum(float(count) * data.dtype.itemsize * np.prod(data.shape[1:], dtype=float) for data in tables)
     read_budget.allow(path, size, what, "fewer fields take less")
 
@@ -68,13 +68,13 @@ def _item(group, name, path, seen):
 
 
 def _whole_size(data, path):
-    """Bytes that reading a table takes; of one that is read by frames, what one piece of it takes."""
+    """Bytes that reading a table takes; for a table read frame by frame, bytes of one piece."""
     if data.external or data.is_virtual:
         raise InputError(f"{path}: {data.name} lies in another file, which no run file has")
     if data.name in RECORDS:
         if data.shape != () or h5py.check_string_dtype(data.dtype) is None:
             raise InputError(f"{path}: {data.name} is not a text")
-        return float(data.dtype.itemsize)  # a text of no fixed length is no longer than the file
+        return float(data.dtype.itemsize)  # a text of variable length is no longer than the file
     if data.dtype.kind not in "iuf" or data.shape is None:
         raise InputError(f"{path}: {data.name} is not a table of numbers")
     piece = np.prod(data.chunks or (0,), dtype=float) * data.dtype.itemsize
@@ -84,7 +84,7 @@ def _whole_size(data, path):
 
 
 def _check_frames(root, path):
-    """The index of the frames must fit itself and the particles."""
+    """Check that the index of the frames is consistent with itself and the particles."""
     steps = root["Steps"]
     count = int(steps.attrs["NSteps"])
     tables = {"Values": steps["Values"], "PointOffsets": steps["PointOffsets"],
@@ -149,7 +149,7 @@ def _check_drawing(group, path):
 
 
 def _shape(data, wanted, path):
-    """Refuse a table of another shape; a word stands for any number."""
+    """Raise InputError for a table of another shape; a word in `wanted` stands for any number."""
     fits = len(data.shape) == len(wanted) and all(isinstance(w, str) or n == w for n, w in zip(data.shape, wanted,
                                                                                             strict=True))
     if not fits:

@@ -11,7 +11,7 @@ COMPONENTS = ["xx", "yy", "zz", "xy", "yz", "xz"]
 
 
 def require_xarray():
-    """The package. Raises InputError, which says how to get it."""
+    """The package. Raises InputError, with the command to install it."""
     try:
         import xarray
     except ImportError:
@@ -40,7 +40,7 @@ def history(run, xarray):
 
 
 def particles(run, xarray):
-    """All frames, over time and particle: read when they are asked for."""
+    """All frames, over time and particle, read on demand."""
     from snowmpm.io.lazy_frames import FrameArray
 
     sizes = {"time": len(run), "particle": max((run.n_points(i) for i in range(len(run))), default=0)}
@@ -88,7 +88,7 @@ def saw_test(run, xarray):
 
 
 BINS = ("arrival", "fracture_energy", "rest_settlement", "rest_slip")
-"""Of a saw test, what has one value a place."""
+"""Quantities of a saw test with one value per position."""
 
 DATASETS = {"history": history, "particles": particles, "maps": maps, "saw_test": saw_test}
 """Functions (run, xarray) -> Dataset by name."""

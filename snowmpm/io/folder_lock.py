@@ -13,10 +13,10 @@ except ImportError:  # Windows has no advisory locks: a second program is then n
 
 
 class FolderLock:
-    """While it is entered, no other program may enter the same folder; InputError when one has already.
+    """Context: locks a folder against other programs; InputError if one has locked it already.
 
-    The folder itself is locked, so that nothing is left behind, and the system gives it free when a program is killed.
-    A folder that does not exist yet is locked by `make`.
+    The folder itself is locked, so no lock file is left behind, and the system releases the lock when a program is
+    killed. A folder that does not exist yet is locked by `make`.
     """
 
     def __init__(self, folder):
@@ -28,7 +28,7 @@ class FolderLock:
         return self
 
     def make(self):
-        """Make the folder where there is none, and lock it."""
+        """Make the folder if it does not exist, and lock it."""
         self._folder.mkdir(parents=True, exist_ok=True)
         if self._descriptor is None:
             self._lock()
@@ -40,7 +40,7 @@ class FolderLock:
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            # Some network file systems lock no folders; the journal of the run file is then the only guard
+            # Some network file systems cannot lock folders; then only the journal of the run file protects it
             if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
                 self.__exit__()
                 raise InputError(f"{self._folder}: another program is running there; stop it or choose another"

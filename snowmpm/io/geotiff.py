@@ -11,7 +11,7 @@ NO_DATA = -9999.0
 
 
 def require_rasterio():
-    """The package that writes GeoTIFF. Raises InputError, which says how to get it."""
+    """The package that writes GeoTIFF. Raises InputError, with the command to install it."""
     try:
         import rasterio
         import rasterio.crs
@@ -22,15 +22,15 @@ def require_rasterio():
 
 
 def write_geotiff(path, raster, origin, crs=None, description="", tags=None):
-    """Write a `Map` as float32, north up, -9999 where there is nothing; the file is there complete or not at all.
+    """Write a `Map` as float32, north up, with -9999 for no data; the file appears complete or not at all.
 
-    origin: map coordinates of the run's origin [m]; crs: projection as well-known text, or None: then the file holds
-    coordinates without saying of what system; tags: texts by name, kept in the file. Raises InputError without rasterio
-    or for a text that is no projection.
+    origin: map coordinates of the run's origin [m]; crs: projection as well-known text, or None: then the file
+    names no coordinate system; tags: texts by name, kept in the file. Raises InputError without rasterio
+    or for an invalid projection.
     """
     rasterio = require_rasterio()
     rows, columns = raster.values.shape
-    # Without the round-off of the origin: cells that two files share then have the same corners
+    # Without the round-off of the origin, so that common cells of two files have the same corners
     west = round(float(origin[0] + raster.x0 - 0.5 * raster.cell), 6)
     north = round(float(origin[1] + raster.y0 + (rows - 0.5) * raster.cell), 6)
     profile = {"driver": "GTiff", "width": columns, "height": rows, "count": 1, "dtype": "float32", "nodata": NO_DATA,
@@ -48,7 +48,7 @@ def write_geotiff(path, raster, origin, crs=None, description="", tags=None):
             file.set_band_description(1, description)
             file.update_tags(**{name: str(value) for name, value in (tags or {}).items()})
             file.units = (raster.units,)
-        # GDAL writes when it closes, and does not say when it could not
+        # GDAL writes on closing, and does not report a failure
         with rasterio.open(part) as file:
             if not np.array_equal(file.read(1), values):
                 raise OSError("is not whole")

@@ -1,12 +1,12 @@
-"""What hits an obstacle: early peak and steady part of the force on it, and of the pressure where snow touches it.
+"""Impact on an obstacle: early peak and steady part of the force, and of the pressure on the wetted area.
 
     force = F . d,   pressure = force / wetted area
 
-d: horizontal, in the direction of the whole impulse; straight down or up where most of the impulse is (a roof).
+d: horizontal, in the direction of the total impulse; vertical if most of the impulse is vertical (a roof).
 Arrival and end: when `ARRIVED` and 1 - `ARRIVED` of the impulse have been given. Peak: largest mean over a `WINDOW` of
 the time between them. Steady: mean force between the times at which a quarter and three quarters of the impulse have
-been given. Wetted area: the part of the face that snow touches (`snowmpm.io.wetted`), as the frames show it, straight
-between them. The names of the numbers are defined in `snowmpm.quantities.table.IMPACT`.
+been given. Wetted area: the part of the face that snow touches (`snowmpm.io.wetted`), from the frames,
+interpolated linearly. The names of the numbers are defined in `snowmpm.quantities.table.IMPACT`.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ ARRIVED = 0.01
 WINDOW = 0.02
 
 MOST_FRAMES = 60
-"""Frames that are looked at for the wetted area, at most: spread over the time of the load."""
+"""Largest number of frames used for the wetted area, spread over the time of the load."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,7 @@ class Impact:
 
 
 def impacts(run):
-    """`Impact` by name, of the obstacles of a `Run` that something has pressed on. Reads frames for their wetted
-    areas."""
+    """`Impact` by name, for the loaded obstacles of a `Run`. Reads frames for their wetted areas."""
     found = {name: loaded(obstacle) for name, obstacle in run.obstacles.items()}
     found = {name: load for name, load in found.items() if load}
     spacing = float(run.provenance.get("particle_spacing") or 0.0)
@@ -92,7 +91,7 @@ class Load:
 
 
 def loaded(obstacle):
-    """The `Load` on an obstacle of a run (`snowmpm.io.Obstacle`); None when nothing has pressed on it."""
+    """The `Load` on an obstacle of a run (`snowmpm.io.Obstacle`); None if it was never loaded."""
     if not len(obstacle.time):
         return None
     total = obstacle.impulse[-1].copy()
@@ -131,7 +130,7 @@ def _impact(load, face, time, wetted, dimension):
         numbers["face_area"] = face.area
     if len(wetted) and wetted.max() > 0.0:
         numbers["wetted_area"] = float(wetted.max())
-        # A load that comes and goes between two frames: on what is wet at most
+        # A load that comes and goes between two frames: use the largest wetted area
         at_peak = float(np.interp(load.peak_time + 0.5 * load.window, time, wetted)) or float(wetted.max())
         span = np.linspace(*load.quarters, 101)
         steady = float(np.interp(span, time, wetted).mean()) or float(wetted.max())

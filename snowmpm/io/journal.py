@@ -1,4 +1,4 @@
-"""The redo journal beside a run file: what a killed writer had begun, ready to be finished.
+"""The redo journal beside a run file: the unfinished commit of a killed writer, ready to be completed.
 
 One commit is a list of patches (address, bytes) to bytes that readers already rely on. The journal is
 
@@ -81,7 +81,7 @@ def _unpack(payload):
 
 def open_own(path, flags):
     """An unbuffered file of a run to be changed in place. Raises InputError for a link, which may lead anywhere, and
-    for what is no file."""
+    for anything that is no file."""
     try:
         descriptor = os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o644)
     except OSError as error:
@@ -125,7 +125,7 @@ class Journal:
             message = f"{path}: another program is writing this run; stop it or choose another folder"
             raise InputError(message) from None
         if durable:
-            sync_folder(self.path.parent)  # else a power cut may take the journal and leave what it was to complete
+            sync_folder(self.path.parent)  # or a power cut may lose the journal, but keep its partial changes
         self._counter = 0
         self._finish_for(path)
 
@@ -156,7 +156,7 @@ class Journal:
             self.finish(file)
 
     def finish(self, file):
-        """Apply what the last commit could not. Raises OSError when it still cannot be done."""
+        """Apply the patches that the last commit could not apply. Raises OSError if it fails again."""
         if self._unapplied:
             self._apply(file, self._unapplied)
         self._mark_idle()

@@ -1,4 +1,4 @@
-"""What the names in a run file mean, in words: `long_name` of tables and data sets."""
+"""Names in a run file in words: `long_name` of tables and data sets."""
 
 from snowmpm.quantities.table import QUANTITIES
 
@@ -17,7 +17,7 @@ LONG_NAMES = {
     "x": "x", "y": "y", "z": "height",
     "s": "distance along the thalweg, in plan",
 }
-"""Of what is no quantity of the table and not said by its name alone."""
+"""Labels of names that are not in the table of quantities and do not explain themselves."""
 
 
 def long_name(name):

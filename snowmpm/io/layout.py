@@ -1,4 +1,4 @@
-"""Names and shapes inside a run file: what the writer and the reader agree on.
+"""Names and shapes inside a run file, common to writer and reader.
 
 A run file is a VTKHDF temporal PolyData (version 2.0) plus groups that VTK ignores::
 
@@ -48,19 +48,19 @@ SMALL_CHUNK_ROWS = 64
 LARGE_CHUNK_ROWS = 65536
 
 STORED_SHARE = {2: 0.6, 3: 0.75}
-"""Of the particles' numbers, what is left of them compressed, by dimension of the scene (measured: 0.45 to 0.95)."""
+"""Ratio of compressed to raw size of particle data, by dimension of the scene (measured: 0.45 to 0.95)."""
 
 OVERHEAD = 300_000
-"""Bytes of a run file without its particles, about."""
+"""Approximate bytes of a run file without its particles."""
 
 
 def expected_size(dimension, frames, particles, components):
-    """About how many bytes a run file takes; components: numbers of a particle in a frame, its position included."""
+    """Approximate bytes of a run file; components: numbers per particle in a frame, position included."""
     return int(OVERHEAD + STORED_SHARE[dimension] * 4 * components * particles * frames)
 
 
 def chunk_rows(n_points):
-    """Rows of one point-data chunk: a whole step while it is small, so that a step costs one chunk a field."""
+    """Rows of one point-data chunk: a whole step if it is small, so that a step takes one chunk a field."""
     if n_points <= LARGE_CHUNK_ROWS:
         return max(int(n_points), SMALL_CHUNK_ROWS)
     return LARGE_CHUNK_ROWS // 2

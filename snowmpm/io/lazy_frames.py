@@ -1,4 +1,4 @@
-"""A particle field of all frames as one array that reads from the run file what is asked of it, and no more."""
+"""A particle field of all frames as one array that reads only the requested part of the run file."""
 
 import numpy as np
 
@@ -40,14 +40,14 @@ class FrameArray:
         return filled
 
     def variable_data(self, xarray):
-        """What a variable of xarray takes as its data."""
+        """Backend array for a variable of xarray."""
         from xarray.backends import BackendArray
         from xarray.core import indexing
 
         own = self
 
         class Lazy(BackendArray):
-            """The array as xarray asks it."""
+            """Values for an indexer of xarray."""
 
             shape, dtype = own.shape, own.dtype
 

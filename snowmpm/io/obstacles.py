@@ -1,4 +1,4 @@
-"""Obstacles in a run file: what they look like, where they are in each frame, and what the snow does to them."""
+"""Obstacles in a run file: their shape, their pose in each frame, and the loads by the snow."""
 
 from dataclasses import dataclass
 
@@ -67,7 +67,7 @@ def append_loads(h5, loads):
 
 
 def append_poses(h5, poses):
-    """Add the poses {name: (rotation, translation)} of a frame; an obstacle without one is where the scene draws it."""
+    """Add the poses {name: (rotation, translation)} of a frame; an obstacle without one has its initial pose."""
     for name, group in h5.get(GROUP, {}).items():
         rotation, translation = poses.get(name, (np.eye(3), np.zeros(3)))
         append(group["rotation"], _in_space(np.asarray(rotation, float))[None])
@@ -88,7 +88,7 @@ def _in_space(rotation):
 
 
 def keep_obstacles(h5, limit, frames):
-    """Drop the loads later than `limit` [s], and the poses beyond that many frames."""
+    """Drop the loads later than `limit` [s], and the poses after that many frames."""
     for group in h5.get(GROUP, {}).values():
         rows = int(np.searchsorted(group["time"][:], limit, side="right"))
         for load in LOADS:
@@ -98,6 +98,6 @@ def keep_obstacles(h5, limit, frames):
 
 
 def read_obstacles(h5: h5py.File) -> dict[str, Obstacle]:
-    """`Obstacle` by name; files of before there were any have none."""
+    """`Obstacle` by name; none in files of older versions."""
     groups = h5.get(GROUP, {}).items()
     return {name: Obstacle(**{key: data[:] for key, data in group.items()}) for name, group in groups}

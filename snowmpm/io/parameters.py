@@ -1,4 +1,4 @@
-"""What a run was computed with, in a few words: for the margin of a map, the head of a report, the fields of a file."""
+"""Main parameters of a run in short form: for the margin of a map, the head of a report, the fields of a file."""
 
 from snowmpm.errors import InputError
 from snowmpm.quantities.quantity import digits
@@ -6,7 +6,7 @@ from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
 
 def parameters(run):
-    """Label -> text of what a reader of a `Run`'s maps should know of it: method, cells, particles, friction, snow."""
+    """Label -> text of the parameters shown with the maps of a `Run`: method, cells, particles, friction, snow."""
     made = run.provenance
     try:
         scene = tables(made.get("scene") or "", "scene")

@@ -2,7 +2,7 @@
 
 
 def epsg_of(wkt):
-    """EPSG code of a well-known text, None where it has none or is no projection."""
+    """EPSG code of a well-known text, or None."""
     system = _system(wkt)
     return system.to_epsg() if system is not None else None
 
@@ -19,7 +19,7 @@ def projection_name(wkt):
 def _system(wkt):
     if not wkt:
         return None
-    import pyproj  # a tenth of a second, which most commands need not spend
+    import pyproj  # takes 0.1 s, which most commands do not need
 
     try:
         return pyproj.CRS.from_wkt(wkt)

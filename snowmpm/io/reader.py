@@ -66,7 +66,8 @@ class Terrain(ArraysGlance):
 
 @dataclass(frozen=True, repr=False)
 class Map(ArraysGlance):
-    """A raster in plan: values (rows, columns), row i at y0 + i cell, column j at x0 + j cell [m, to the origin]."""
+    """A raster in plan: values (rows, columns), row i at y0 + i cell, column j at x0 + j cell [m], relative to the
+    origin."""
 
     values: Numbers
     x0: float
@@ -78,10 +79,10 @@ class Map(ArraysGlance):
 class Run(Glance):
     """One run, from its folder or its file.
 
-    What it shows is the state when it was opened or last `refresh`ed; frames are read from the disk when asked for.
+    It shows the state at opening or at the last `refresh`; frames are read from the disk on demand.
 
     path, name (of its scene, or else of its folder), dimension (2 or 3), origin (3,) [m]
-    complete (the run came to its end)
+    complete (the run reached its end)
     times (frames,) [s];  len(run) frames;  run.frame(i) -> Frame;  for frame in run
     field_names;  field_kinds: (type, columns or None) by name
     units of fields and history by name;  history: arrays by name, "time" among them
@@ -90,7 +91,7 @@ class Run(Glance):
     hazard: run-out, affected area, profile along the thalweg, or {};  saw_test -> `snowmpm.io.saw_test.SawTest` or None
     summary (summary.json, or {})
 
-    Raises InputError when there is no run there or its format is unknown.
+    Raises InputError if there is no run, or its format is unknown.
     """
 
     path: Path
@@ -110,11 +111,11 @@ class Run(Glance):
         self.refresh()
 
     def refresh(self) -> None:
-        """Look again: frames and history rows may have come since."""
+        """Reread the file for new frames and history rows."""
         for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "scene", "hazard", "summary"):
             self.__dict__.pop(name, None)
         self._checked = False
-        """Whether the file was searched for what may not be in it: once, or a fast writer would always be ahead."""
+        """Whether the content was checked: once only, since a fast writer would always be ahead."""
         self._read(self._read_index)
 
     def _read_index(self, h5: h5py.File) -> None:
@@ -144,7 +145,7 @@ class Run(Glance):
         self.units = renamed({name: units_of(data) for name, data in named}, RENAMED)
 
     def _read(self, action: Callable[[h5py.File], T]) -> T:
-        """`action(open file)`, repeated if a commit passed meanwhile, so that it has seen one state only."""
+        """`action(open file)`, repeated if a commit happened meanwhile, so that it sees one state only."""
         for _ in range(ATTEMPTS):
             failure: Exception | None = None
             try:
@@ -152,14 +153,14 @@ class Run(Glance):
                     try:
                         result = action(h5)
                     except InputError:
-                        if snapshot.is_current():  # else what was seen is of two states, and may fit neither
+                        if snapshot.is_current():  # otherwise the data mix two states
                             raise
                     else:
                         if snapshot.is_current():
                             return result
             except InputError:
                 raise
-            except Exception as error:  # damaged bytes fail in HDF5, NumPy and JSON in a dozen ways
+            except Exception as error:  # damaged bytes raise many kinds of errors in HDF5, NumPy and JSON
                 failure = error
             if failure is not None and not self._being_written():
                 reason = " ".join(str(failure).split())[:200]
@@ -209,8 +210,8 @@ class Run(Glance):
 
         history     the time series, over time
         particles   fields and "position" over time, particle and, of vectors and tensors, axis or component; frames are
-                    read when they are asked for. Particles that are gone are NaN. Rows keep their order within a frame
-                    only: output.fields = [..., "id"] tells which particle is which
+                    read on demand. Removed particles are NaN. The order of rows changes between frames:
+                    output.fields = [..., "id"] identifies particles
         maps        rasters in plan over y and x, of a run in 3-D at its end
         saw_test    over time and x along the column
 
@@ -224,11 +225,11 @@ class Run(Glance):
         """A table of the run as a `pandas.DataFrame`:
 
         history     the time series, indexed by time
-        summary     what summary.json says;  saw_test  numbers of a saw test beside theories
+        summary     content of summary.json;  saw_test  results of a saw test beside theory
         hazard      numbers of hazard mapping with their units;  thalweg  profile, indexed by the distance along it
         loads       on obstacles, indexed by obstacle and time
 
-        Units by column are in `.attrs["units"]`, why numbers are not final in `.attrs["not_final"]`. Raises
+        `.attrs["units"]` has the units by column, `.attrs["not_final"]` the reasons why numbers are not final. Raises
         InputError for another name, a run without it, or when pandas is missing.
         """
         from snowmpm.io.tables import table
@@ -276,7 +277,7 @@ class Run(Glance):
 
     @cached_property
     def scene(self) -> Record:
-        """Tables of the resolved scene. Raises InputError where the provenance holds no readable one."""
+        """Tables of the resolved scene. Raises InputError if the provenance has no readable scene."""
         try:
             return Record(tables(self.provenance["scene"], self.path), f"{self.path}: its scene")
         except TOMLDecodeError:
@@ -307,7 +308,7 @@ def _with_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def _runs_near(path: PathLike) -> str:
-    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and is called about the same, or ""."""
+    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""."""
     folder = Path(path).parent
     runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
     return did_you_mean(str(Path(path)), runs)

@@ -1,6 +1,6 @@
-"""What a run says of itself as JSON: provenance, hazard, summary. The file may be anybody's, so it is checked.
+"""JSON records of a run: provenance, hazard, summary. They are checked, since the file may come from anybody.
 
-Keys that are used must be of their kind; others may be anything that JSON can hold.
+Keys that are used must have the right type; others may be anything that JSON can hold.
 """
 
 import json
@@ -13,11 +13,11 @@ from snowmpm.io.archive import MEMORY_PER_BYTE
 from snowmpm.reading import budget as read_budget
 
 LONGEST = 100
-"""Characters of a name that is shown on pictures and pages."""
+"""Largest number of characters of a name on pictures and pages."""
 
 
 class Record(dict[str, Any]):
-    """A table that says by an InputError, which names the file, that a key is missing."""
+    """A dict that raises InputError, which names the file, for a missing key."""
 
     file: PathLike
 
@@ -32,7 +32,7 @@ class Record(dict[str, Any]):
 def read_record(text: str | bytes, file: PathLike, kinds: Mapping[str, Callable[[Any], Any]]) -> Record:
     """The `Record` in a JSON text (str or bytes). kinds: {key: function that returns the value or raises ValueError}.
 
-    Raises InputError, which names the file, for what is no table or has a value of another kind.
+    Raises InputError, which names the file, if it is no table or has a value of another type.
     """
     read_budget.allow(file, float(MEMORY_PER_BYTE * len(text)), "its text")
     try:
@@ -56,42 +56,42 @@ def read_record(text: str | bytes, file: PathLike, kinds: Mapping[str, Callable[
 
 
 def number(value):
-    """A number. ValueError: it is none, or too large for one."""
+    """A number. ValueError: not a number, or too large."""
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
         raise ValueError("a number")
     return value
 
 
 def name(value):
-    """A text as it may stand on a line. ValueError: it is none."""
+    """A text as it may stand on one line. ValueError: not a text."""
     if not isinstance(value, str):
         raise ValueError("a text")
     return shown_line(value, LONGEST)
 
 
 def text(value):
-    """A text of any length. ValueError: it is none."""
+    """A text of any length. ValueError: not a text."""
     if not isinstance(value, str):
         raise ValueError("a text")
     return value
 
 
 def names(value):
-    """A list of names. ValueError: it is none, or too long."""
+    """A list of names. ValueError: not such a list, or too long."""
     if not isinstance(value, list) or len(value) > 1000:
         raise ValueError("a list of names")
     return [name(item) for item in value]
 
 
 def table(value):
-    """A table by names. ValueError: it is none."""
+    """A table by names. ValueError: not a table."""
     if not isinstance(value, dict):
         raise ValueError("a table")
     return {name(key): item for key, item in value.items()}
 
 
 def numbers(value):
-    """{name: number}, without those that JSON does not know."""
+    """{name: number}, without nan and infinity, which JSON lacks."""
     return {key: number(item) for key, item in table(value).items() if item is not None}
 
 
@@ -111,7 +111,7 @@ def line(value):
 
 
 def rings(value):
-    """[[ring, hole, ...], ...], each ring a list of four points [x, y] or more. ValueError: it is none."""
+    """[[ring, hole, ...], ...], each ring a list of four points [x, y] or more. ValueError: not such a list."""
     if not isinstance(value, list) or not all(isinstance(part, list) and part for part in value):
         raise ValueError("polygons of rings")
     for ring in (ring for part in value for ring in part):

@@ -1,15 +1,15 @@
-"""What a reader of a run should know before believing it: the audit in words."""
+"""The audit in words: remarks to read before trusting a run."""
 
 import numpy as np
 
 from snowmpm.io.status import cautions
 
 MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
-"""From where on the audit warns: shares of momentum, of the energy put in, and of the cells."""
+"""Thresholds of the warnings: shares of momentum, of the energy put in, and of the cells."""
 
 
 def remarks(run):
-    """What in the history of a `Run` is out of the ordinary, a line each."""
+    """Unusual values in the history of a `Run`, one line each."""
     history = {name: values for name, values in run.history.items() if len(values)}
     yield from cautions(run)
     if _last(history, "momentum_residual") > MOMENTUM:
@@ -17,7 +17,7 @@ def remarks(run):
     if _last(history, "unconverged") > 0.0:
         yield (f"{_last(history, 'unconverged'):.0f} stress updates did not converge, or had a strain that cannot be"
                " represented; those steps were left out.")
-    # Energy that was stored counts too: in a run at rest what is turned over is noise, and any share of it large
+    # Stored energy counts too: in a run at rest the energy turned over is noise, and any share of it is large
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))
     taken = _last(history, "energy_remainder")

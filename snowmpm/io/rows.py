@@ -28,6 +28,6 @@ def as_field(name, values, n):
 
 
 def units_of(data):
-    """Unit of a table, as the file says it; "" where it says nothing."""
+    """Unit of a table in the file; "" if missing."""
     unit = data.attrs.get("units", "")
     return shown_line(unit, 40) if isinstance(unit, str) else ""

@@ -1,4 +1,4 @@
-"""A propagation saw test in a run file: what was measured along the column, finer than the frames."""
+"""A propagation saw test in a run file: records along the column, at more times than the frames."""
 
 import json
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ GROUP = "saw_test"
 
 @dataclass(frozen=True, repr=False)
 class SawTest(ArraysGlance):
-    """values, units: by name; `saw_test[name]` is values[name]. about: what was set up, numbers and words by name.
+    """values, units: by name; `saw_test[name]` is values[name]. about: set-up, numbers and texts by name.
 
     Rows in time: (k,) time [s], saw, tip [m] ..., and (k, bins) settlement, settling_speed, slip ...; one value a bin:
     x [m], arrival [s] ... (`snowmpm.saw_test.crack`).
@@ -33,8 +33,8 @@ class SawTest(ArraysGlance):
 
 
 def create_saw_test(h5, about, series, lines, bins):
-    """Group in a new run file. series, lines: {name: unit} of what grows row by row, a number or a value a bin;
-    bins: {name: (values (n,), unit)}; about: anything JSON can hold."""
+    """Group in a new run file. series, lines: {name: unit} of records that grow row by row, with one value or one value
+    per bin; bins: {name: (values (n,), unit)}; about: anything JSON can hold."""
     group = h5.create_group(GROUP)
     group.attrs["about"] = json.dumps(about)
     n = len(next(iter(bins.values()))[0])
@@ -49,7 +49,7 @@ def create_saw_test(h5, about, series, lines, bins):
 def append_saw_test(h5, rows, bins):
     """Add rows {name: (k,) or (k, bins)}, and replace the values of the bins {name: (bins,)}."""
     for name, values in rows.items():
-        if len(values):  # none of no rows have as many columns as there are bins
+        if len(values):  # an empty record has as many columns as there are bins
             append(h5[GROUP][name], values.astype(h5[GROUP][name].dtype))
     for name, values in bins.items():
         h5[GROUP][name][:] = values
@@ -67,7 +67,7 @@ def keep_saw_test(h5, limit):
 
 
 def read_saw_test(h5: h5py.File, path: PathLike) -> SawTest | None:
-    """`SawTest`, or None in a run that is none."""
+    """`SawTest`, or None if the run is no saw test."""
     if GROUP not in h5:
         return None
     group = h5[GROUP]

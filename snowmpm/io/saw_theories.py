@@ -1,18 +1,18 @@
-"""What a saw test measured beside what theories say of it: names, sources, and why the two may lie apart."""
+"""Saw test against theory: names, sources, and likely reasons why they differ."""
 
 from dataclasses import dataclass
 
 APART = 2.0
-"""Factor from which on a measured number and a theory lie apart so far that the reason is given."""
+"""Ratio of a measured number to theory from which on the likely reason is given."""
 
 FLAT = 10.0
-"""Slope [degrees] up to which a theory of flat ground is set beside a test."""
+"""Slope [degrees] up to which a test is compared with a theory of flat ground."""
 
 
 @dataclass(frozen=True)
 class Theory:
     """measured, predicted: names in the summary's saw_test and in its theory; label: for a legend; below, above: the
-    likely reason where the measured number is far below, or above, what is predicted; flat: only for flat ground."""
+    likely reason if the measured number is far below, or above, the prediction; flat: only for flat ground."""
 
     measured: str
     predicted: str
@@ -58,7 +58,7 @@ class Compared:
 
     @property
     def remark(self):
-        """Why they lie apart; None where they do not."""
+        """Why they differ; None if they do not."""
         if 1.0 / APART < self.ratio < APART:
             return None
         factor = max(self.ratio, 1.0 / self.ratio)
@@ -68,7 +68,7 @@ class Compared:
 
 
 def compared(found, slope_angle, more=None):
-    """`Compared` of all theories that say something. found: "saw_test" of a run's summary; slope_angle [degrees];
+    """`Compared` of all theories with a prediction. found: "saw_test" of a run's summary; slope_angle [degrees];
     more: {name: value} of further theories, such as critical_length_weac [m]."""
     said = {**found.get("theory", {}), **(more or {})}
     pairs = [(one, found.get(one.measured), said.get(one.predicted)) for one in THEORIES]

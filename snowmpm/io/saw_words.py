@@ -1,10 +1,10 @@
-"""A saw test in words: how it was made, and what came of it."""
+"""A saw test in words: set-up and outcome."""
 
 import numpy as np
 
 
 def set_up(about):
-    """How the test was made, as {what: words}. about: of `io.saw_test.SawTest`."""
+    """Set-up of the test, as {what: words}. about: of `io.saw_test.SawTest`."""
     slope, notch = about["slope_angle"], about["notch"]
     way = "on the flat" if slope == 0.0 else f"{'up' if slope > 0.0 else 'down'} a slope of {abs(slope):g}°"
     rows = {"saw": f"takes the weak layer away at {about['saw_speed']:g} m/s, {way}, from x = {notch:g} m",
@@ -20,7 +20,7 @@ def set_up(about):
 
 
 def outcome(found, test):
-    """What was measured, in a line. found: "saw_test" of a run's summary; test: `io.saw_test.SawTest`."""
+    """The outcome in one line. found: "saw_test" of a run's summary; test: `io.saw_test.SawTest`."""
     length, before = found.get("critical_length"), found.get("broken_at_rest") or 0.0
     if length is None and before > 0.0:
         return f"the weak layer had broken over {before:.0%} of the column before the saw began: no critical length"

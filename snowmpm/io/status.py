@@ -1,6 +1,6 @@
-"""Whether the numbers of a run are final: it came to its end, the snow is at rest, and none of it left the model.
+"""Whether the numbers of a run are final: it reached its end, the snow is at rest, and none of it left the model.
 
-Pictures, maps, vector files, tables and reports all ask here, and say what they are told.
+Pictures, maps, vector files, tables and reports all use this status.
 """
 
 from dataclasses import dataclass, replace
@@ -11,17 +11,17 @@ from snowmpm.quantities.motion import at_rest
 from snowmpm.quantities.quantity import written
 
 END = ("time", "moving_share", "momentum_share", "left_share")
-"""What a run file says of the state when it was closed."""
+"""State of the run, as stored in the run file on closing."""
 
 LEFT_SHARE = 1e-3
-"""Share of the mass at the start beyond which what left the model is told."""
+"""Share of the initial mass above which mass that left the model is reported."""
 
 
 @dataclass(frozen=True)
 class Status:
-    """What can be said of a run's end.
+    """Status of the end of a run.
 
-    complete: the program came to the end of the scene; time, end_time [s] (end_time None: not known); moving_share,
+    complete: the program reached the end of the scene; time, end_time [s] (end_time None: not known); moving_share,
     momentum_share (`snowmpm.quantities.motion`; None: an older file does not say); left_share: of the first mass.
     """
 
@@ -34,7 +34,7 @@ class Status:
 
     @property
     def at_rest(self):
-        """True, False, or None where the file does not say."""
+        """True, False, or None if unknown."""
         if self.moving_share is None:
             return None
         return bool(at_rest(self.moving_share, self.momentum_share or 0.0))
@@ -46,7 +46,7 @@ class Status:
 
     @property
     def warnings(self):
-        """Sentences, one for each reason why the numbers are not final."""
+        """One sentence for each reason why the numbers are not final."""
         found = []
         if not self.complete:
             end = f" of {self.end_time:g} s" if self.end_time else ""
@@ -72,14 +72,14 @@ class Status:
 
     @property
     def short(self):
-        """A few words, for a cell of a table."""
+        """Short text for a cell of a table."""
         reasons = {"not complete": not self.complete, "still moving": self.at_rest is False,
                    "not known": self.at_rest is None, "mass left": self.left_share > LEFT_SHARE}
         return ", ".join(reason for reason, holds in reasons.items() if holds) or "final"
 
     @property
     def so_far(self):
-        """What follows the name of a number that is not final: " so far", or nothing."""
+        """Suffix of the name of a number: " so far" if it is not final, else ""."""
         return "" if self.final else " so far"
 
     def record(self):
@@ -90,14 +90,14 @@ class Status:
 
 
 def status_of(run):
-    """The `Status` of a `snowmpm.io.Run`: of its end, or of the last row of its history while it goes on."""
+    """The `Status` of a `snowmpm.io.Run`: of its end, or of the last row of its history during the run."""
     end = run.provenance.get("end_state")
     if end and all(end.get(name) is not None for name in END):
         return Status(run.complete, end_time=run.provenance.get("end_time"), **{name: end[name] for name in END})
     history, numbers = run.history, run.hazard.get("numbers", {})
     times = run.times if len(run.times) else np.zeros(1)
     mass, removed = history.get("mass", ()), history.get("removed_mass", ())
-    # What a cut or a removal of the scene took is not missing
+    # Mass taken by a cut or a removal of the scene is not missing
     gone = (_last(removed) or 0.0) - (_last(history.get("taken_mass", ())) or 0.0) if len(removed) else 0.0
     left = gone / mass[0] if len(mass) and mass[0] > 0.0 else 0.0
     moving, momentum = (_last(history.get(name, ()), numbers.get(name)) for name in ("moving_share", "momentum_share"))
@@ -105,9 +105,9 @@ def status_of(run):
 
 
 def cautions(run):
-    """Why what a picture or a log shows of a `Run` is not final, a sentence each.
+    """Reasons, one sentence each, why what a picture or a log shows of a `Run` is not final.
 
-    Of a run that has no run-out, whether it still moves is no reason: a saw test ends in motion.
+    Motion is no such reason for a run without run-out: a saw test ends in motion.
     """
     status = status_of(run)
     if "runout" not in run.hazard.get("numbers", {}):

@@ -1,9 +1,10 @@
 """Terrain and obstacles of a run file as blocks that VTK reads, and the file beside it that opens them with the snow.
 
-Each block is a temporal PolyData of its own, in map coordinates: the terrain is written once, an obstacle again in each
-step in which it has moved. What all blocks have in common with the particles' steps (times, numbers of parts, offsets
-of zero) is theirs, by hard links. VTK looks into the group `VTKHDF` only; the companion file is a multi-block data set
-(VTKHDF 2.1, ParaView 5.13) whose blocks are links into the run file, so it never changes and is always up to date.
+Each block is a temporal PolyData of its own, in map coordinates. The terrain is written once, an obstacle again in each
+step in which it has moved. Data common to all blocks and the particles' steps (times, numbers of parts, offsets of
+zero) are stored once and shared by hard links. VTK looks into the group `VTKHDF` only; the companion file is a
+multi-block data set (VTKHDF 2.1, ParaView 5.13) whose blocks are links into the run file, so it never changes and is
+always up to date.
 """
 
 import io
@@ -21,10 +22,10 @@ from snowmpm.io.vtkhdf import COMPRESSION, append, growing
 GROUP = "surroundings"
 TERRAIN = "terrain"
 OBSTACLE = "obstacle_"
-"""Name of the terrain's block, and what stands before the names of obstacles in those of theirs."""
+"""Name of the terrain's block, and prefix of the names of obstacle blocks."""
 
 SHARED = ("Values", "NumberOfParts", "CellOffsets", "ConnectivityIdOffsets")
-"""Data sets of the particles' steps that are the same for every block."""
+"""Data sets of the particles' steps that all blocks share."""
 
 
 def create_surroundings(h5, terrain, obstacles, origin):
@@ -79,7 +80,7 @@ def append_surroundings(h5, origin):
 
 
 def keep_surroundings(h5, count):
-    """Drop every step beyond that many; what they share with the particles is dropped there."""
+    """Keep only the first steps, so many; data shared with the particles are dropped there."""
     for name, group in h5.get(GROUP, {}).items():
         steps = group["Steps"]
         steps.attrs["NSteps"] = np.int64(count)

@@ -12,7 +12,7 @@ LOADS = {"force": "N", "moment": "N m", "impulse": "N s", "work": "J"}
 
 
 def require_pandas():
-    """The package. Raises InputError, which says how to get it."""
+    """The package. Raises InputError, with the command to install it."""
     try:
         import pandas
     except ImportError:
@@ -50,7 +50,7 @@ def thalweg(run, pandas):
 
 
 def saw_test(run, pandas):
-    """What was measured of a propagation saw test, beside what theories say, as far as the run is at its end."""
+    """Results of a propagation saw test beside theory; only for a finished run."""
     found = run.summary.get("saw_test")
     if not found:
         raise _none(run, "measured saw test (it is in the summary, at the end of a run)")
@@ -58,7 +58,7 @@ def saw_test(run, pandas):
 
 
 def summary(run, pandas):
-    """What summary.json says, one row an entry; entries within others are joined by a point."""
+    """The content of summary.json, one row an entry; nested keys are joined by a dot."""
     if not run.summary:
         raise _none(run, "summary (it is written at the end of a run)")
     return _named(pandas, run, _flat(run.summary), "summary")

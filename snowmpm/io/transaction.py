@@ -1,11 +1,11 @@
-"""A file that changes only from one whole state to the next, also when the program is killed while it writes.
+"""A file that changes atomically from one whole state to the next, even when the program is killed while it writes.
 
-HDF5 rewrites pieces of its metadata in place, so a file that is being written is at times one that nobody can open.
+HDF5 rewrites pieces of its metadata in place, so a file that is being written is sometimes unreadable.
 `TransactionFile` stands between HDF5 and the disk (h5py's file-object driver):
 
 1. bytes beyond the committed length go straight to the disk, because nothing refers to them yet;
 2. changes of committed bytes are held in memory, page by page;
-3. `commit` makes those changes all at once through the journal, `abort` forgets them.
+3. `commit` applies those changes atomically through the journal, `abort` discards them.
 
 HDF5 opens and closes the file within each transaction, so what lies on the disk is always a file that was closed
 properly: no open-for-write mark, no lock, nothing cached.
@@ -96,7 +96,7 @@ class TransactionFile(io.RawIOBase):
         return len(view)
 
     def _hold(self, start, view):
-        if not len(view):  # else a page beyond the held ones would be held too, and its later bytes lost
+        if not len(view):  # otherwise a page beyond the held ones would be held too, and its later bytes lost
             return
         stop = start + len(view)
         for number in range(start // PAGE, -(-stop // PAGE)):
@@ -151,7 +151,7 @@ class TransactionFile(io.RawIOBase):
         return patches
 
     def abort(self):
-        """Forget everything since the last commit, and give its space back."""
+        """Discard everything since the last commit, and free its space."""
         self._file.truncate(self._committed)
         self._reset()
 

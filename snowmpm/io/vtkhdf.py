@@ -1,6 +1,6 @@
 """The VTKHDF part of a run file: particles as temporal PolyData. The layout is in `snowmpm.io.layout`.
 
-Every function works on the open group `VTKHDF` and leaves NSteps, which says how many steps there are, to the last.
+Every function works on the open group `VTKHDF` and writes NSteps, the number of steps, last.
 """
 
 import h5py
@@ -37,7 +37,7 @@ def create_steps(root):
 
 
 def append_step(root, time, points, fields, units):
-    """Append one step: points (n, 3), fields by name; ValueError when the names are not those of before."""
+    """Append one step: points (n, 3), fields by name; ValueError when the names differ from those of the first step."""
     steps, n = root["Steps"], len(points)
     count = int(steps.attrs["NSteps"])
     if "Points" not in root:

@@ -19,14 +19,14 @@ COVER = 0.75
 """Radius that a particle covers of the face, in particle spacings: a square lattice leaves no gap from 0.71 on."""
 
 PIECES = 40_000
-"""Pieces of a face, about, at most: those of a larger one are coarser."""
+"""Approximate largest number of pieces of a face: a larger face has coarser pieces."""
 
 ALONG = 1000
-"""Pieces along the longest side of an obstacle, at most: also of one that is hardly an area."""
+"""Largest number of pieces along the longest side of an obstacle, even of a very thin one."""
 
 
 class Face:
-    """What of a closed body faces a load.
+    """The part of a closed body that faces a load.
 
     centres (k, 3) [m], where the body is drawn; areas (k,) [m2] of its pieces seen along the load, [m] in 2-D; area:
     their sum; piece [m]: their size.
@@ -74,7 +74,7 @@ def facing(vertices, facets, direction):
         normals = np.column_stack([along[:, 2], np.zeros(len(along)), -along[:, 0]])
     outwards = np.sign(np.einsum("ij,ij->", away.mean(axis=1), normals)) or 1.0
     against = -outwards * normals @ direction
-    # Facets along the load face nothing; round-off decides their sign
+    # Facets parallel to the load have no area along it; round-off decides their sign
     faces = against > 1e-9 * np.linalg.norm(normals, axis=1)
     return corners[faces], against[faces]
 

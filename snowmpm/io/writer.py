@@ -34,7 +34,7 @@ HISTORY_INTERVAL = 5.0  # s of wall time: history rows wait no longer than this 
 
 
 class RunWriter:
-    """Writer of one run file; frames, history rows and maps appear in it whole or not at all.
+    """Writer of one run file; frames, history rows and maps appear whole or not at all.
 
     path        the file, or the folder that gets `run.vtkhdf`; an existing run there is replaced
     provenance  anything JSON can hold: resolved scene, versions, backend, precision, seed ...
@@ -44,7 +44,7 @@ class RunWriter:
     dimension   2 or 3
     units       unit of each field of the frames, by name
     saw_test    arguments of `io.saw_test.create_saw_test` by name, of a run that is one; or None
-    durable     also survive a power cut, not only the death of the program (waits for the disk at each frame)
+    durable     survive a power cut too, not only the death of the program (waits for the disk at each frame)
 
     Raises InputError when another program is writing the same run; OSError when the disk is full, with every earlier
     frame readable.
@@ -58,7 +58,7 @@ class RunWriter:
         self._journal = Journal(self.path, durable)
         self._file = None
         try:
-            # Built in memory and moved into place: a run file without its frame structure is never seen, and HDF5
+            # Built in memory and moved into place: readers never see a run file without its frame structure, and HDF5
             # need not close a file on a disk that is full.
             draft, origin = io.BytesIO(), as_rows(np.zeros(dimension) if origin is None else origin)[0]
             with h5py.File(draft, "w", libver=layout.HDF5_VERSIONS) as h5:
@@ -111,7 +111,7 @@ class RunWriter:
 
     @contextmanager
     def _transaction(self):
-        """An open HDF5 file; what is done to it is kept when the block ends well, and forgotten otherwise."""
+        """Context: an open HDF5 file whose changes are committed if the block succeeds, and discarded otherwise."""
         self._file.begin()
         try:
             with h5py.File(self._file, "r+", libver=layout.HDF5_VERSIONS) as h5:
@@ -177,7 +177,7 @@ class RunWriter:
     def map(self, name, values, x0, y0, cell, units):
         """Store, or replace, a raster in plan: peak depth, peak speed ...
 
-        values  (rows, columns), row i at y0 + i cell and column j at x0 + j cell; NaN where there is nothing
+        values  (rows, columns), row i at y0 + i cell and column j at x0 + j cell; NaN for no data
         x0, y0  centre of the first cell [m], relative to `origin`;  cell  its side [m]
         """
         values = np.asarray(values, np.float32)
@@ -197,12 +197,12 @@ class RunWriter:
             _write_provenance(h5, {**read_provenance(h5), **record})
 
     def hazard(self, record):
-        """Store, or replace, what the run means for hazard mapping: anything JSON can hold."""
+        """Store, or replace, the hazard record: anything JSON can hold."""
         with self._transaction() as h5:
             _write_record(h5.require_group("hazard"), record)
 
     def close(self, complete=True):
-        """Write what is waiting and remove the journal. `complete`: the run came to its end, rather than failed."""
+        """Write the waiting rows and remove the journal. `complete`: the run reached its end."""
         if self._file is None:
             return
         try:
@@ -228,7 +228,7 @@ def run_file(path: PathLike) -> Path:
 
 
 def read_provenance(h5: h5py.File, path: PathLike = "run file") -> Record:
-    """The provenance record of an open run file. Raises InputError, which names `path`, for what is none."""
+    """The provenance record of an open run file. Raises InputError, which names `path`, if it is invalid."""
     return read_record(h5["provenance/record"][()], f"{path}: provenance", PROVENANCE)
 
 
@@ -253,7 +253,7 @@ def _create(h5, dimension, origin, units):
 
 
 def _drop_after(h5, until):
-    """Forget the frames and history rows later than `until` [s]; with slack for times that were summed in steps."""
+    """Drop the frames and history rows later than `until` [s], with a tolerance for the round-off of summed steps."""
     limit = until + 1e-9 * max(1.0, abs(until))
     keep_steps(h5["VTKHDF"], limit)
     # Finer rows come with the frames; those since the last frame are in the checkpoint, and come once more

@@ -1,1 +1,1 @@
-"""What the numbers of a run mean: one definition a name, with its unit and digits. Needs NumPy only."""
+"""Definitions of the numbers of a run: one definition per name, with unit and digits. Needs only NumPy."""

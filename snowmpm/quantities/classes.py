@@ -1,4 +1,4 @@
-"""Classes in which maps are drawn and areas counted, with their colours: the same in pictures, tables and QGIS."""
+"""Classes of maps and areas, with their colours: the same in pictures, tables and QGIS."""
 
 import math
 from dataclasses import dataclass, replace
@@ -45,8 +45,8 @@ OF_MAP = {"release_depth": DEPTH, "peak_depth": DEPTH, "deposit_depth": DEPTH, "
 def classes_of(name, largest):
     """Classes of the raster `name`, None for one without. largest: value of the raster.
 
-    Limits are fixed, so that runs compare, but for small models: there they are a power of ten lower. Times, which
-    every run has its own of, are in eight equal classes of a round length.
+    Limits are fixed, so that runs are comparable; for small models they are lower by a power of ten. Arrival times,
+    whose range differs between runs, have eight equal classes of a round length.
     """
     classes = OF_MAP.get(name)
     if classes is None or not largest > 0.0:

@@ -1,15 +1,15 @@
-"""How much of the snow still moves, and when it counts as at rest: one definition for the whole program.
+"""Share of the snow that still moves, and the definition of rest for the whole program.
 
     moving_share    mass faster than MOVING_SPEED / mass in the domain
     total_momentum  sum m |v|  [kg m/s]
     momentum_share  total_momentum / its largest value so far; 0 while the mean speed is below CREEP
 
-Snow is at rest when moving_share <= REST_SHARE and momentum_share <= REST_MOMENTUM. Either alone misleads: a small
-branch that still runs at 25 m/s has little of the momentum, and a deposit that creeps as a whole has no mass above
-1 m/s. The momentum rule is the stop criterion of RAMMS (its default is 5 % of the largest total momentum). CREEP keeps
-the noise of a slope that never moved from looking like motion.
+Snow is at rest when moving_share <= REST_SHARE and momentum_share <= REST_MOMENTUM. Either alone
+misleads: a small branch that still runs at 25 m/s has little momentum, and a deposit that creeps as a whole has no mass
+above 1 m/s. The momentum rule is the stop criterion of RAMMS (its default is 5 % of the largest total momentum). CREEP
+keeps the noise of a slope that never moved from looking like motion.
 
-Who decides to stop must also ask `has_moved`: before a release everything is at rest.
+A stop criterion must also check `has_moved`: before a release everything is at rest.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class Motion:
 
     @property
     def has_moved(self) -> bool:
-        """Whether the mean speed once was above CREEP."""
+        """Whether the mean speed has ever been above CREEP."""
         return self.peak_momentum > CREEP * self.mass
 
     @property

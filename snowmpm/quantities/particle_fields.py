@@ -1,7 +1,6 @@
 """Fields of particles by name, with their units: those of every particle, whatever its law.
 
-What reads them is in `snowmpm.particles.fields`, a function for each name; what laws report of their state is in their
-OUTPUTS.
+`snowmpm.particles.fields` has a reader for each name. Fields that a law derives from its state are in its OUTPUTS.
 """
 
 UNITS = {

@@ -1,4 +1,4 @@
-"""A quantity: its name, unit, definition, and how its values are written."""
+"""A quantity: its name, unit, definition, and format."""
 
 import math
 from dataclasses import dataclass
@@ -28,11 +28,11 @@ class Quantity:
 
 
 def written(value, unit="1", decimals=None):
-    """A number with its unit, as people write it.
+    """A number with its unit, formatted for reading.
 
-    All digits before the decimal point are given, three at least in total, groups of three apart from 10 000 on.
-    decimals: exactly so many, without groups (coordinates, which are copied). Shares ("share") are per cent, pressures,
-    forces and energies take k, M or G, masses from 10 t on are in tonnes. Not finite: "-".
+    All digits before the decimal point are given, and at least three in total; from 10 000 on they are grouped by
+    three. decimals: exactly so many, without groups (for coordinates, which are copied). Shares ("share") are in per
+    cent, pressures, forces and energies take k, M or G, masses from 10 t on are in tonnes. Not finite: "-".
     """
     if value is None or not math.isfinite(value):
         return "-"
@@ -43,7 +43,7 @@ def written(value, unit="1", decimals=None):
 
 
 def digits(value):
-    """A number with three digits at least: 0.0234, 5.27, 84.6, 1970, 12 300; whole ones without decimals."""
+    """A number with at least three digits: 0.0234, 5.27, 84.6, 1970, 12 300; whole ones without decimals."""
     if value == 0.0:
         return "0"
     size = abs(value)
@@ -62,7 +62,7 @@ def grouped(text):
 
 
 def _scaled(value, unit):
-    """The value in the unit that it is read in."""
+    """The value in the unit used for reading."""
     if unit == "share":
         return 100.0 * value, "%"
     if unit == "kg" and abs(value) >= 1e4:

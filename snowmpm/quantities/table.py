@@ -145,23 +145,23 @@ IMPACT = (
 )
 
 RENAMED = {"runout": "front_distance"}
-"""Columns of the history of older run files, and what they are called now."""
+"""Old names of columns of the history, and their new names."""
 
 OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_flow_speed",
                "largest_pressure": "largest_flow_pressure"}
-"""Numbers of hazard mapping in older run files, and what they are called now."""
+"""Old names of hazard numbers, and their new names."""
 
 QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT)}
 """All quantities by name."""
 
 
 def quantity(name, unit=""):
-    """The quantity of this name; one without a definition, with its name in words, where the table has none."""
+    """The quantity of this name; if the table lacks it, one without definition, labelled by its name."""
     return QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
 
 
 def units_of(quantities):
-    """name -> unit as files hold it; a share has none."""
+    """name -> unit as stored in files; a share has none."""
     return {one.name: "1" if one.unit == "share" else one.unit for one in quantities}
 
 

@@ -1,1 +1,1 @@
-"""What is made of a run: maps, hazard numbers, compression."""
+"""Results derived from a run: maps, hazard numbers, compression."""

@@ -1,7 +1,7 @@
-"""Confined compression of a sample by a piston: stress against strain, and the four stages that it goes through.
+"""Confined compression of a sample by a piston: stress against strain, and its four stages.
 
-Snow as a microstructure of ice and voids is elastic at first, then softens as bonds break, then collapses at an almost
-constant stress, and densifies once its pores are closed (Gaume et al., "Modeling snow and avalanches with the Material
+Snow as a microstructure of ice and voids is first elastic, then softens as bonds break, then collapses at an almost
+constant stress, and finally densifies as its pores close (Gaume et al., "Modeling snow and avalanches with the Material
 Point Method and finite strain elastoplasticity", section 5.1).
 """
 
@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 BINS = 200
-"""Intervals of strain over which the stress is averaged."""
+"""Number of intervals of strain over which the stress is averaged."""
 
 DROP = 0.2
-"""Share that the stress must fall below its maximum for that maximum to count as the peak; ripples fall less."""
+"""Relative drop of the stress after a maximum that makes it the peak; ripples drop less."""
 
 ELASTIC = (0.2, 0.7)
-"""Part of the rise to the peak, in shares of the peak stress, that gives the modulus."""
+"""Range of stress, as shares of the peak stress, from which the modulus is fitted."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class StressStrain:
 
     @classmethod
     def of_piston(cls, time, impulse, displacement, height, area, bins=BINS):
-        """From what was recorded of a piston.
+        """From the record of a piston.
 
         time (n,) [s]; impulse (n,) [N s] of the sample on it, against its motion; displacement (n,) [m], increasing;
         height H0 [m] and area [m2] of the sample ([m] in 2-D, where impulses are per metre). The mean stress of an
@@ -62,7 +62,7 @@ class Stages:
 
 
 def stages(curve):
-    """`Stages` of a `StressStrain`, or None where it does not go through all of them.
+    """`Stages` of a `StressStrain`, or None if it does not have all of them.
 
     Onset of densification: where the efficiency of energy absorption, the work so far over the stress, is largest, as
     for foams (Li, Magkiriadis & Harrigan (2006), Journal of Cellular Plastics 42, 371-392).
@@ -85,14 +85,14 @@ def stages(curve):
 
 
 def _onset(strain, stress, peak):
-    """Index after the peak where work over stress is largest."""
+    """Index after the peak at which work over stress is largest."""
     work = np.cumsum(stress * np.diff(strain, prepend=0.0))
     efficiency = work / np.maximum(_smooth(stress), 1e-3 * stress[peak])
     return peak + int(efficiency[peak:].argmax())
 
 
 def _smooth(stress, width=9):
-    """Running mean: a single low reading is no onset."""
+    """Running mean, so that a single low value does not count as the onset."""
     padded = np.pad(stress, width // 2, mode="edge")
     return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
 

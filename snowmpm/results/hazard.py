@@ -1,19 +1,19 @@
-"""From the maps of a run to the numbers that hazard mapping works with (defined in `snowmpm.quantities.table`).
+"""Numbers of hazard mapping from the maps of a run (defined in `snowmpm.quantities.table`).
 
-Thalweg: the way of the flow in plan. It goes through the points that carried the momentum, x = sum m |v| x / sum m |v|,
-frame by frame, while the total momentum is above `LEAST_MOMENTUM` of its largest; it begins at the top of
-the release and goes on straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
+Thalweg: the path of the flow in plan. It connects the centres of momentum, x = sum m |v| x / sum m |v|, of the frames
+with a total momentum above `LEAST_MOMENTUM` of its maximum. It begins at the top of the release and is extended
+straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
 nearest point of the thalweg.
 
-Run-out: the s before which `RUNOUT_SHARE` of the snow lies in the end, so that no lone grain sets it. Travel angle
+Run-out: the s before which `RUNOUT_SHARE` of the snow lies at the end, so that no single particle sets it. Travel angle
 (Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
 
-Affected: where the flow once was at least a tenth of the mean release depth deep. area_above_1_kPa, where it also
-pressed with 1 kPa, is the affected area of AvaFrame's AIMEC, whose threshold that is by default. Its reach is the
-largest s of the corners of its cells.
+Affected area: where the flow depth once was at least a tenth of the mean release depth. area_above_1_kPa, where the
+pressure also reached 1 kPa, is the affected area of AvaFrame's AIMEC with its default threshold. The reach of an area
+is the largest s of the corners of its cells.
 
-Areas are those of map cells, but the release's: its outline is known, and cells that it only touches count in part.
-Cells are told from others by the maps as they are stored, in float32, so that who reads them finds the same.
+Areas are sums of map cells, except that of the release, whose outline is known: cells that it only touches count in
+part. Cells are classified by the maps as stored, in float32, so that readers of the file find the same.
 """
 
 from dataclasses import dataclass, field, replace
@@ -29,16 +29,16 @@ RUNOUT_SHARE = 0.99
 """Share of the snow before the run-out line."""
 
 LEAST_MOMENTUM = 0.05
-"""Momentum over its largest below which its place says nothing about the way."""
+"""Total momentum over its maximum below which the centre of momentum does not count for the thalweg."""
 
 TOP_SHARE = 0.05
 """Share of the height of the release that counts as its top."""
 
 TOP_POINTS = 4.0
-"""Points along a map cell at which the ground under the release is looked at for its top."""
+"""Points per side of a map cell at which the terrain under the release is searched for its top."""
 
 MOST_TOP_POINTS = 300
-"""Such points along a side of the release, about, at most."""
+"""Approximate largest number of such points along a side of the release."""
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
@@ -48,7 +48,7 @@ SMOOTHING = 4.0
 
 @dataclass(frozen=True)
 class Thalweg:
-    """A line in plan: points (n, 2) [m], an equal way apart, and s (n,) [m] along it."""
+    """A line in plan: equidistant points (n, 2) [m], and s (n,) [m] along it."""
 
     points: np.ndarray
     s: np.ndarray
@@ -67,15 +67,16 @@ class Thalweg:
 def thalweg(top, path, momentum, step, reach):
     """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m].
 
-    Places that lie back along the way are left out. It goes on straight, in its last direction, by `reach` [m]. None
-    when nothing moved further than a few steps.
+    Points that go back are left out. The line is extended straight in its last direction by `reach` [m]. None if
+    nothing moved further than a few steps.
     """
     carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
     last = np.flatnonzero(carried)[-1] + 1 if carried.any() else 0
     line = [np.asarray(top, float)]
     for place in path[:last][carried[:last]]:
         onward = place - line[-1]
-        # When the front rests and the rear still moves, the middle of what moves goes back up: not a way of the snow
+        # When the front rests and the rear still moves, the centre of momentum moves back up, which is no path of the
+        # snow
         turns_back = len(line) > 1 and onward @ (line[-1] - line[-2]) < 0.0
         if np.linalg.norm(onward) > step and not turns_back:
             line.append(place)
@@ -96,9 +97,9 @@ def equally_spaced(line, step):
 
 
 def smoothed(line):
-    """The line (n, 2) without bends of a few points; its ends stay."""
+    """The line (n, 2) smoothed over a few points; its ends stay."""
     straight = line[0] + np.linspace(0.0, 1.0, len(line))[:, None] * (line[-1] - line[0])
-    # What departs from a straight line is zero at both ends: mirrored with its sign turned, it stays so
+    # The deviation from a straight line is zero at both ends; antisymmetric mirroring keeps it so
     bend = line - straight
     mirrored = np.concatenate([-bend[:0:-1], bend, -bend[-2::-1]])
     smooth = gaussian_filter1d(mirrored, SMOOTHING, axis=0)[len(line) - 1 : 2 * len(line) - 1]
@@ -133,12 +134,12 @@ def rings(area):
 
 
 def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release):
-    """What a run means for hazard mapping -> `Hazard`.
+    """Numbers of hazard mapping of a run -> `Hazard`.
 
-    maps: by name, (columns along x, rows along y), zero where nothing is
+    maps: by name, (columns along x, rows along y), zero without snow
     (`snowmpm.results.maps.PeakMaps.values`); lower (2,), cell [m]: their corner and the side of a cell; flow_depth [m]:
-    thinner is not affected; path (k, 2), momentum (k,): where the momentum was, and how large; whole:
-    numbers of all the snow, taken over as they are (release_mass,
+    thinner is not affected; path (k, 2), momentum (k,): centre and size of the momentum; whole:
+    numbers of all the snow, copied as they are (release_mass,
     deposit_mass, moving_share, momentum_share, left_share);
     ground: function of plan positions (k, 2) -> height (k,) [m]; release: plan area of the snow at the start (shapely).
     """
@@ -205,7 +206,7 @@ def _along(way, maps, places, cell, affected, numbers, top, ground):
     # Between the points of the thalweg, which are a map cell apart
     place = np.array([np.interp(runout, way.s, way.points[:, axis]) for axis in (0, 1)])
     below = float(ground(place[None])[0])
-    if not np.isfinite(below):  # over a hole of the terrain
+    if not np.isfinite(below):  # above a hole in the terrain
         below = float(np.interp(runout, way.s[np.isfinite(z)], z[np.isfinite(z)]))
     fall = top - below
     numbers.update(top=top, runout=runout, fall=fall, travel_angle=float(np.degrees(np.arctan2(fall, runout))),
@@ -233,7 +234,7 @@ def _quantile(s, weight, share, cell):
 
 
 def _line_across(way, places, s, end, place, cell):
-    """Ends (2, 2) of the line across the thalweg at `place` (2,), just before its point `end`, as wide as what was
+    """Ends (2, 2) of the line across the thalweg at `place` (2,), just before its point `end`, as wide as the area
     affected there."""
     before = way.points[end] - way.points[max(0, end - 5)]
     across = np.array([-before[1], before[0]]) / max(float(np.linalg.norm(before)), 1e-12)

@@ -1,7 +1,7 @@
-"""Which cells the maps of a run have: whole multiples of the elevation raster's, and aligned with them.
+"""Cells of the maps of a run: whole multiples of the elevation raster's cells, and aligned with them.
 
-Grid lines lie at phase + j cell, with j counted from the origin of the map coordinates. The grid therefore depends on
-the raster's cells and on the size of a map cell only: two runs on one terrain with equal cells have the same rasters,
+Grid lines lie at phase + j cell, with j counted from the origin of the map coordinates. The grid therefore depends only
+on the raster's cells and on the size of a map cell. Two runs on one terrain with equal map cells have the same grid,
 whatever part of the terrain each of them reads.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from snowmpm.errors import InputError
 
 SLACK = 1e-6
-"""Of a cell: what coordinates of a file may be off a grid line by their round-off."""
+"""Tolerance, as a share of a cell, for coordinates of a file that lie off a grid line by round-off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class MapGrid:
 def grid_for(lower, upper, least, wish=None, lattice=None):
     """The map grid of a run over its domain, `lower` to `upper` [m].
 
-    least: side [m] that a cell needs to hold enough particles; wish: side that the scene asks for (output.map_cell), or
+    least: smallest side [m] of a cell with enough particles; wish: side that the scene asks for (output.map_cell), or
     None; lattice: (phase (2,), cell) [m] of the elevation raster, or None.
     On a raster the side is the smallest multiple of the raster's cell that is at least `least`; without one, `least`
     rounded up to two digits. A wish may also be a whole fraction of the raster's cell. InputError for another wish.
@@ -49,7 +49,7 @@ def grid_for(lower, upper, least, wish=None, lattice=None):
     if lattice is None:
         return MapGrid.over(lower, upper, wish or rounded_up(least))
     corner, own = lattice
-    # Of the whole raster, whichever of its corners a part of it begins at
+    # The phase of the whole raster, whichever corner a part of it begins at
     phase = own * (np.round(np.asarray(corner, float) / own, 6) % 1.0)
     if wish is None:
         return MapGrid.over(lower, upper, own * max(1, math.ceil(least / own - SLACK)), phase)
@@ -64,6 +64,6 @@ def grid_for(lower, upper, least, wish=None, lattice=None):
 
 
 def rounded_up(length):
-    """The length [m], two digits of it, rounded up: 8.2837 -> 8.3."""
+    """The length [m] rounded up to two digits: 8.2837 -> 8.3."""
     unit = 10.0 ** (math.floor(math.log10(length)) - 1)
     return round(math.ceil(length / unit - SLACK) * unit, 12)

@@ -1,13 +1,14 @@
-"""Peak values in plan over a run, and what lies where in the end: what hazard mapping works with.
+"""Peak values in plan over a run, and the deposit: the maps of hazard mapping.
 
-A depth in a plan cell is a number of particles, n = depth x area / volume of one, that scatters by sqrt(n), and a peak
-over time takes the largest of many such counts. Where a cell holds two particles at the depth that counts as flow,
-loose grains of a sheet half as deep make it affected; where it holds `GRAINS`, they rarely do. In cells too small for
-its particles, the area that a flow covers is a matter of their size.
+The depth in a plan cell is a number of particles, n = depth x area / volume of a particle. It scatters by sqrt(n), and
+a peak over time takes the largest of many such counts. If a cell holds only two particles at the flow depth, scattered
+particles of a sheet half as deep make it affected; if it holds `GRAINS`, they rarely do. In cells too small for the
+particles, the affected area depends on the cell size.
 
-How much, the frames of two real avalanches say (73 000 to 147 000 particles; tests/test_avalanche_on_terrain.py), of
-which every second, fourth or eighth particle was counted for as many: the same flow, drawn of fewer. Particles in a
-cell at the flow depth, cells of 20 to 50 m, and how much larger the affected area was than that of all particles:
+The size of this error follows from the frames of two real avalanches (73 000 to 147 000 particles;
+tests/test_avalanche_on_terrain.py), with only every second, fourth or eighth particle counted, with 2, 4 or 8 times the
+volume. Number of particles in a cell (20 to 50 m) at the flow depth, and excess of the affected area over that with all
+particles:
 
     6: 19 %     11 to 14: 5 to 11 %     21 to 29: 2 to 7 %     40 to 57: 1 to 4 %     from 80 on: 1 %
 """
@@ -21,14 +22,14 @@ UNITS = units_of(RASTERS)
 """Unit of each raster."""
 
 FLOW_SHARE = 0.1
-"""Share of the mean release depth below which what lies over a plan cell are scattered grains and no flow: their speed
-is not that of the avalanche."""
+"""Depth over the mean release depth below which particles over a plan cell are scattered and do not count as flow:
+their speed is not that of the avalanche."""
 
 GRAINS = 24
-"""Particles in a plan cell at the flow depth: their scatter adds 2 to 7 per cent to what is affected."""
+"""Particles in a plan cell at the flow depth: their scatter adds 2 to 7 per cent to the affected area."""
 
 LEAST_CELLS = 2.0
-"""Least side of a plan cell in grid spacings: no map is finer than what it is drawn of."""
+"""Least side of a plan cell in grid spacings: no map is finer than the grid."""
 
 
 def cell_for(positions, volumes, dx):
@@ -45,16 +46,16 @@ def cell_for(positions, volumes, dx):
 
 
 class PeakMaps:
-    """Largest flow depth, speed and pressure that each plan cell has seen, and the depth at the start and now.
+    """Largest flow depth, speed and pressure in each plan cell so far, and the depth at the start and now.
 
-    depth [m], vertical: what the snow over a cell would fill at its initial density, by the cell's plan area (the
-    volume of loose grains means nothing, their mass does);
+    depth [m], vertical: volume of the snow over a cell at its initial density, by the cell's plan area (the volume of
+    loose particles is meaningless, their mass is not);
     speed [m/s]: mean over the mass in the cell, which is the depth average of the flow;
     pressure [Pa]: rho v^2, with rho the initial density and v^2 the mean over the same mass: the stagnation pressure
     without the factor of an obstacle's shape.
-    arrival_time [s]: when the flow first was at least `flow_depth` [m] deep; late by no more than the fastest particle
-    needs for one map cell.
-    Speed and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow came.
+    arrival_time [s]: when the flow first was at least `flow_depth` [m] deep; the error is at
+    most the time in which the fastest particle crosses one map cell.
+    Speed and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow arrived.
     """
 
     def __init__(self, solver, grid):
@@ -67,7 +68,7 @@ class PeakMaps:
         self.restore(self.values)
 
     def restore(self, values):
-        """Take over `values`, name -> (columns along x, rows along y). InputError for maps of another grid."""
+        """Restore `values`, name -> (columns along x, rows along y). InputError for maps of another grid."""
         if values.keys() != UNITS.keys() or values["peak_depth"].shape != self.shape:
             raise InputError("the checkpoint holds maps of another grid or of another version of the program: start"
                              " anew with --overwrite")
@@ -82,7 +83,7 @@ class PeakMaps:
         return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
 
     def see(self):
-        """Take in the state that the solver is in."""
+        """Update the maps with the current state of the solver."""
         window, depth, speed, pressure = self._totals()
         flows = depth >= self.flow_depth
         for name, now in (("peak_depth", depth), ("peak_speed", speed * flows), ("peak_pressure", pressure * flows)):

@@ -1,15 +1,15 @@
-"""The audit of a run: what is conserved, what is dissipated, how far the snow got.
+"""The audit of a run: conserved quantities, dissipation, position of the front.
 
 Energies per run [J] (per metre of width in 2-D): kinetic m v^2 / 2; affine m D C:C / 2, the part of an affine transfer
 that v leaves out (D: second moment of the spline); elastic psi V with psi of each law; potential -m g.x, or minus the
-work of gravity where that changes with time. Along a periodic axis there is no such potential, as a place comes again:
-there it is minus the work that gravity has done,
+work of gravity where that changes with time. Along a periodic axis this potential is not defined, since positions
+repeat; there it is minus the work that gravity has done,
 
     W = g . int P dt,   P = P_start + impulses of weight, ground and loads - what left
 
-which is -m g.(way of the centre of mass), however often the snow has gone round. The remainder is what the scheme
-itself takes: start minus now and the work of the scene's forces, less plastic work, what contact and damping took and
-what left the domain.
+which is -m g.(displacement of the centre of mass), however often the snow has crossed the domain. The remainder is the
+dissipation of the scheme itself: energy at the start minus energy now, plus the work of the scene's forces, minus
+plastic work, work taken by contact and damping, and energy that left the domain.
 
 Null-space noise: the share of the kinetic energy of the particles, affine part included, that the grid cannot see,
 
@@ -17,12 +17,12 @@ Null-space noise: the share of the kinetic energy of the particles, affine part 
 
 with C in APIC and AFLIP only. It lies between 0 and 1 (Jensen's inequality, node by node); 0 means that all particles
 around each node agree on its velocity. A linear velocity has none in APIC; in PIC and FLIP it shows the variation
-within a cell, D |grad v|^2 / v^2. What is beyond that are modes without force: they do no harm until they move
-particles apart.
+within a cell, D |grad v|^2 / v^2. Noise beyond that consists of modes without restoring force:
+they are harmless until they move particles apart.
 
-Emptied cells have no particle, but one on either side of them along an axis: where a body was stretched until its
-particles lie more than a cell apart, the grid is about to tear it, whatever its material (numerical fracture). Grains
-in the air count too.
+Emptied cells have no particle, but have particles on both sides along an axis. Where a body is stretched until its
+particles are more than a cell apart, the grid is about to tear it, whatever its material (numerical fracture). Airborne
+particles count too.
 """
 
 from dataclasses import replace
@@ -37,17 +37,17 @@ UNITS = units_of(HISTORY)
 """Unit of each column of the history."""
 
 FRONT_SHARE = 0.995
-"""Share of the moving mass behind the front: single grains that fly ahead are not the avalanche."""
+"""Share of the moving mass behind the front, so that single particles flying ahead do not count."""
 
 MOVED_CELLS = 2.0
 """Displacement [cells] beyond which snow counts as moving."""
 
 MOVED_SHARE = 0.005
-"""Share of all snow that must have moved for there to be a front: a few grains that turn over are none."""
+"""Share of all snow that must have moved to define a front: a few displaced particles are not enough."""
 
 
 def occupied_and_emptied(cells):
-    """Number of grid cells that hold particles, and of those that hold none between two that do; cells (n, dim):
+    """Number of grid cells with particles, and of empty cells between two of them along an axis; cells (n, dim):
     positions in cells. 0.15 s for 5e5 particles."""
     dim = cells.shape[1]
     occupied = np.unique(keys_of(np.floor(cells).astype(np.int64)))
@@ -61,12 +61,12 @@ def occupied_and_emptied(cells):
 class Audit:
     """History values of a solver against its state at the start.
 
-    Moving snow is what has left its place by `MOVED_CELLS` grid spacings. front: where its front is, along `direction`
-    (unit vector in plan), from the centroid of all snow at the start; front_distance: the same from the highest place
-    it left. A slab that lets go as a whole has a front as soon as it has left its place: at its lower end, its length
-    away. Both [m] in plan; 0 while less than `MOVED_SHARE` of the snow moves, and the front also while it is behind
-    that centroid, which snow that lets go at the upper end has yet to pass. With a direction of None there is neither,
-    as in saw tests; nor in a periodic domain, where snow that goes on comes back.
+    Moving snow is snow displaced by more than `MOVED_CELLS` grid spacings. front: position of its front along
+    `direction` (unit vector in plan), from the centroid of all snow at the start; front_distance: the same from the
+    highest place it left. A slab that is released as a whole has a front as soon as it has moved: at its lower end, one
+    slab length away. Both [m] in plan. Both are 0 while less than `MOVED_SHARE` of the snow moves; front is also 0
+    while it is behind that centroid, as when the snow is released at the upper end. Neither exists with direction None,
+    as in saw tests, nor in a periodic domain, where snow comes back.
     """
 
     def __init__(self, solver, fields, direction, start_positions):
@@ -75,14 +75,14 @@ class Audit:
         self._solver = solver
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
-        self._falling = np.where(repeats, 0.0, solver.gravity)  # what has a potential
+        self._falling = np.where(repeats, 0.0, solver.gravity)  # axes with a potential
         x, mass = fields["position"], fields["mass"]
         self._reference = (mass[:, None] * x).sum(axis=0) / max(mass.sum(), 1e-300)
         self._start = start_positions
         self._start_momentum = mass @ fields["velocity"]
         self._start_energy = sum(self._energies(fields).values())
         self.motion = Motion.of(mass, fields["velocity"])
-        """Of the last row, or of the start (`snowmpm.quantities.motion.Motion`)."""
+        """Motion at the last row, or at the start (`snowmpm.quantities.motion.Motion`)."""
 
     def state(self):
         """The reference values, by name."""
@@ -90,10 +90,10 @@ class Audit:
                 "energy": self._start_energy, "peak_momentum": self.motion.peak_momentum}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Restore the result of `state()`."""
         self._reference, self._start = state["reference"], state["start"]
         self._start_momentum, self._start_energy = state["momentum"], state["energy"]
-        # Checkpoints of older versions know of no peak: it is the largest from here on
+        # Checkpoints of older versions have no peak: it is the largest from here on
         self.motion = replace(self.motion, peak_momentum=state.get("peak_momentum", 0.0))
 
     def _along(self, x):
@@ -110,7 +110,7 @@ class Audit:
         }
 
     def _potential_energy(self, mass, x):
-        """-m g.x from the centroid at the start; along periodic axes, and of gravity that changes, minus its work."""
+        """-m g.x from the centroid at the start; along periodic axes, and for gravity that changes, minus its work."""
         forcing = self._solver.forcing
         if forcing and forcing.course:
             return -forcing.gravity_work
@@ -132,7 +132,7 @@ class Audit:
         forcing = solver.forcing
         row["force_work"] = forcing.force_work if forcing else 0.0
         row["damping_work"] = forcing.damping_work if forcing else 0.0
-        # Of the place where the potential energy is zero
+        # Position of zero potential energy
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
         row["removed_energy"] = removed["energy"] + removed["mass"] * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
@@ -150,7 +150,7 @@ class Audit:
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
         row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - frame.origin) / frame.dx)
         row["steps"], row["particles"] = solver.steps, len(mass)
-        # Last: the particles may have to be sorted for it, and some removed
+        # Last, since it may have to sort the particles and remove some
         motion = row["kinetic_energy"] + row["affine_energy"]
         row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row

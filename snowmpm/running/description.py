@@ -1,4 +1,4 @@
-"""What a scene will cost, in numbers, before it runs."""
+"""Description of a scene before it runs: model and size in numbers."""
 
 import numpy as np
 
@@ -14,8 +14,7 @@ def expected_run_file(scene, particles):
 
 
 def _acting(model):
-    """What of a scene is not seen in its numbers of particles: reference system, cut bodies, another run, forces,
-    damping."""
+    """Facts of a scene beyond its numbers of particles: reference system, cut bodies, another run, forces, damping."""
     scene, told = model.scene, {}
     if getattr(scene.terrain, "file", None):
         system = model.surface.system
@@ -56,7 +55,7 @@ def _force(force):
 
 
 def _time(item):
-    """When a force or damping acts, where that is not always."""
+    """Times at which a force or damping acts, unless it is always."""
     if item.stop is not None:
         return f", from {item.start:g} to {item.stop:g} s"
     return f", from {item.start:g} s on" if item.start else ""
@@ -67,7 +66,7 @@ def _vector(values):
 
 
 def describe(model, solver):
-    """What will be modelled: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
+    """Facts of the model: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
     "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}; before
     them, where a scene has them, "coordinates" (their reference system), "cut_bodies", "chosen" (numerics that it
     leaves open, and why), "starts_from", "gravity", "forces" and "damping", in words."""

@@ -1,4 +1,4 @@
-"""What a simulation ran on, in words."""
+"""The device of a simulation in words."""
 
 import ctypes
 import os

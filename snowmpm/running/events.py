@@ -1,7 +1,7 @@
-"""What happens to bodies while a simulation runs: saw cut, load, removal.
+"""Events that act on bodies during a simulation: saw cut, load, removal.
 
-Each event has `apply(simulation)`, called before every step until it is `done`; the `load` that it puts on the snow
-now, or None; and its progress as `state()` and `restore(state)`.
+Each event has `apply(simulation)`, called before every step until it is `done`; its current `load` on the snow, or
+None; and its progress as `state()` and `restore(state)`.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from snowmpm.saw_test.saw import Saw
 
 
 class Event:
-    """What all events have in common: one of a scene's events table and the index of the body that it names."""
+    """Base of all events: an entry of the scene's events table and the index of the body that it names."""
 
     load = None
     """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
@@ -21,7 +21,7 @@ class Event:
         self._spec, self._body = spec, body
 
     def to_come(self, time):
-        """Whether something of it is still to happen after `time` [s]."""
+        """Whether part of the event is still to come after `time` [s]."""
         return not self.done
 
     def state(self):
@@ -29,13 +29,13 @@ class Event:
         return {"done": self.done}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Restore the result of `state()`."""
         self.done = state["done"]
 
 
 class Cut(Event):
-    """A saw drawn through a body. Seen from above, particles of the body within half the width of the path that the
-    saw passes lose their strength and their stress: the law's `severed_state()`; their mass stays."""
+    """A saw cut through a body. In plan, particles of the body within half the cut width of the saw's path lose their
+    strength and their stress (the law's `severed_state()`); their mass stays."""
 
     def __init__(self, spec, body, width):
         super().__init__(spec, body)
@@ -56,7 +56,7 @@ class Cut(Event):
             return
         length, speed = self._at[-1], self._spec.speed
         reached = length if speed is None else min(length, (simulation.time - self._spec.start) * speed)
-        # Half a cell at a time: the grid sees no finer.
+        # In pieces of half a cell: the grid resolves no less.
         if reached < length and reached < self._cut_to + 0.5 * simulation.scene.solver.dx:
             return
         law = simulation.law_of_body(self._body)
@@ -75,7 +75,7 @@ class Cut(Event):
 
 
 class Push(Event):
-    """A force that grows, and stays or is taken away."""
+    """A force that ramps up, and then stays or is removed."""
 
     def to_come(self, time):
         spec = self._spec
@@ -85,7 +85,7 @@ class Push(Event):
 
 class Load(Push):
     """A force on the snow within `radius` of a point, such as a skier: the same acceleration for all of it, so that
-    the total is the force asked for when it is all there. It grows in proportion to time over the scene's `ramp`."""
+    the total is the given force once it acts fully. It grows linearly over the scene's `ramp`."""
 
     def __init__(self, spec, body):
         super().__init__(spec, body)
@@ -124,14 +124,14 @@ class Load(Push):
 class BodyLoad(Push):
     """A force on a whole body, such as the weight of new snow: the same acceleration for all of it.
 
-    It acts on the particles, since nodes do not know whose snow they carry: before each step, the momentum of the time
-    since the last one.
+    It acts on particles, since nodes do not distinguish bodies: before each step, they get the momentum of the time
+    since the last step.
     """
 
     def __init__(self, spec, body):
         super().__init__(spec, body)
-        self._given = 0.0  # what the body got so far, over the whole force [s]
-        self._count, self._mass = -1, 0.0  # particles of the simulation when the body's mass [kg] was added up
+        self._given = 0.0  # impulse on the body so far over the full force [s]
+        self._count, self._mass = -1, 0.0  # number of particles when the body's mass [kg] was last summed
 
     def state(self):
         return {**super().state(), "given": self._given}
@@ -158,12 +158,12 @@ class BodyLoad(Push):
 
 
 def grown(time, ramp):
-    """Share of a force that is there `time` [s] after it began to grow."""
+    """Share of the full force `time` [s] after its start."""
     return 1.0 if time >= ramp else time / ramp
 
 
 class Remove(Event):
-    """A body taken away at once; its particles count as removed."""
+    """Removal of a whole body at once; its particles count as removed."""
 
     def apply(self, simulation):
         if simulation.time >= self._spec.start:
@@ -184,7 +184,7 @@ def _removal(spec, body, dx):
 
 
 MAKERS = {"cut": _cut, "load": _load, "remove": _removal}
-"""How each kind of event of a scene is made: from its table, the index of its body and dx [m]."""
+"""Constructor of each kind of event, from its table, the index of its body and dx [m]."""
 
 
 def make_events(scene):

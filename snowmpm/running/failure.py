@@ -1,4 +1,4 @@
-"""Which entry of the atlas of failures a run that went unstable looks like, from what its last good step left."""
+"""The entry of the atlas of failures that an unstable run resembles, from the extremes of its last good step."""
 
 import math
 
@@ -8,16 +8,15 @@ from snowmpm.measured.borders import shipped
 from snowmpm.running.audit import occupied_and_emptied
 
 TORN = 0.05
-"""Share of emptied cells from which on a body counts as torn."""
+"""Share of emptied cells above which a body counts as torn."""
 
 
 def diagnose(chosen, solver, dt):
-    """One line of what the failure of a step of dt [s] looks like and what cures it, or None where nothing is known to
-    fail in this way.
+    """One line: the known failure that the failure of a step of dt [s] resembles, and its cure; None if there is none.
 
     chosen: the scene's table `solver`; solver: with the extremes of its last good step.
     """
-    for look in SYMPTOMS.get(chosen.method, ()):  # nothing is known of a method without a row
+    for look in SYMPTOMS.get(chosen.method, ()):  # no failures are known of a method without a row
         found = look(chosen, solver, dt)
         if found:
             border, value = found
@@ -29,7 +28,7 @@ def diagnose(chosen, solver, dt):
 
 
 def _first_beyond(entry, settings, value):
-    """(border, value) where one of the settings of an entry fails at this value."""
+    """(border, value) if one of the settings of an entry fails at this value."""
     for setting in settings:
         border = shipped().get((entry, setting))
         if border is not None and math.isfinite(value) and border.failing(value):
@@ -47,7 +46,7 @@ def _deforming(chosen, solver, dt):
 
 
 def _long_step(chosen, solver, dt):
-    """C sqrt(s) of the step, at the critical one of the scheme for that of the atlas."""
+    """C sqrt(s) of the step, scaled from the critical step of the scheme to that of the atlas."""
     border = shipped()["long_step_lone_grain", f"{chosen.kernel} {chosen.gradient} {chosen.transfer}"]
     critical = solver.limits.critical_cfl
     elastic = dt * max(solver.extremes.wave_speed, solver.particles.materials.wave_speed) / solver.frame.dx
@@ -55,7 +54,7 @@ def _long_step(chosen, solver, dt):
 
 
 def _fast(chosen, solver, dt):
-    """As fast as waves, in steps near the critical one."""
+    """Speeds near the wave speed, with steps near the critical one."""
     near = dt > 0.5 * solver.critical_dt()[0]
     speed = solver.extremes.speed / solver.particles.materials.wave_speed
     return _first_beyond("fast_impact", ["elastic step 0.8"], speed) if near else None
@@ -90,7 +89,7 @@ def _into_walls(chosen, solver, dt):
 
 
 def _clumping(chosen, solver, dt):
-    """Under tension, over the stiffness of the first material."""
+    """Tension over the stiffness of the first material."""
     stress = solver.particles.column("stress")
     law = solver.particles.materials.laws[0]
     pulled = float(np.nanmax(stress[:, :3].sum(axis=1))) / 3.0 / (law.density * law.wave_speed() ** 2)
@@ -101,4 +100,4 @@ SYMPTOMS = {
     "mpm": (_crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
     "sph": (_into_walls, _near_apex, _clumping),
 }
-"""By method, in the order in which they are looked for: what a step did before what a scheme does in the long run."""
+"""Failures by method, in the order of the search: those of a single step before those of the scheme in the long run."""

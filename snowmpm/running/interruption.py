@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and the end of a terminal, held back until a step is whole."""
+"""Ctrl-C, SIGTERM and SIGHUP (closed terminal), delayed until a step is complete."""
 
 import contextlib
 import signal
@@ -8,17 +8,17 @@ ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if h
 
 
 PATIENCE = 2
-"""Requests after which the next one ends the process at once."""
+"""Number of requests after which the next one ends the process at once."""
 
 _requests = []
 
 
 @contextlib.contextmanager
 def requests_to_end():
-    """While it is entered, each of these signals raises KeyboardInterrupt, unless the caller handles or ignores it.
+    """Context: each of these signals raises KeyboardInterrupt, unless the caller handles or ignores it.
 
-    Each is remembered as well: Python forgets one that comes in a finaliser or a callback, of which compiling a kernel
-    has many, and a run then ends where it would begin (`Interruption`).
+    Each signal is also remembered: Python drops an exception raised in a finaliser or a callback, of which compiling a
+    kernel has many. A run then ends before its first step (`Interruption`).
     """
     before = {}
     _requests.clear()
@@ -37,16 +37,16 @@ def requests_to_end():
 def _raise(number, frame):
     _requests.append(number)
     if len(_requests) > PATIENCE:
-        # Whatever goes on forgets what is raised, as a library does that calls back: the system ends it
+        # The running code swallows the exceptions, as a library with callbacks does: let the system end the process
         signal.signal(number, signal.SIG_DFL)
         signal.raise_signal(number)
     raise KeyboardInterrupt
 
 
 class Interruption:
-    """While it is entered, the first signal to end only sets `asked`; a second one raises KeyboardInterrupt at once.
+    """Context: the first signal to end only sets `asked`; a second one raises KeyboardInterrupt at once.
 
-    Signals that the caller ignores stay ignored. Outside the main thread nothing is held back.
+    Signals that the caller ignores stay ignored. Outside the main thread nothing is delayed.
     """
 
     def __init__(self):

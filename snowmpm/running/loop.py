@@ -29,7 +29,7 @@ PROGRESS_INTERVAL = 0.2
 
 @dataclass
 class Progress:
-    """What a run tells while it goes on: simulated time, its end and the step [s], speed [m/s], front [m], wall [s]."""
+    """Progress of a run: simulated time, its end and the step [s], speed [m/s], front [m], wall [s]."""
 
     time: float = 0.0
     end_time: float = 0.0
@@ -48,7 +48,7 @@ class Progress:
 
 @dataclass
 class Phases:
-    """Wall time [s] of each part of a run, and processor time [s], which other programs lengthen less."""
+    """Wall time [s] of each part of a run, and processor time [s], which other programs affect less."""
 
     setup: float = 0.0
     steps: float = 0.0
@@ -58,7 +58,7 @@ class Phases:
         default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
 
     def lap(self, name):
-        """Book the time since the last lap."""
+        """Add the time since the last lap to a part."""
         now = clock.perf_counter(), clock.process_time()
         wall, processor = (after - before for after, before in zip(now, self.started, strict=True))
         self.add({name: wall, "processor": processor})
@@ -74,7 +74,7 @@ class Phases:
         return {**self.walls, "processor": self.processor}
 
     def add(self, state):
-        """Count more time, such as that of the part of the run before a checkpoint."""
+        """Add earlier times, such as those of the run before a checkpoint."""
         for name, value in state.items():
             setattr(self, name, getattr(self, name) + value)
 
@@ -83,11 +83,11 @@ def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] 
         overwrite: bool = True, approve: Callable[[Simulation], object] | None = None) -> Run:
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
-    out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress` now
-    and then. resume: go on from the last checkpoint in out_dir as if the run had never stopped; frames written after it
-    are written again; a run that was killed before its first checkpoint begins anew. The scene must be the same, but
-    may end later. overwrite: replace a run that is there, rather than refuse. approve: called with the `Simulation`
-    before it settles or goes on; may refuse it by an InputError, and nothing is written then.
+    out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress`
+    regularly. resume: continue from the last checkpoint in out_dir as if the run had never stopped; frames written
+    after it are written again; a run that was killed before its first checkpoint starts anew. The scene must be the
+    same, but may end later. overwrite: replace an existing run instead of refusing. approve: called with the
+    `Simulation` before it settles or continues; may raise InputError, and then nothing is written.
     Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable),
     WriteError when the disk is full, and KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
     """
@@ -116,7 +116,7 @@ def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] 
 
 
 def _hardly_begun(folder):
-    """Whether a run was killed here before its first checkpoint, with the first frame at most: nothing is lost."""
+    """Whether a run was killed here before its first checkpoint, with at most one frame: nothing is lost."""
     path = run_file(folder)
     if any(file.exists() for file in (checkpoint.previous(folder / checkpoint.FILE), folder / checkpoint.FILE)):
         return False
@@ -133,7 +133,7 @@ def _saved(folder, scene):
 
 
 def _not_written(error, folder, checkpoints):
-    """What to tell of a write that failed: where, why, what is safe, what to do."""
+    """Message for a failed write: where, why, what is safe, what to do."""
     try:
         times = Run(folder).times
         kept = f"frames up to t = {times[-1]:.6g} s are safe" if len(times) else "no frame was written"
@@ -145,9 +145,9 @@ def _not_written(error, folder, checkpoints):
 
 
 def _record(simulation, folder, checkpoints, saved, phases, progress):
-    """Run a simulation that stands at its start, or where `saved` has it, and write what it shows."""
+    """Run a simulation from its start, or from the state `saved`, and write its results."""
     if saved is None:
-        # First of all: an old checkpoint beside a new run file would belong to nothing
+        # First, since an old checkpoint would not belong to the new run file
         checkpoints.clear()
         (folder / KEPT).unlink(missing_ok=True)
         if simulation.model.taken:
@@ -155,7 +155,7 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
     with checkpoint.state_of(saved) if saved else contextlib.nullcontext():
         recorder = Recorder(simulation, folder, saved["recorder"] if saved else None)
         rest = StopAtRest(simulation)
-        if saved is not None and "rest" in saved:  # checkpoints of older versions know of none
+        if saved is not None and "rest" in saved:  # checkpoints of older versions have none
             rest.restore(saved["rest"])
     try:
         write_text(folder / "scene.toml", simulation.scene.to_toml())
@@ -187,7 +187,7 @@ def _loop(simulation, recorder, rest, checkpoints, phases, progress, interruptio
     scene, report = simulation.scene, Progress(end_time=simulation.scene.end_time)
     n_frames = max(1, round(scene.end_time / scene.output.interval))
     times = itertools.chain((i * scene.output.interval for i in range(1, n_frames)), [scene.end_time])
-    # With slack: the end that a finished run had, 0.3, is not before 12 intervals of 0.025.
+    # With a tolerance: 12 intervals of 0.025 are not exactly 0.3 in floating point.
     begun = simulation.time
     frame_times = (time for time in times if time > begun + 1e-9 * max(1.0, time))
     start = said = clock.perf_counter()
@@ -235,5 +235,5 @@ def _tell(progress, report, simulation, recorder, wall):
     report.steps, report.frames, report.wall = simulation.solver.steps, recorder.frames, wall
     report.front, report.particle_steps = recorder.last.get("front"), recorder.particle_steps
     report.audit = recorder.last
-    with contextlib.suppress(OSError):  # a terminal or pipe that is gone is no reason to stop
+    with contextlib.suppress(OSError):  # a closed terminal or pipe must not stop the run
         progress(report)

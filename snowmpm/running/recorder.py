@@ -1,4 +1,4 @@
-"""What a run leaves behind: frames, history rows, maps and what they mean, summary."""
+"""Output of a run: frames, history rows, maps, hazard numbers, summary."""
 
 import copy
 import json
@@ -26,13 +26,13 @@ from snowmpm.terrain.raster import system_of as raster_system
 from snowmpm.terrain.reference_system import system_beside
 
 CAUSES = ("elastic", "breaking", "advective", "deformation", "fixed", "output")
-"""What may have set the length of a step; the history counts the steps of each as steps_CAUSE."""
+"""Possible causes of the length of a step; the history counts the steps of each as steps_CAUSE."""
 
 
 class Recorder:
-    """Writes what a simulation shows: frames, history rows, loads on obstacles, maps, summary.
+    """Writes the output of a simulation: frames, history rows, loads on obstacles, maps, summary.
 
-    background: the thread that writes frames, and checkpoints after them. frames: how many were handed to it.
+    background: the thread that writes frames, and checkpoints after them. frames: number of frames passed to it.
     """
 
     def __init__(self, simulation, folder, state=None):
@@ -77,7 +77,7 @@ class Recorder:
         return writer
 
     def state(self):
-        """All that a continuation needs, by name (`snowmpm.io.checkpoint`): copies, also while the run goes on."""
+        """All that a continuation needs, by name (`snowmpm.io.checkpoint`), as copies."""
         return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
                 "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
@@ -107,7 +107,7 @@ class Recorder:
                 **map_origin(scene)}
 
     def _cut_bodies(self):
-        """Shares of their volume, by name, of bodies that symmetric sides cut off."""
+        """Share of the volume, by name, of bodies cut at symmetric sides."""
         return {name: float(share) for name, share in self._simulation.model.shares.items() if share < 1.0}
 
     def watch(self):
@@ -179,7 +179,7 @@ class Recorder:
         write_text(self._folder / "summary.json", json.dumps(summary, indent=1))
 
     def _assess(self):
-        """What the maps mean for hazard mapping; None of a run without maps or ground."""
+        """Hazard numbers from the maps; None for a run without maps or terrain."""
         surface = self._simulation.model.surface
         if self._maps is None or surface is None:
             return None
@@ -191,7 +191,7 @@ class Recorder:
                              path[:, 2], whole, surface.height, release_plan(self._simulation.model))
 
     def _end_state(self):
-        """What `snowmpm.io.status` asks of the state now, which may be later than the last frame."""
+        """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
         simulation = self._simulation
         particles, gone = simulation.particles, simulation.solver.particles.removed
         now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum)
@@ -219,7 +219,7 @@ class Recorder:
 
 
 def momentum_place(particles):
-    """Plan position x, y [m] of the momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
+    """Plan position x, y [m] of the centre of momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
     momentum = particles["mass"] * np.linalg.norm(particles["velocity"], axis=1)
     total = float(momentum.sum())
     x, y = (momentum @ particles["position"][:, :2] / max(total, 1e-300)).tolist()
@@ -227,7 +227,7 @@ def momentum_place(particles):
 
 
 def map_origin(scene):
-    """Where the map coordinates of a scene are from: {"crs": WKT or None, "attribution": credits}, what there is.
+    """Origin of the map coordinates of a scene: {"crs": WKT or None, "attribution": credits}, as far as known.
 
     The system of the terrain, in metres; where it names none, that of the first region file that does.
     """

@@ -4,15 +4,15 @@ from snowmpm.quantities.motion import REST_MOMENTUM, REST_SHARE
 from snowmpm.scenes.stop import ends_at_rest
 
 RESTED = "came to rest"
-"""How the reason of such an end begins."""
+"""Beginning of the text for an end at rest."""
 HOLD = 0.05
-"""Share of end_time that rest must last when the scene does not say."""
+"""Default share of end_time that rest must last."""
 
 
 class StopAtRest:
-    """Looks after each frame whether the snow of a simulation rests, as `snowmpm.quantities.motion` has it, and for how
-    long. While something is to come it does not look: a saw, a removal, a load that grows or will be taken away,
-    gravity or a force that changes."""
+    """Checks after each frame whether the snow of a simulation is at rest (`snowmpm.quantities.motion`), and for how
+    long. It does not check while something is still to happen: a saw cut, a removal, a load that grows or will be
+    removed, a change of gravity or of a force."""
 
     def __init__(self, simulation):
         scene = simulation.scene
@@ -22,14 +22,14 @@ class StopAtRest:
         self._momentum = REST_MOMENTUM if stop.momentum_share is None else stop.momentum_share
         self._hold = stop.hold or HOLD * scene.end_time
         self.since = None
-        """Time of the first of the frames at rest without a break, up to now [s]; None while it moves."""
+        """Time of the first frame of the current period of rest [s]; None while the snow moves."""
 
     def state(self):
         """All that a continuation needs, by name."""
         return {"since": self.since}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Restore the result of `state()`."""
         self.since = state["since"]
 
     def look(self):
@@ -51,7 +51,8 @@ class StopAtRest:
 
     @property
     def reason(self):
-        """Why the run ended, in words: "came to rest at t = 31.5 s", or its end_time and since when it rests, if so."""
+        """Why the run ended, in words: "came to rest at t = 31.5 s", or its end_time, and since when it has been at
+        rest."""
         if self.reached:
             return f"{RESTED} at t = {self.since:.6g} s"
         since = "" if self.since is None else f", at rest since t = {self.since:.6g} s"

@@ -35,7 +35,7 @@ from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
 COLLAPSE = 1e-5
-"""Share of the first time step below which a run comes to no end, but to nonsense."""
+"""Share of the first time step below which a run is stopped as unstable."""
 
 
 class Simulation(Glance):
@@ -46,10 +46,10 @@ class Simulation(Glance):
             sim.step()
         sim.particles["velocity"]
 
-    time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, and shorter since bonds break),
-    "advective", "deformation", "fixed" or "output" (cut to land on a time asked for); particles[name]: NumPy copies
-    (`snowmpm.particles.fields.ParticleFields`).
-    Several simulations may take turns, also in several threads: one of them computes at a time.
+    time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, shorter because bonds break),
+    "advective", "deformation", "fixed" or "output" (shortened to end at a requested time); particles[name]: NumPy
+    copies (`snowmpm.particles.fields.ParticleFields`).
+    Several simulations can be used alternately, also in several threads; one computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
     `ti.reset` and in a forked process.
     """
@@ -64,10 +64,10 @@ class Simulation(Glance):
 
     def __init__(self, scene: Scene, resumed: PathLike | None = None,
                  approve: "Callable[[Simulation], object] | None" = None) -> None:
-        """resumed: run folder from whose checkpoint the state comes, so that an initial stress "settle" is not relaxed
-        once more, and what came from another run is taken from that folder.
+        """resumed: run folder whose checkpoint provides the state. Then an initial stress "settle" is not relaxed
+        again, and the state from another run (`initial.from`) is read from that folder.
 
-        approve: called with the simulation once it is built, before it settles; may refuse it by an InputError.
+        approve: called with the simulation once it is built, before it settles; may raise InputError to refuse it.
         """
         with compiling():
             self._make(scene, resumed, approve)
@@ -89,7 +89,7 @@ class Simulation(Glance):
         if scene.initial.stress == "settle" and resumed is None:
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
-        """What a saw test measures (`snowmpm.saw_test.crack`); None without one."""
+        """Record of the saw test (`snowmpm.saw_test.crack`); None if there is none."""
         if self.crack and resumed is None:
             for line in self.crack.before_the_saw():
                 warnings.warn(line, stacklevel=2)
@@ -110,7 +110,7 @@ class Simulation(Glance):
 
     @property
     def n_particles(self) -> int:
-        """Particles that are in the domain now."""
+        """Number of particles in the domain now."""
         return self.solver.particles.count
 
     @property
@@ -129,7 +129,7 @@ class Simulation(Glance):
         return ParticleFields(self.solver.particles, self.model.body_starts)
 
     def law_of_body(self, body: int) -> Law:
-        """Law of the body with this index, as this grid has it."""
+        """Law of the body with this index, scaled to this grid."""
         return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def numbers_of_body(self, body: int) -> tuple[int, int]:
@@ -154,7 +154,7 @@ class Simulation(Glance):
             self.solver.step(dt)
         except SimulationError as error:
             known = diagnose(self.scene.solver, self.solver, dt)
-            # In two lines: what is known of such a failure says more than what helps in general
+            # Two lines: a hint from the atlas of failures is more useful than general advice
             raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
             self.solver.time = until
@@ -164,8 +164,8 @@ class Simulation(Glance):
 
     @in_turn
     def add_acceleration(self, function: Callable[[Floats, Floats, float], ArrayLike]) -> None:
-        """Let a force in proportion to mass act from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) gives
-        accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not hold it: add it again after a restore."""
+        """Add an acceleration that acts from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) returns
+        accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not store it: add it again after restoring."""
         method = self.scene.solver.method
         require(self.scene, "forcing", "solver.method", method, what="for add_acceleration")
         forcing = self.solver.forcing
@@ -181,12 +181,12 @@ class Simulation(Glance):
 
     @in_turn
     def follow_loads(self) -> None:
-        """Hand the loads of all events to the solver, in the order of the scene."""
+        """Pass the loads of all events to the solver, in the order of the scene."""
         self.solver.set_loads([event.load for event in self.events if event.load is not None])
 
     @in_turn
     def state(self) -> dict[str, Any]:
-        """All that a bitwise continuation needs, by name (`snowmpm.io.checkpoint`): copies, also while it goes on."""
+        """All that a bitwise continuation needs, by name (`snowmpm.io.checkpoint`), as copies."""
         rest = {"events": [event.state() for event in self.events], "audit": self._audit.state(),
                 "body_starts": self.model.body_starts, "dt": self.dt, "dt_cause": self.dt_cause,
                 "crack": self.crack.state() if self.crack else {}}
@@ -194,7 +194,7 @@ class Simulation(Glance):
 
     @in_turn
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Take over the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
+        """Restore the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
         if not np.array_equal(state["body_starts"], self.model.body_starts):
             raise InputError(f"{self.scene.source}: bodies: not as many particles as when the run began")
         self.solver.restore(state["solver"])

@@ -1,1 +1,1 @@
-"""Propagation saw test: the saw, what is measured while the crack runs, and theories to hold it against."""
+"""Propagation saw test: the saw, measurements during the run, and theories for comparison."""

@@ -1,17 +1,18 @@
-"""What happens in a propagation saw test, recorded while it runs: the crack, the slab above it, the energy it takes.
+"""Record of a propagation saw test during the run: the crack, the slab above it, the dissipated energy.
 
 Along the column, in bins that move with the snow:
 
-    broken      as many particles of the weak layer have lost `BROKEN` of their strength (the law's "damage") as one row
-                of them has; a law without damage never breaks
-    arrival     time at which a bin broke by itself; where the saw was first, it has none
-    tip         end of the broken or sawn bins that hang together, from the saw's end of the column
-    slab        displacement and speed of its middle line against the state before the cut: settlement (down, normal to
-                the slope) and slip (along the slope, in the saw's way)
+    broken      the number of particles of the weak layer that have lost `BROKEN` of their strength (the law's
+                "damage") is at least that of one row; a law without damage never breaks
+    arrival     time at which a bin broke by itself; none where the saw came first
+    tip         end of the connected broken or sawn bins, from the saw's end of the column
+    slab        displacement and speed of its middle line relative to the state before the cut: settlement (down, normal
+                to the slope) and slip (along the slope, in the direction of the saw)
     work        dissipated in the weak layer per area,  sum_p V_p ( int tau : d dt + psi_0 - psi ) / A, d = sym grad v;
-                its value at the arrival is the fracture energy, friction and compaction behind the tip come on top
+                its value at the arrival is the fracture energy; friction and compaction behind the tip add to it
 
-all at intervals in which neither a wave nor a crack can cross more than a bin, or as fine as `MOST_ROWS` rows allow.
+The interval of the record is the time in which a wave crosses one bin, or longer if there would be more than
+`MOST_ROWS` rows.
 """
 
 import numpy as np
@@ -21,7 +22,7 @@ from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
 WORN = 0.1
-"""Damage from which on a particle of the weak layer is worn before the saw comes, so that a run says so."""
+"""Damage of a particle of the weak layer before the saw comes above which a run warns."""
 MOST_BINS, MOST_ROWS = 400, 1500
 SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
 LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
@@ -90,7 +91,7 @@ class CrackRecord:
         return np.clip((along / self.bin).astype(int), 0, len(self.x) - 1)
 
     def before_the_saw(self):
-        """In words: what of the weak layer has gone before the saw begins."""
+        """Warnings: damage of the weak layer before the saw begins."""
         if uncounted := uncounted_by_theories(self._scene):
             yield f"theories of the saw test count the weight of the slab alone, not {' and '.join(uncounted)}"
         broken, (worn, place) = self.bins["broken_at_rest"].mean(), self.worn_at_rest
@@ -152,7 +153,7 @@ class CrackRecord:
         return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), state[:, : len(self._law.STATE)]
 
     def _elastic(self, stress, state):
-        """psi [J/m3] of each particle of the weak layer, 0 for those that the saw took."""
+        """psi [J/m3] of each particle of the weak layer, 0 for those that the saw removed."""
         return np.where(self._probe.there[self._weak], self._law.elastic_energy(stress, state), 0.0)
 
     def _stress_power(self, stress):
@@ -185,7 +186,7 @@ class CrackRecord:
         return {name: np.array(rows[first:]) for name, rows in self.rows.items()}, self.bins
 
     def description(self):
-        """What a run file says of it beside the rows: arguments of `io.saw_test.create_saw_test`."""
+        """Description for the run file besides the rows: arguments of `io.saw_test.create_saw_test`."""
         spec = self._scene.saw_test
         about = {"slope_angle": spec.slope_angle, "length": spec.length, "slab_thickness": spec.slab_thickness,
                  "weak_layer_thickness": spec.weak_layer.thickness, **self._cut(), **elastic_predictions(self._scene)}
@@ -199,7 +200,7 @@ class CrackRecord:
                 "notch": spec.notch}
 
     def result(self):
-        """Numbers of the test so far (`saw_test.result`), under "saw" how it cut, and under "theory" what theories say
+        """Numbers of the test so far (`saw_test.result`), under "saw" its motion, and under "theory" the theories
         (`saw_test.theory`)."""
         spec = self._scene.saw_test
         found = result_of(self.values(), slab_thickness=spec.slab_thickness, saw_speed=spec.saw_speed)
@@ -212,7 +213,7 @@ class CrackRecord:
                 "rest": self._rest}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Restore the result of `state()`."""
         self.rows = {name: list(rows) for name, rows in state["rows"].items()}
         self.bins = {name: np.array(values) for name, values in state["bins"].items()}
         self._taken, self._read_at = state["taken"], state["read_at"]

@@ -11,13 +11,13 @@ def column_of(scene):
 
 
 def uncounted_by_theories(scene):
-    """Keys of a scene that act on its saw test and are in no theory of it."""
+    """Loads of a scene that act on its saw test and that the theories neglect."""
     return [name for name in ("forces", "damping", "events", "obstacles") if getattr(scene, name)]
 
 
 def elastic_predictions(scene):
-    """What needs no strength, by name: load on the weak layer [Pa], its shear without a sign, and wave speeds of the
-    slab [m/s]."""
+    """Predictions that need no strength, by name: load on the weak layer [Pa], with the magnitude of its shear, and
+    wave speeds of the slab [m/s]."""
     slab = column_of(scene)[0]
     normal, shear = slab.stresses(scene.saw_test.slope_angle, scene.gravity)
     return {"normal_stress": float(normal), "shear_stress": float(abs(shear)), "shear_wave_speed": slab.shear_speed,
@@ -25,7 +25,7 @@ def elastic_predictions(scene):
 
 
 def predictions(scene, collapse_height=None):
-    """All of them by name; None where a theory does not apply. collapse_height: measured [m], for the collapse wave.
+    """All predictions by name; None if a theory does not apply. collapse_height: measured [m], for the collapse wave.
 
     maxwell_load [Pa] and fracture_energy [J/m2] of the weak layer, from its oedometric curve; critical_length_energy,
     critical_length_strength [m]; collapse_wave_speed [m/s].

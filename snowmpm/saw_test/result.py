@@ -1,33 +1,36 @@
-"""From the record of a saw test to the numbers that field studies report."""
+"""Results of a saw test, as field studies report them, from its record."""
 
 import numpy as np
 
 RUNAWAY = 3.0
-"""Times the speed of the saw at which a crack counts as running by itself."""
+"""Speed over that of the saw above which a crack counts as self-propagating."""
 
 BROKEN_BEFORE = 0.01
-"""Share of the column that may have broken before the saw began, at its free ends say."""
+"""Largest share of the column that may have broken before the saw began, for instance at its free ends."""
 
 FALLS = 4.0
-"""Intervals of the record by which a bin must have broken before those nearer to the saw, to be of another crack."""
+"""Number of intervals of the record by which a bin must break before bins nearer to the saw to belong to another
+crack."""
 
 
 def result_of(values, *, slab_thickness, saw_speed):
-    """Numbers of a saw test, by name; None where the crack did not come that far.
+    """Results of a saw test, by name; None if the crack did not get that far.
 
     values: `CrackRecord.values()`, or the same arrays from a run file. Lengths along the column from the saw's end [m]:
 
-    critical_length     cut when the crack began to run by itself: from there it goes on for 2 D, twice the thickness of
-                        the slab, all of that and its first tenth of a metre faster than `RUNAWAY` times the saw. It may
-                        still stop later: see runs_to_the_end
-    crack_length        tip of the crack in the end; runs_to_the_end: it is within D of the far end
-    crack_speed         [m/s] median over windows of D from halfway to D before the end of the crack
-    top_speed           [m/s] exceeded, over windows of D, on a tenth of the way
-    collapse_height     median settlement of the slab in the end, where the crack ran by itself and is 2 D behind it
-    fracture_energy     [J/m2] median of the work in the weak layer per area until it had lost its strength, there
-    plastic_work        [J] of all snow in the end, per metre of width in 2-D
-    broken_at_rest      share of the column whose weak layer had broken before the saw began. Beyond `BROKEN_BEFORE`
-                        there is no test: the other numbers are None
+    critical_length     length of the cut when the crack began to run by itself: from there it runs on for 2 D, twice
+    the
+                        thickness of the slab, over this length and over its first 0.1 m faster than `RUNAWAY` times the
+                        saw. It may still arrest later: see runs_to_the_end
+    crack_length        tip of the crack at the end; runs_to_the_end: it is within D of the far end
+    crack_speed         [m/s] median over windows of length D from halfway to D before the end of the crack
+    top_speed           [m/s] exceeded, over windows of length D, on a tenth of the path
+    collapse_height     median settlement of the slab at the end, where the crack ran by itself and its tip is 2 D
+    further
+    fracture_energy     [J/m2] median work in the weak layer per area until it has lost its strength, at the same places
+    plastic_work        [J] of all snow at the end, per metre of width in 2-D
+    broken_at_rest      share of the column whose weak layer had broken before the saw began. Above `BROKEN_BEFORE`
+                        the test is void: the other numbers are None
     """
     x, arrival, time = values["x"], values["arrival"], values["time"]
     D, width = slab_thickness, x[1] - x[0] if len(x) > 1 else x[0]
@@ -59,9 +62,9 @@ def result_of(values, *, slab_thickness, saw_speed):
 
 
 def _front(arrival, first, tolerance):
-    """When all from bin `first` to each bin was broken (n,), and which bins the crack from there has reached: a crack
-    that begins ahead of it, as in its own shear waves, is one with it where it catches up; one from the far end of the
-    column, which it meets, is another.
+    """Time (n,) at which all bins from `first` to each bin were broken, and which bins the crack from there has
+    reached. A crack that starts ahead of it, as in its own shear waves, belongs to it once it catches up; a crack from
+    the far end of the column does not.
     """
     passed = np.where(np.isfinite(arrival), arrival, -np.inf)
     passed[first:] = np.maximum.accumulate(passed[first:])

@@ -1,15 +1,16 @@
-"""The saw: it takes the weak layer away as it goes."""
+"""The saw: it removes the weak layer as it advances."""
 
 import numpy as np
 
 STROKE = 0.5
-"""Cells that it goes on at a time: the grid sees no finer."""
+"""Advance of the saw at a time [cells]: the grid resolves no less."""
 
 
 class Saw:
-    """An event of the run (`snowmpm.running.events`): everything of a body with x below the saw's place is removed.
+    """An event of the run (`snowmpm.running.events`): all particles of a body with x below the saw's position are
+    removed.
 
-    length, speed, start: cut in all [m], [m/s], [s]; it begins at x = notch.
+    length, speed, start: total cut [m], [m/s], [s]; it begins at x = notch.
     """
 
     load = None
@@ -21,11 +22,11 @@ class Saw:
         """x up to which the weak layer is gone [m]."""
 
     def at(self, time):
-        """Where the saw is at a time [s]: x [m]."""
+        """Position x [m] of the saw at a time [s]."""
         return float(np.clip(self._notch + (time - self._start) * self._speed, self._notch, self._length))
 
     def to_come(self, time):
-        """Whether it still cuts after `time` [s]."""
+        """Whether the saw still cuts after `time` [s]."""
         return not self.done
 
     def state(self):

@@ -1,4 +1,4 @@
-"""Which layer of a saw test does not bear the snow above it, before anything is cut."""
+"""Layers of a saw test that fail under the snow above them before anything is cut."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from snowmpm.saw_test.prediction import column_of
 
 @dataclass(frozen=True)
 class Load:
-    """What the weight puts on the foot of a layer: normal stress, in compression, and shear stress [Pa]; strength: the
-    shear stress that its law bears beside that normal stress [Pa], 0 where that alone crushes it."""
+    """Stress at the foot of a layer from the weight: normal, positive in compression, and shear [Pa]; strength: the
+    largest shear stress that its law bears under that normal stress [Pa], 0 if the normal stress alone crushes it."""
 
     layer: str
     material: str
@@ -19,11 +19,11 @@ class Load:
     shear: float
     strength: float
     at_end: bool = False
-    """Of the lower end of the column, not of the slope."""
+    """At the lower end of the column instead of the infinite slope."""
 
     @property
     def share(self):
-        """Shear stress over strength; 1 and more does not stand."""
+        """Shear stress over strength; the layer fails from 1 on."""
         if self.strength > 0.0:
             return self.shear / self.strength
         return np.inf
@@ -45,8 +45,9 @@ class Load:
 def loads(scene):
     """`Load` of every layer of a scene with a saw test whose law has a strength, from the ground up.
 
-    Of an infinite slope, sigma = W cos(slope), tau = W sin(slope) with W the weight per area above and sideways K0 of
-    each law: the free ends of a column are loaded more, within about a slab's thickness of them (`load_of_end`).
+    As on an infinite slope: sigma = W cos(slope), tau = W sin(slope) with W the weight per area above, and lateral
+    stress by K0 of each law. Near the free ends of a column, within about a slab's thickness, loads are larger
+    (`load_of_end`).
     """
     test = scene.saw_test
     above, found = 0.0, []
@@ -62,10 +63,10 @@ def loads(scene):
 
 
 def load_of_end(scene):
-    """`Load` of the weak layer at the lower end of a column whose ends are normal to the slope; None of any other.
+    """`Load` of the weak layer at the lower end of a column whose ends are normal to the slope; None for other columns.
 
-    The end face is free of the shear force tau D / 2 that an infinite slope has there. It presses on the end of a beam
-    (the slab) on springs (the weak layer, k = E' / t) with
+    The end face lacks the shear force tau D / 2 of an infinite slope. This force loads the end of a beam (the slab) on
+    springs (the weak layer, k = E' / t), so that
 
         sigma_end = sigma + tau D lambda,    lambda = (k / (4 B))^(1/4),   B the slab's stiffness in bending
     """
@@ -84,8 +85,8 @@ def load_of_end(scene):
 
 
 def overloaded(scene):
-    """The `Load`s that do not stand: of the slope, and where that stands of the column's lower end; none of a scene
-    without a saw test."""
+    """The `Load`s that fail: those of the slope, or else that of the column's lower end; none for a scene without a saw
+    test."""
     if not scene.saw_test:
         return []
     found = [load for load in loads(scene) if load.share >= 1.0]

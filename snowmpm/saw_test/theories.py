@@ -1,4 +1,4 @@
-"""Theories that are worked out when a run is looked at, not while it goes on."""
+"""Theories that are evaluated when a run is read, not during the run."""
 
 import tempfile
 from pathlib import Path
@@ -8,7 +8,7 @@ from snowmpm.saw_test import weac
 
 
 def further_theories(run):
-    """{name: value} of a `snowmpm.io.Run` of a saw test, beside what its summary holds; what there is of it."""
+    """{name: value} for a `snowmpm.io.Run` of a saw test, in addition to its summary, as far as available."""
     from snowmpm.scenes import load_scene
 
     energy = run.summary.get("saw_test", {}).get("theory", {}).get("fracture_energy")
@@ -19,6 +19,6 @@ def further_theories(run):
             path = Path(folder) / "scene.toml"
             path.write_text(run.provenance["scene"], encoding="utf-8")
             length = weac.critical_length(load_scene(path), energy)
-    except (InputError, KeyError):  # of another version: the run itself can be looked at all the same
+    except (InputError, KeyError):  # of another version: the run itself is still readable
         return {}
     return {"critical_length_weac": length} if length else {}

@@ -1,8 +1,8 @@
-"""What theories say about a propagation saw test. NumPy; lengths [m], stresses [Pa], energies per area [J/m2].
+"""Theories of the propagation saw test. NumPy; lengths [m], stresses [Pa], energies per area [J/m2].
 
-Slab: a plate in plane strain, E' = E / (1 - nu^2), of thickness D; sigma, tau: normal and shear stress that it puts on
-the weak layer, sigma > 0 in compression, tau > 0 where the saw goes up the slope. Slabs of several layers enter by
-their mean density and the moduli that give the same stiffness in bending, in stretching and in shear.
+Slab: a plate in plane strain, E' = E / (1 - nu^2), of thickness D; sigma, tau: normal and shear stress from its weight
+on the weak layer, sigma > 0 in compression, tau > 0 if the saw cuts upslope. Slabs of several layers enter by their
+mean density and the moduli with the same stiffness in bending, stretching and shear.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ GRAVITY = 9.81
 SHARE_OF_SHEAR_SPEED = 0.6
 """Largest speed of a flat anticrack over that of shear waves in the slab: Bobillier et al. (2024), up to 0.6."""
 FIRST_CUT, LONGER_CUT = 0.01, 1.05
-"""Cuts that are looked at for the first that is critical: [D], and each as a multiple of the one before."""
+"""Cuts that are examined for the first critical one [D], each a multiple of the one before."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Slab:
                    float(12.0 * bending / total**3), float(plate @ d / total), float(1.2 * shear / total))
 
     def stresses(self, slope_angle, gravity=GRAVITY):
-        """sigma and tau [Pa] that its weight puts on the weak layer; slope_angle [degrees], > 0 up the slope."""
+        """sigma and tau [Pa] from its weight on the weak layer; slope_angle [degrees], > 0 upslope."""
         weight, angle = self.density * gravity * self.thickness, np.radians(slope_angle)
         return weight * np.cos(angle), weight * np.sin(angle)
 
@@ -58,14 +58,14 @@ class Slab:
 
 
 def _shear_stiffness(d, plate, shear, neutral, bending):
-    """S [N/m] of a beam of layers: the shear force Q stores Q^2 / (2 S) per length, with the shear stress that
-    equilibrium asks for beside bending,
+    """S [N/m] of a layered beam: a shear force Q stores the energy Q^2 / (2 S) per length, with the shear stress that
+    follows from equilibrium in bending,
 
         1 / S = int s^2 / (G B^2) dz,    s(z) = int_0^z E' (z' - z_n) dz',   z_n the neutral axis
 
-    which is 5 G D / 6 of one layer, and G_c e^2 / d_c of two thin stiff faces, e apart, on a soft core. d, plate (E'),
-    shear (G): (n,), of the layers from below. WEAC takes 5/6 of the sum of G d, the same shear strain in every layer,
-    which is stiffer: by 5 % for a slab whose modulus grows fourfold downward, by far more where a layer is soft.
+    It is 5 G D / 6 for one layer, and G_c e^2 / d_c for two thin stiff faces at a distance e on a soft core. d, plate
+    (E'), shear (G): (n,), of the layers from below. WEAC takes 5/6 of the sum of G d, with equal shear strain in every
+    layer. That is stiffer: by 5 % for a slab whose modulus grows fourfold downward, by far more if one layer is soft.
     """
     points, weights = np.polynomial.legendre.leggauss(3)  # exact: s is a parabola in each layer
     bottom, moment, compliance = 0.0, 0.0, 0.0
@@ -88,12 +88,12 @@ def collapse_speed(slab, collapse_height, gravity=GRAVITY):
 
 
 def energy_of_cut(slab, sigma, tau, a, ends="normal"):
-    """Energy that a cut of length a sets free [J/m], slab on a rigid weak layer:
+    """Energy [J/m] released by a cut of length a, slab on a rigid weak layer:
 
-        U = pi a^2 (sigma^2 + tau^2) / (2 E')                              as a crack in a body without end
+        U = pi a^2 (sigma^2 + tau^2) / (2 E')                              as a crack in an infinite body
           + tau^2 a^3 / (6 E' D)                                           stretching
-          + 3 eta / (2 E' D^2) m(a)^2                                      the slab turns at the tip
-          + 6 / (E' D^3) int_0^a b(s)^2 ds + 3 / (5 G D) int_0^a q(s)^2 ds bending and shear of what hangs over
+          + 3 eta / (2 E' D^2) m(a)^2                                      rotation of the slab at the tip
+          + 6 / (E' D^3) int_0^a b(s)^2 ds + 3 / (5 G D) int_0^a q(s)^2 ds bending and shear of the overhang
 
     ends "normal":   m = (sigma a + tau D) a / 2,  q = sigma s + tau D / 2,  b = sigma s^2 / 2
     ends "vertical": m = sigma a^2 / 2,            q = sigma s,              b = (sigma s - tau D) s / 2
@@ -106,11 +106,11 @@ def energy_of_cut(slab, sigma, tau, a, ends="normal"):
         l_tt = 1 + 9 eta D / (4 a) + 9 eta^2 D^2 / (4 a^2),   l_st = 9 eta / 2 + 9 eta^2 D / (2 a),
         l_ss = 3 eta^2 + 9 eta a / (4 D) + 9 a^2 / (5 D^2),   eta^2 = 4 (1 + nu) / 5
 
-    whose eta takes E' / G of plane stress; here it is that of plane strain, 3 % of U. Vertical ends are worked out here
-    in the same way: their overhang hangs D tan(slope) / 2 further back, which takes its moment from the weight. The
-    sign of tau tells apart a saw that goes up the slope from one that goes down. Beside finite elements on a rigid
-    layer dU/da is within 20 % for cuts of 0.6 to 2 D on the flat and, with normal ends, up a slope of 35 degrees.
-    Shorter cuts are no beams: there, and the more so where tau works against sigma, the first term is too large.
+    whose eta has E' / G of plane stress; here it is that of plane strain, a difference of 3 % of U. The form for
+    vertical ends is derived here in the same way: the centre of the overhang lies D tan(slope) / 2 further back, which
+    reduces the moment of its weight. The sign of tau distinguishes upslope from downslope cuts. Compared with finite
+    elements on a rigid layer, dU/da is within 20 % for cuts of 0.6 to 2 D on the flat and, with normal ends, upslope at
+    35 degrees. Shorter cuts are no beams: there the first term is too large, the more so if tau acts against sigma.
     """
     return _of_cut(slab, sigma, tau, a, ends)[0]
 
@@ -139,9 +139,9 @@ def _of_cut(slab, sigma, tau, a, ends):
 
 
 def critical_length_by_energy(slab, sigma, tau, fracture_energy, ends="normal"):
-    """Least a_c [m] at which dU/da of `energy_of_cut` is the fracture energy; 0 where it is more from the start.
+    """Least a_c [m] at which dU/da of `energy_of_cut` reaches the fracture energy; 0 if it is larger from the start.
 
-    A rigid weak layer: a compliant one lets the slab turn more, and its crack run sooner.
+    For a rigid weak layer. On a compliant layer the slab rotates more, and the crack runs earlier.
     """
     reach = FIRST_CUT * slab.thickness
     while energy_release_rate(slab, sigma, tau, reach, ends) < fracture_energy:
@@ -154,7 +154,8 @@ def critical_length_by_energy(slab, sigma, tau, fracture_energy, ends="normal"):
 
 
 def critical_length_by_strength(slab, sigma, tau, shear_strength, weak_layer_thickness, weak_layer_shear_modulus):
-    """a_c = L / sigma (-tau + sqrt(tau^2 + 2 sigma (tau_p - tau))),  L = sqrt(E' D t / G_wl); NaN beyond the strength.
+    """a_c = L / sigma (-tau + sqrt(tau^2 + 2 sigma (tau_p - tau))),  L = sqrt(E' D t / G_wl); NaN if tau exceeds the
+    strength.
 
     Gaume et al. (2017), doi:10.5194/tc-11-217-2017.
     """
@@ -165,12 +166,12 @@ def critical_length_by_strength(slab, sigma, tau, shear_strength, weak_layer_thi
 
 
 def shear_strength(law, sigma, at_end=False):
-    """Largest shear stress [Pa] that a law bears beside the normal stress sigma, without strain along the layer;
-    at_end: at a free end of it, where nothing supports it along the layer."""
+    """Largest shear stress [Pa] that a law bears under the normal stress sigma, without strain along the layer;
+    at_end: at a free end, without support along the layer."""
     state = np.array(law.initial_state())
     along = across = law.lateral_pressure * sigma
     if at_end:
-        along, across = 0.0, across / (1.0 + law.lateral_pressure)  # nu sigma, of plane strain
+        along, across = 0.0, across / (1.0 + law.lateral_pressure)  # nu sigma, by plane strain
 
     def overload(tau):
         stress = -np.diag([along, across, sigma])
@@ -186,20 +187,21 @@ def shear_strength(law, sigma, at_end=False):
 
 
 def maxwell_load(shortening, stress):
-    """Load [Pa] below which no collapse runs on the flat, and the shortening [-] that it ends at: the equal-area line
+    """Maxwell's load [Pa], below which no collapse propagates on the flat, and the shortening [-] after it: equal-area
+    line
 
         sigma_M e_f = int_0^e_f P de,   P(e_f) = sigma_M
 
-    shortening (n,), stress (n,): nominal oedometric curve P(e) of the weak layer from 0 through collapse to where it
-    bears its peak again. NaN where P does not fall below its peak, or does not come back. Ericksen (1975) for bars;
-    here no load can drive the front below sigma_M, as it would give less work than the collapse takes.
+    shortening (n,), stress (n,): nominal oedometric curve P(e) of the weak layer from 0 through collapse until P
+    reaches its peak again. NaN if P does not fall below its peak, or does not reach it again. Ericksen (1975) for bars.
+    Below sigma_M no load can drive the front, since its work is less than the collapse takes.
     """
     e, P = np.asarray(shortening, float), np.asarray(stress, float)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (P[1:] + P[:-1]) * np.diff(e))])
     lowest = _valley(P)
     if lowest is None:
         return np.nan, np.nan
-    surplus = P[lowest:] * e[lowest:] - work[lowest:]  # what the load at e gives over what the collapse takes
+    surplus = P[lowest:] * e[lowest:] - work[lowest:]  # work of the load at e minus work of the collapse
     rises = np.flatnonzero(surplus >= 0.0)
     if not len(rises):
         return np.nan, np.nan
@@ -230,8 +232,8 @@ def collapse_curve(law, largest=0.2, steps=4000):
 
 
 def fracture_energy(law, thickness):
-    """Energy per area [J/m2] that the collapse of a weak layer takes until it has lost its strength: the work int P de
-    over the oedometric curve to the end of softening, times the thickness; NaN for a law that does not soften."""
+    """Energy per area [J/m2] of the collapse of a weak layer until it has lost its strength: the work int P de over the
+    oedometric curve to the end of softening, times the thickness; NaN for a law that does not soften."""
     e, P, _, state = collapse_curve(law)
     damage = np.asarray(law.outputs(state).get("damage", np.zeros(len(e))))
     broken = np.flatnonzero(damage >= 1.0 - 1e-9)
@@ -244,7 +246,7 @@ def fracture_energy(law, thickness):
 def _root(function, upper):
     """Where a function of one length changes sign between 0 and `upper` [m], to the last bit, by bisection.
 
-    scipy's own would bring 49 MiB of it into every simulation of a saw test. Raises ValueError without a change.
+    SciPy's routine would load 49 MiB into every simulation of a saw test. Raises ValueError without a change.
     """
     lower, sign = 0.0, np.sign(function(0.0))
     if sign * np.sign(function(upper)) > 0.0:

@@ -1,8 +1,8 @@
 """Critical length by WEAC, a Timoshenko beam on an elastic weak layer, where it is installed.
 
-Rosendahl & Weissgraeber (2020), doi:10.5194/tc-14-115-2020; the package `weac`, version 2. It knows no strength: the
-crack is taken to run when the energy release rate comes to the work of collapse. Ends, layers of the slab and gravity
-are those of the scene. A slab of several layers is stiffer in shear there than `theory.Slab`, which see.
+Rosendahl & Weissgraeber (2020), doi:10.5194/tc-14-115-2020; the package `weac`, version 2. It has no strength: the
+crack runs when the energy release rate reaches the work of collapse. Ends, layers of the slab and gravity are those of
+the scene. WEAC's slabs of several layers are stiffer in shear than `theory.Slab` (reason there).
 """
 
 import math
@@ -13,10 +13,10 @@ SYSTEMS = {"normal": "pst-", "vertical": "vpst-"}
 """WEAC's name for a column by its ends, cut from the right."""
 
 LONGEST = 0.9
-"""Of the column: the longest cut that is tried."""
+"""Share of the column: the longest cut tried."""
 
 TRIES = 30
-"""Halvings of the interval that the critical length lies in."""
+"""Number of bisections for the critical length."""
 
 
 def critical_length(scene, energy):
@@ -34,10 +34,10 @@ def critical_length(scene, energy):
     model.set_foundation_properties(t=1e3 * thickness, E=1e-6 * law.youngs_modulus, nu=law.poisson_ratio, update=False)
     layers = [(scene.materials[layer.material], 1e3 * layer.thickness) for layer in reversed(test.slab)]
     model.set_beam_properties([[law.density, height] for law, height in layers], update=False)
-    # It takes moduli from densities: in their place those of the laws, in MPa
+    # It derives moduli from densities: replace them by those of the laws, in MPa
     model.slab[:, 2:] = [[1e-6 * law.youngs_modulus, 1e-6 * law.shear_modulus, law.poisson_ratio] for law, _ in layers]
     model.calc_fundamental_system()
-    angle = -test.slope_angle  # it cuts from the right and counts against the clock
+    angle = -test.slope_angle  # it cuts from the right, with the angle of opposite sign
 
     def release_rate(cut):
         parts = model.calc_segments(L=1e3 * test.length, a=1e3 * cut, m=0, phi=angle)["crack"]

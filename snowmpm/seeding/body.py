@@ -13,15 +13,15 @@ from snowmpm.seeding.shapes import shape_of
 
 
 class Seeds(NamedTuple):
-    """Where particles start: positions (n, dim) [m], volumes (n,) [m3] (in 2-D per metre of width), both float64;
-    share: of the body's volume that sides of the domain left."""
+    """Initial particles: positions (n, dim) [m], volumes (n,) [m3] (in 2-D per metre of width), both float64; share: of
+    the body's volume inside the sides of the domain."""
 
     positions: np.ndarray
     volumes: np.ndarray
     share: float = 1.0
 
     def chosen(self, keep):
-        """Those with keep (n,) true."""
+        """The particles with keep (n,) true."""
         return Seeds(self.positions[keep], self.volumes[keep], self.share)
 
 
@@ -37,8 +37,8 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     dx [m], particles_per_cell: the mean spacing is dx / particles_per_cell^(1/dim).
     sampling: "regular", "jittered" (a lattice, each point moved by at most a quarter spacing) or "poisson".
     rng: numpy Generator; the same state gives the same particles.
-    base_dir: folder of relative files; key: how messages name the shape.
-    cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite where nothing cuts.
+    base_dir: folder of relative files; key: name of the shape in messages.
+    cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite without a cut.
 
     The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
     InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
@@ -61,7 +61,7 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
 
 
 def _within(seeds, lower, upper):
-    """Those between two corners: of a layer, whose particles have volumes of their own."""
+    """The particles between two corners, for a layer, whose particles have individual volumes."""
     inside = ((seeds.positions >= lower) & (seeds.positions < upper)).all(axis=1)
     if inside.all():
         return seeds

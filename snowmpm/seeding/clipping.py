@@ -8,14 +8,14 @@ import numpy as np
 from snowmpm.errors import InputError
 
 SEGMENTS = 1440
-"""Of the circle of a cylinder that leans; only the share of it that is kept is taken from them."""
+"""Sides of the polygon for the circle of a leaning cylinder; it gives only the share that is kept."""
 
 
 def clipped(shape, spec, lower, upper, key):
-    """Part of a `Shape` between the corners lower, upper (dim,) [m], infinite where nothing cuts.
+    """Part of a `Shape` between the corners lower, upper (dim,) [m], infinite without a cut.
 
-    spec: the scene's shape table, for its kind. The volume is exact, that of a leaning cylinder to 1e-5. The shape
-    itself comes back where nothing cuts it. InputError: nothing is left.
+    spec: the scene's shape table, for its kind. The volume is exact, that of a leaning cylinder to 1e-5. An uncut
+    shape is returned as it is. InputError: nothing is left.
     """
     corners = shape.origin + np.array(list(itertools.product([0.0, 1.0], repeat=len(lower)))) * shape.size @ shape.axes
     low, high = np.maximum(lower, corners.min(axis=0)), np.minimum(upper, corners.max(axis=0))
@@ -34,7 +34,7 @@ def clipped(shape, spec, lower, upper, key):
 
     axis_of = np.argmax(shape.axes, axis=1)
     if np.array_equal(shape.axes, np.eye(len(lower))[axis_of]):
-        # The box along the axes shrinks to the cut, so that a row of particles lies along it as along a wall
+        # The box shrinks to the cut, so that rows of particles align with it as with a wall
         origin, size = low, (high - low)[axis_of]
     else:
         origin, size = shape.origin, shape.size
@@ -43,7 +43,7 @@ def clipped(shape, spec, lower, upper, key):
 
 
 def _volume(shape, spec, lower, upper):
-    """Volume between two corners, infinite where nothing cuts."""
+    """Volume between two corners, infinite without a cut."""
     kind, dim = spec.kind, len(lower)
     if kind == "box":
         return float(np.prod(np.minimum(upper, spec.max) - np.maximum(lower, spec.min)))
@@ -125,7 +125,7 @@ def _planes(lower, upper):
 def part_of_mesh(facets, lower, upper):
     """Volume within a block of what a closed mesh of facets (n, 3 corners, 3) encloses.
 
-    Seen from a point in all planes that cut, the faces of the cuts have no volume: the facets that are left have all.
+    As seen from a point in all cutting planes, the cut faces span no volume, so the remaining facets give the whole.
     """
     for axis in range(3):
         if np.isfinite(lower[axis]) and np.isfinite(upper[axis]):

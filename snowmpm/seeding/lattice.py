@@ -1,11 +1,12 @@
-"""Points that fill a box evenly: lattice, jittered lattice, Poisson discs."""
+"""Points that fill a box uniformly: lattice, jittered lattice, Poisson discs."""
 
 import numpy as np
 
 from snowmpm import memory
 
 JITTER = 0.25  # largest shift in lattice spacings: neighbours stay at least half a spacing apart
-# First diameter of random discs by dimension, in mean spacings; they fill up at 0.75, 0.83 and 0.90, but ever slower.
+# First diameter of random discs by dimension, in mean spacings; they saturate at 0.75, 0.83 and 0.90, but ever more
+# slowly.
 DIAMETERS = {1: 0.6, 2: 0.7, 3: 0.7}
 POINT_BYTES = 80  # while they are made and those outside are taken out
 SAMPLINGS = ("regular", "jittered", "poisson")
@@ -16,7 +17,7 @@ def unit_points(counts, sampling, rng):
 
     regular: centres of the unit cells, last axis fastest; jittered: each moved by at most a quarter in each direction;
     poisson: random with a least distance (random sequential discs). An axis with one cell keeps its centre under
-    `poisson`. InputError: more of them than the memory holds.
+    `poisson`. InputError: more points than fit in memory.
     """
     memory.require(POINT_BYTES * np.prod(np.asarray(counts, float)), "shape: its lattice of points")
     counts = np.asarray(counts, int)
@@ -30,11 +31,10 @@ def unit_points(counts, sampling, rng):
 
 
 def sub_layers(bottom, top, spacing, dim):
-    """How a layer is cut: number of sub-layers, their thickness [m], and the spacing [m] of points along each.
+    """Division of a layer: number of sub-layers, their thickness [m], and the spacing [m] of points along each.
 
-    Sub-layers are about `spacing` thick. Where they come out thicker, points move closer together along the layer, so
-    that a point never stands for more than spacing^dim; where they come out thinner it stands for less, and no gaps
-    open.
+    Sub-layers are about `spacing` thick. If they are thicker, points are closer together along the layer, so that no
+    point represents more than spacing^dim. If they are thinner, a point represents less, and no gaps open.
     """
     n = max(round((top - bottom) / spacing), 1)
     thickness = (top - bottom) / n
@@ -52,7 +52,7 @@ def _poisson(counts, rng):
 
 def _discs(size, total, rng):
     """`total` points in the box (0, size) of volume `total`, no two nearer than a diameter that shrinks as needed."""
-    from scipy.spatial import cKDTree  # slow to import, and other samplings do without
+    from scipy.spatial import cKDTree  # slow to import, and not needed by other samplings
 
     diameter = DIAMETERS[len(size)]
     kept = np.empty((0, len(size)))

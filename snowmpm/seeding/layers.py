@@ -1,4 +1,4 @@
-"""Layers of snow on the ground: bounds, checks, and the rows or sheets they are made of."""
+"""Layers of snow on the ground: bounds, checks, and their rows or sheets of particles."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Areas bounded by straight lines, in parts and with holes: whatever was drawn, a valid area or a refusal."""
+"""Polygonal areas, in parts and with holes: any input becomes a valid area or is refused."""
 
 import re
 import warnings
@@ -9,8 +9,8 @@ from snowmpm.errors import InputError
 from snowmpm.terrain.topology import LARGEST
 
 ASIDE = np.array([1e-9, 0.37e-9])
-"""By how much, of the size, points are moved before it is asked what they are inside of: those on an edge, as rows of a
-lattice may be, are then all inside or all outside, whatever the round-off; along edges of any usual slope."""
+"""Shift of points, relative to the size, before the test for inside or outside. Points on an edge, such as a row of a
+lattice, are then all inside or all outside in spite of round-off, for edges of any usual slope."""
 
 FLAT = 1e-12
 """Share of its bounding box below which an area counts as none."""
@@ -19,7 +19,7 @@ FLAT = 1e-12
 class Polygons:
     """An area of one or more polygons with holes that are valid and do not overlap.
 
-    The area that is weighed and the area that is filled are the same geometry.
+    The mass and the filled area follow from the same geometry.
     """
 
     def __init__(self, geometry):
@@ -32,9 +32,9 @@ class Polygons:
     def of(cls, parts, label):
         """Area of `parts`, each a list of rings (n, 2) of corners [m]: an outline and the holes in it.
 
-        Rings are closed by themselves and may run either way round. An outline that crosses itself is taken as a GIS
-        fills it: what its lines go round an odd number of times. Spikes and repeated corners have no area, and what two
-        parts share counts once. Each such repair is told by a warning that names `label`. InputError: no polygon, a
+        Rings are closed automatically and may have either orientation. A self-intersecting outline is filled as in a
+        GIS, by the even-odd rule. Spikes and repeated corners have no area, and an area shared by two parts counts
+        once. Each such repair causes a warning that names `label`. InputError: no polygon, a
         corner that is not two finite numbers, no area.
         """
         import shapely
@@ -62,14 +62,14 @@ class Polygons:
 
     @classmethod
     def from_geometry(cls, geometry):
-        """What of a valid shapely geometry is area: lines and points are left out."""
+        """The polygons of a valid shapely geometry, without lines and points."""
         import shapely
 
         return cls(shapely.MultiPolygon([p for p in _leaves(geometry) if p.geom_type == "Polygon" and p.area > 0]))
 
     @property
     def geometry(self):
-        """The area as shapely has it, a MultiPolygon."""
+        """The area as a shapely MultiPolygon."""
         return self._geometry
 
     def bounds(self):
@@ -82,7 +82,7 @@ class Polygons:
         return float(self._geometry.area)
 
     def area_within(self, lower, upper):
-        """Area [m2] of what lies in a rectangle between two corners (2,) [m], which may be infinite."""
+        """Area [m2] inside a rectangle between two corners (2,) [m], which may be infinite."""
         import shapely
 
         low, high = self.bounds()
@@ -90,7 +90,8 @@ class Polygons:
         return float(self._geometry.intersection(shapely.box(*low, *high)).area) if (low < high).all() else 0.0
 
     def contains(self, points):
-        """Which of the points (k, 2) lie inside; shape (k,). Those on left and lower edges do, on others not."""
+        """Which of the points (k, 2) lie inside; shape (k,). Points on left and lower edges do, points on others do
+        not."""
         import shapely
 
         if self._geometry.is_empty:
@@ -111,7 +112,7 @@ class Polygons:
         return bool((a <= d).all() and (c <= b).all())
 
     def without(self, other):
-        """What of this area is not in the other."""
+        """The part of this area that is not in the other."""
         return Polygons.from_geometry(self._geometry.difference(other._geometry))
 
 
@@ -167,7 +168,7 @@ def _where(geometry):
 
 
 def _leaves(geometry):
-    """Simple geometries of which a geometry is made, however nested."""
+    """Simple geometries of which a possibly nested geometry consists."""
     if hasattr(geometry, "geoms"):
         return [leaf for part in geometry.geoms for leaf in _leaves(part)]
     return [geometry]

@@ -58,7 +58,7 @@ class OffsetLine:
     """The line at a constant distance above a polyline.
 
     ground: (n, 2) [m], x never decreasing; distance [m]. Above a ridge it runs along an arc; in a hollow the sides meet
-    at the bisector, and sides shorter than what the mitre takes are dropped.
+    at the bisector, and sides shorter than the mitre are dropped.
     """
 
     def __init__(self, ground, distance):
@@ -99,7 +99,8 @@ def _sides(line):
 
 
 def _shortened(line, distance):
-    """The polyline without the inner sides that the line at `distance` does not reach, neighbours drawn out to meet."""
+    """The polyline without the inner sides that the line at `distance` does not reach; their neighbours are extended to
+    meet."""
     while len(line) > 3:
         t, length, turn = _sides(line)
         cut = distance * np.tan(0.5 * np.maximum(turn, 0.0))

@@ -15,10 +15,10 @@ from snowmpm.terrain.reference_system import WORLD, ReferenceSystem, system_besi
 
 GIS = "needs the gis extra: pip install 'snowmpm[gis]'"
 FILE_BYTES = 40.0
-"""Memory over a byte of a file, while it is read."""
+"""Memory per byte of a file while it is read."""
 SQLITE = b"SQLite format 3\0"
 UNDEFINED = re.compile("undefined", re.IGNORECASE)
-"""In the name of the system of a GeoPackage that has none."""
+"""Part of the name of the system in a GeoPackage without a known system."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ def read_features(path, key, terrain=None):
     terrain: its `ReferenceSystem`, None where it names none. A shapefile is in the system of the .prj beside it,
     GeoJSON in that of its member `crs`, else in longitude and latitude if it can be, as RFC 7946 has it; a GeoPackage,
     whose only layer of polygons is read, says its own. A file that
-    names none is in the terrain's coordinates; so is one in lengths beside a terrain that names none. What is not as
-    the file says is told by a warning.
+    names none is taken in the terrain's coordinates, and so is a file in lengths if the terrain names none. A warning
+    says when the system differs from what the file says.
     InputError: unreadable, no polygon, degrees or feet beside a terrain that names no system, a place that the
     terrain's system does not reach.
     """
@@ -67,7 +67,7 @@ def system_of(path, key):
 
 
 def _read(path, key):
-    """Features as they are in the file, the system that it names or None, and what a user must be told."""
+    """Features as stored in the file, its system or None, and warnings for the user."""
     suffix = Path(path).suffix.lower()
     if suffix not in READERS:
         raise InputError.at(key, str(path), "must be a .shp, .geojson or .gpkg file")
@@ -80,8 +80,8 @@ def _read(path, key):
 
 
 def _of_plain_geojson(corners, terrain):
-    """System of GeoJSON that names none, and what is to be said: degrees by definition, if the numbers can be and the
-    terrain has a place on the Earth; else the terrain's."""
+    """System of GeoJSON that names none, and the warning: degrees by definition, if the numbers allow it and the
+    terrain is georeferenced; else the terrain's system."""
     degrees = (np.abs(corners) <= [180.0, 90.0]).all()
     if terrain is None:
         return None, "names no coordinate system, and the terrain neither: taken as the same" if degrees else None
@@ -112,7 +112,7 @@ def _shapefile(path, key):
                 points, parts = np.asarray(shape.points, float), [*shape.parts, len(shape.points)]
                 rings = [points[a:b, :2] for a, b in pairwise(parts)]
                 features.append(Feature(_nested(rings), _thickness(record)))
-    except Exception as error:  # pyshp lets struct, OS and its own errors through on damaged files
+    except Exception as error:  # on damaged files pyshp raises struct, OS and its own errors
         raise InputError.at(key, str(path), "is not a readable shapefile") from error
     return features, system_beside(path), _left_out(others)
 
@@ -123,8 +123,8 @@ def _records(reader):
 
 
 def _nested(rings):
-    """Rings of one shape as polygons: one that lies in an odd number of others is a hole, whichever way it runs; in a
-    shapefile they are not said to belong together."""
+    """Rings of one shape as polygons: a ring inside an odd number of others is a hole, whatever its orientation; a
+    shapefile does not say which rings belong together."""
     import shapely
 
     rings = [ring for ring in rings if len(ring) > 3 and np.isfinite(ring).all()] or rings
@@ -172,7 +172,7 @@ def _geopackage(path, key):
         raise InputError.at(key, str(path), f"a GeoPackage {GIS}") from None
     try:
         with open(path, "rb") as file:
-            if file.read(len(SQLITE)) != SQLITE:  # nothing else of what GDAL can open, whatever it names
+            if file.read(len(SQLITE)) != SQLITE:  # GDAL must not open the file as any other format
                 raise InputError.at(key, str(path), "is not a readable GeoPackage")
         layers = [name for name, kind in pyogrio.list_layers(path) if kind and "Polygon" in kind]
         if len(layers) != 1:

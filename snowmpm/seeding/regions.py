@@ -1,4 +1,4 @@
-"""Where a layer lies, in plan: an interval, a rectangle, a polygon, or polygons from a file."""
+"""Plan region of a layer: an interval, a rectangle, a polygon, or polygons from a file."""
 
 import warnings
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ class Region:
     """Part of the plan.
 
     lower, upper (dim - 1,) [m]: bounds; polygons: the area, None for the whole box; thickness [m]: of the snow there,
-    as given by the file, or None; label: how a message names it; to_border: as far as the terrain goes within the
-    bounds (an axis was left free), instead of refusing what lies off the terrain.
+    as given by the file, or None; label: name in messages; to_border: the region ends with the terrain (an axis was
+    left free), instead of refusing parts off the terrain.
     """
 
     lower: np.ndarray
@@ -66,10 +66,11 @@ def regions_of(spec, surface, base_dir, key):
 
 
 def read_regions(path, key, terrain=None):
-    """Regions of the polygons in a .shp, .geojson or .gpkg file, without overlap: what two share is the first one's.
+    """Regions of the polygons in a .shp, .geojson or .gpkg file, without overlap: an area shared by two belongs to the
+    first.
 
     terrain: `ReferenceSystem` of the terrain, None where it names none; see `region_files.read_features`. Overlaps and
-    repairs are told by warnings. InputError: unreadable, no polygon, a polygon without area.
+    repairs cause warnings. InputError: unreadable, no polygon, a polygon without area.
     """
     label = f"{key} = {Path(path).name!r}"
     regions, shared, kept = [], 0.0, []

@@ -1,4 +1,4 @@
-"""Bodies with a shape of their own: what is inside, how much, and the box that holds it."""
+"""Shapes of bodies: inside test, volume, and bounding box."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Voxel images: what a body of two phases is made of, from a file."""
+"""Voxel images of a two-phase body, from a file."""
 
 import io
 import math
@@ -14,11 +14,11 @@ from snowmpm.terrain.load import existing
 
 ENDINGS = (".npy", ".npz", ".tif", ".tiff", ".raw")
 COPIES = 3.0
-"""Memory over the bytes of an image, while it is read and its values are compared."""
+"""Memory per byte of an image while it is read and its values are compared."""
 
 MOST_PAGES = 5000
 BYTES_PER_PIXEL = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16B": 2, "LA": 2, "RGB": 3}
-"""By Pillow's name of what a pixel is; 4 for others."""
+"""Bytes of a pixel by Pillow's mode; 4 for others."""
 
 
 def read_voxels(spec, dim, base_dir, key):
@@ -39,7 +39,7 @@ def read_voxels(spec, dim, base_dir, key):
         voxels = READERS[ending](path, where, dim) if ending != ".raw" else _raw(path, where, spec.counts, key)
     except InputError:
         raise
-    except Exception as error:  # damaged files fail in NumPy, zipfile and Pillow in a dozen ways
+    except Exception as error:  # damaged files raise many kinds of errors in NumPy, zipfile and Pillow
         reason = " ".join(str(error).split())[:120]
         raise InputError(f"{where}: cannot be read as a voxel image ({reason})") from None
     if voxels.ndim != dim or 0 in voxels.shape:
@@ -78,7 +78,7 @@ def _array(file, size, where):
 
 
 def _tif(path, where, dim):
-    # Only Pillow's reader of TIFF: by their contents, files of this name could be any of forty formats
+    # Only Pillow's TIFF reader: otherwise the content could select any of forty formats
     with Image.open(path, formats=("TIFF",)) as image:
         pages, size = [], 0.0
         for page in ImageSequence.Iterator(image):

@@ -19,9 +19,9 @@ from snowmpm.terrain import load_terrain
 
 
 def build(scene, kept=None):
-    """Validate what only geometry can tell and make the model of a scene. Raises InputError.
+    """Check what depends on geometry, and make the model of a scene. Raises InputError.
 
-    kept: run folder that keeps what the scene takes from another run, when it was built before.
+    kept: run folder that holds the state from another run, if the scene was built before.
     """
     refuse_beyond(scene)
     if scene.domain and scene.domain.min is None and "periodic" in scene.domain.sides(scene.dimension).values():
@@ -89,8 +89,8 @@ def _obstacles(scene):
 
 
 def _seed(scene, surface, obstacles, taken):
-    """Particles of all bodies, none inside an obstacle, and those that another run left; the first number of each body;
-    by its name the share of each body that sides of the domain left."""
+    """Particles of all bodies, none inside an obstacle, including those from another run; the first particle number of
+    each body; by name, the share of each body inside the sides of the domain."""
     solver, parts, shares = scene.solver, [], {}
     materials = list(scene.materials)
     rng = np.random.default_rng(scene.seed)
@@ -120,14 +120,14 @@ def _seed(scene, surface, obstacles, taken):
 
 
 def _as_left(columns, material, field):
-    """Particles of a body as another run left them (`TakenState`)."""
+    """Particles of a body from the end of another run (`TakenState`)."""
     return Population(columns["position"], columns["volume"][:, 0], material, columns["velocity"], columns["elastic"],
                       columns["stress"], columns["volume_ratio"][:, 0], columns["affine"], columns["state"], field)
 
 
 def _cut(scene):
-    """Corners that sides of the domain on which snow slides freely, "slip" and "symmetric", cut bodies off at; None
-    without such sides."""
+    """Corners at which frictionless sides of the domain, "slip" and "symmetric", cut bodies; None without such
+    sides."""
     if scene.domain is None or scene.domain.min is None:
         return None
     sides = scene.domain.sides(scene.dimension)
@@ -139,7 +139,7 @@ def _cut(scene):
 
 
 def _domain(scene, surface, seeds):
-    """Box that is followed: as given, else what the scene can reach."""
+    """The computed box: as given, else what the scene can reach."""
     if scene.domain and scene.domain.min:
         return np.asarray(scene.domain.min, float), np.asarray(scene.domain.max, float)
     dx, x = scene.solver.dx, seeds.positions

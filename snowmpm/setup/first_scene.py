@@ -1,4 +1,4 @@
-"""A first scene on a slope of the user's own: `snowmpm new NAME --terrain FILE`."""
+"""A first scene on the user's own slope: `snowmpm new NAME --terrain FILE`."""
 
 import math
 import os
@@ -21,10 +21,10 @@ FRAMES = 150  # at most about so many
 
 
 def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None):
-    """Text of a scene `name` to be written to `file`, and lines that say what is in it.
+    """Text of a scene `name` to be written to `file`, and lines that summarise it.
 
     ground: mesh or raster; release: polygons in plan (.geojson, .shp, .gpkg), or None for a first guess; thickness of
-    the snow [m], or None for that of the polygons, or one that goes with the slope's size; unit: of a raster's
+    the snow [m], or None for that of the polygons, or one that suits the size of the slope; unit: of a raster's
     elevations, "m", "ft" or "us-ft", or None for what the file says. Raises InputError for a file that cannot be used.
     """
     surface, kind = _load(ground, unit)
@@ -77,12 +77,12 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None)
 
 
 def _usual(extent):
-    """Thickness [m] of the snow that goes with the size of a slope."""
+    """Thickness [m] of snow that suits the size of a slope."""
     return min(max(0.02 * float(extent[:2].max()), 0.3), 1.5)
 
 
 def _place(surface):
-    """A place (3,) [m] on the ground in the lower part of it: where a house may stand."""
+    """A point (3,) [m] on the lower part of the terrain, as the site of a house."""
     heights = surface.vertices[:, 2]
     middle = surface.vertices[heights <= np.quantile(heights, 0.3), :2].mean(axis=0)
     x, y = surface.vertices[np.linalg.norm(surface.vertices[:, :2] - middle, axis=1).argmin(), :2]

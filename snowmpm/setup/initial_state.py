@@ -1,4 +1,4 @@
-"""The stress that a scene's particles start with, and the elastic strain that carries it."""
+"""Initial stress of a scene's particles, and the corresponding elastic strain."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from snowmpm.setup.initial_stress import geostatic_stress, overburden
 
 
 def stress_from_weight(model):
-    """Geostatic stress, and the elastic strain that carries it, for every particle."""
+    """Geostatic stress and the corresponding elastic strain of every particle."""
     scene, population = model.scene, model.population
     if model.gravity is not None and not np.any(model.first_gravity):
         raise InputError.at("initial.stress", scene.initial.stress, "needs gravity at time 0, where it is 0 here",
@@ -35,7 +35,7 @@ def uniform_pressure(model):
 
 
 def _give_stress(model, tau):
-    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the elastic strain that belongs to it.
+    """Kirchhoff stress (n, 3, 3) [Pa] of every particle, and the corresponding elastic strain.
 
     Raises InputError for a material that cannot carry it.
     """

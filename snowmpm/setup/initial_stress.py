@@ -1,4 +1,4 @@
-"""Stress at the start: in balance with the weight of the snow above.
+"""Initial stress in balance with the weight of the snow above.
 
 Snow cover on a slope (distance d below its surface, upward normal n, gravity g; an infinite slope is in exact balance):
 
@@ -6,8 +6,8 @@ Snow cover on a slope (distance d below its surface, upward normal n, gravity g;
 
 summed over the layers above. Other bodies: the same with n up, d the depth below the highest particle of the same body
 in the particle's column of one cell. K_0 is the elastic value of lateral confinement (validation case M14), unless the
-scene gives one. Where a layer ends in the air nothing holds these stresses: the end relaxes at a speed of about
-sigma / rho c (1 to 4 % of sqrt(g D) for a stiff slab of 1 m), which only relaxation takes away
+scene gives one. At the free end of a layer these stresses are not in balance: the end moves at a speed of about
+sigma / rho c (1 to 4 % of sqrt(g D) for a stiff slab of 1 m), which only settling removes
 (`snowmpm.stepping.settling`).
 """
 
@@ -70,7 +70,7 @@ def _layers_above(bodies, distance, columns, body_of, spacing):
         if layer is None:
             continue
         own = body_of == i
-        top = np.full(cell.max() + 1, -np.inf)  # of this layer over each plan cell; -inf where it is not
+        top = np.full(cell.max() + 1, -np.inf)  # of this layer over each plan cell; -inf without this layer
         highest = distance[own] + 0.5 * spacing if layer.top == "file" else layer.top
         np.maximum.at(top, cell[own], highest)
         load += density * np.clip(top[cell] - np.maximum(distance, layer.bottom), 0.0, None)

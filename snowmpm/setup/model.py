@@ -1,4 +1,4 @@
-"""A scene made of numbers: what a solver is built from."""
+"""The model of a scene: arrays and objects from which a solver is built."""
 
 import pkgutil
 from dataclasses import dataclass, field
@@ -22,17 +22,17 @@ from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
 
 TERRAIN_REACH = 5.0
-"""Cells around the ground in which its distance is exact, at least; through the snow that lies on it in any case."""
+"""Least distance [cells] from the ground within which the distance field is exact; more if the snow is thicker."""
 
 
 @dataclass
 class Model:
-    """A scene made of numbers: what a solver is built from.
+    """The model of a scene, from which a solver is built.
 
     laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
     which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
     shares: of each body by name, the share of its volume that symmetric sides of the domain left. taken:
-    `TakenState`, None of a scene that takes nothing from another run.
+    `TakenState`, None for a scene that starts from no other run.
     """
 
     scene: object
@@ -61,7 +61,7 @@ class Model:
     def map_grid(self):
         """Cells of the maps of a run in three dimensions (`snowmpm.results.map_grid`).
 
-        InputError for a cell that cannot be.
+        InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
         least = cell_for(snow.positions, snow.volumes, scene.solver.dx)
@@ -73,7 +73,7 @@ class Model:
 
     @cached_property
     def depth(self):
-        """Largest height of a particle straight above the ground [m]; without terrain, of the bodies."""
+        """Largest height of a particle vertically above the ground [m]; without terrain, height of the bodies."""
         x = self.population.positions
         if self.surface is None:
             return float(np.ptp(x[:, -1]))
@@ -104,7 +104,7 @@ class Model:
 
     @cached_property
     def gravity(self):
-        """`Course` of gravity that changes with time; None of constant gravity."""
+        """`Course` of gravity that changes with time; None for constant gravity."""
         return course_of(self.scene)
 
     @property
@@ -114,11 +114,11 @@ class Model:
 
     @cached_property
     def force_numbers(self):
-        """Arrays of the numbers of gravity and forces that come from files, for a digest."""
+        """Arrays of gravity and forces read from files, for a digest."""
         return self.forcing().numbers()
 
     def forcing(self):
-        """`Forcing` of the scene, which is false where there is none; it counts from time zero."""
+        """`Forcing` of the scene, false if there is none; its time starts at time zero."""
         scene = self.scene
         names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
         fields = []

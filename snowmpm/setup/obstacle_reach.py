@@ -1,4 +1,4 @@
-"""Obstacles that snow cannot reach, or that the grid cannot see."""
+"""Obstacles that snow cannot reach, or that the grid cannot resolve."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,18 @@ from snowmpm.methods import METHODS
 from snowmpm.solids.primitives import BALL, CYLINDER, SAMPLED
 
 ACROSS = 2.0
-"""Cells that an obstacle needs across the flow. Nodes inside it stop the snow, and one thinner than a cell may hold
-none: discs of 0.3 to 0.6 cells in a stream felt nothing at two places in the grid out of three, and a multiple of what
-they should at the third."""
+"""Least width of an obstacle across the flow [cells]. Nodes inside it stop the snow, and one thinner than a cell may
+contain none: for discs of 0.3 to 0.6 cells in a stream, the force was zero at two of three positions in the grid, and
+several times too large at the third."""
 
 BURIED = 0.2
-"""Share of an obstacle in reach of the snow below which it is mostly buried, or outside."""
+"""Share of an obstacle within reach of the snow below which it counts as mostly buried or outside."""
 
 LEVELS = 13
-"""Points along each axis of an obstacle at which it is looked whether snow gets there."""
+"""Points along each axis of an obstacle that are checked for reach."""
 
 MOMENTS = 33
-"""Times at which an obstacle that moves is looked at."""
+"""Number of times at which a moving obstacle is checked."""
 
 MARGIN = 2.0
 """Cells beyond the domain at which nodes still act on the snow in it."""
@@ -28,7 +28,7 @@ MARGIN = 2.0
 
 @dataclass(frozen=True)
 class Doubt:
-    """key: of the scene; says: what is doubtful about an obstacle; cure: what puts it right."""
+    """key: of the scene; says: the doubt about an obstacle; cure: its remedy."""
 
     key: str
     says: str
@@ -39,7 +39,7 @@ class Doubt:
 
 
 def refuse_unreachable(model):
-    """Refuse, by an InputError that says where it is, an obstacle of a `Model` that snow cannot reach at any time."""
+    """Raise InputError, with its position, for an obstacle of a `Model` that snow can never reach."""
     for i, obstacle in enumerate(model.obstacles):
         if not _reached(model, obstacle):
             raise InputError(f"{model.scene.source}: obstacles.{i} ({obstacle.name}): snow cannot reach any of it"
@@ -63,8 +63,8 @@ def doubts(model):
 
 
 def across(obstacle):
-    """Least width [m] that an obstacle may show to the flow: of its own box the second smallest side. The smallest one
-    may lie along the flow, as a wall's thickness does."""
+    """Least width [m] of an obstacle across the flow: the second smallest side of its box, since the smallest one may
+    lie along the flow, like the thickness of a wall."""
     return 2.0 * float(np.sort(obstacle.shape.size)[1])
 
 
@@ -88,9 +88,9 @@ def _over_ground(model, x):
     if surface is None:
         return np.ones(len(x), bool)
     height = surface.height(x[:, :-1])
-    if (surface.facet_normals[:, -1] < 0.0).any():  # the highest ground says nothing about what lies below it
+    if (surface.facet_normals[:, -1] < 0.0).any():  # the highest surface does not tell what lies below it
         return np.isfinite(height) & (model.distance.query(x)[0] > 0.0)
-    return x[:, -1] > height  # False where there is no ground
+    return x[:, -1] > height  # False without ground
 
 
 def _points(shape):
@@ -106,7 +106,7 @@ def _points(shape):
 
 
 def _whereabouts(model, obstacle):
-    """Why an obstacle is out of reach, with numbers."""
+    """The reason why an obstacle is out of reach, with numbers."""
     x, inside, _ = next(_states(model, obstacle))
     box = f"{np.round(x.min(axis=0), 2).tolist()} to {np.round(x.max(axis=0), 2).tolist()} m"
     if not inside.any():

@@ -1,11 +1,11 @@
-"""A made-up microstructure of snow: ice where a Gaussian random field is above a level.
+"""A synthetic microstructure of snow: ice where a Gaussian random field is above a level.
 
     f = G_s * w,   ice where f > l
 
 w white noise, G_s a Gaussian of standard deviation s, periodic: the field has the correlation exp(-r² / (4 s²)). l is
 chosen such that the ice has the volume fraction asked for (Teubner (1991), Europhysics Letters 14, 403, for two-phase
-media from level cuts). One length makes the grains; images of real snow show more. What hangs together with no other
-ice is not kept, since it would float: the fraction is that of the largest piece.
+media from level cuts). The structure has a single length scale; real snow has several. Ice that is not
+connected to the largest piece is removed, since it would float: the fraction is that of the largest piece.
 
     python -m snowmpm.setup.random_microstructure sample.npz --size 60 60 60 --fraction 0.33 --correlation 4 --seed 1
 """
@@ -21,7 +21,7 @@ from snowmpm.errors import InputError
 from snowmpm.stages import counted
 
 FRACTION_ERROR = 0.05
-"""Largest relative error of the fraction: ice that joins or leaves the largest piece at some level makes it jump."""
+"""Largest relative error of the fraction: it jumps at levels where ice joins or leaves the largest piece."""
 
 
 def random_microstructure(size, fraction, correlation, seed=1):
@@ -48,7 +48,7 @@ def random_microstructure(size, fraction, correlation, seed=1):
 
 
 def _largest_piece(ice):
-    """The largest piece of ice that hangs together through faces of voxels."""
+    """The largest piece of ice connected through faces of voxels."""
     labels, count = ndimage.label(ice)
     if count < 2:
         return ice

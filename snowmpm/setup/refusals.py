@@ -1,4 +1,4 @@
-"""What a scene asks of its method and the method cannot do: refused here, from its capabilities, and nowhere else."""
+"""Refusal of scenes that ask for more than their method can do, from its capabilities; the only such place."""
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
@@ -6,7 +6,7 @@ from snowmpm.scenes.gravity import Gravity
 
 
 def demands(scene):
-    """(capability, what it must be or hold, key, value) of all that a scene asks for."""
+    """(capability, required value or member, key, value) of each request of a scene."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if scene.saw_test:
@@ -35,15 +35,15 @@ def demands(scene):
 
 
 def refuse_beyond(scene):
-    """Refuse, by an InputError, a scene that asks for what its method cannot do."""
+    """Raise InputError for a scene that asks for something its method cannot do."""
     for capability, wanted, key, value in demands(scene):
         require(scene, capability, key, value, wanted)
 
 
 def require(scene, capability, key, value, wanted=True, what=""):
-    """Refuse `key` = `value`, by an InputError, where the scene's method lacks a capability.
+    """Raise InputError for `key` = `value` if the scene's method lacks a capability.
 
-    what: of the message, where the key does not say it all.
+    what: text of the message, if the key is not enough.
     """
     name = scene.solver.method
     able = who_can(capability, wanted)

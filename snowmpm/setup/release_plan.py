@@ -1,8 +1,9 @@
-"""Where the snow lies in plan at the start: the outline that the release has in maps, tables and vector files.
+"""Plan area of the snow at the start: the outline of the release in maps, tables and vector files.
 
-A layer lies where its region says. Other bodies, layers without a region and what another run left lie where their
-particles do: they are gathered in cells of a third of their spacing, gaps of less than `GAP` cells are closed, and the
-outermost ones stand for half a spacing. On average this outline is within a fifth of a spacing of the true one.
+A layer has the area of its region. The area of other bodies, of layers without a region and of snow from another run
+follows from their particles: these are sorted into cells of a third of their spacing, gaps of less than `GAP` cells are
+closed, and the outermost particles extend by half a spacing. On average the outline is within a fifth of a spacing of
+the true one.
 """
 
 import warnings
@@ -16,7 +17,7 @@ FINE = 3.0
 """Cells a spacing."""
 
 GAP = 4
-"""Cells from a particle to the next that belongs to the same sheet, halved."""
+"""Half of the largest distance [cells] between neighbouring particles of one sheet."""
 
 
 def release_plan(model):
@@ -33,14 +34,14 @@ def release_plan(model):
 
 
 def _polygons(model, body):
-    """The area of the regions of a layer; None of what has no region of its own."""
+    """The area of the regions of a layer; None for a body without a region of its own."""
     import shapely
 
     region, taken = getattr(body.shape, "region", None), model.taken and body.name in model.taken.bodies
     if body.shape.kind != "layer" or region is None or taken:
         return None
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # said when the body was filled
+        warnings.simplefilter("ignore", UserWarning)  # warned of when the body was filled
         regions = regions_of(region, model.surface, model.scene.base_dir, "region")
     if any(one.to_border for one in regions):
         return None
@@ -58,7 +59,7 @@ def covered(plan, spacing):
     there = np.zeros(number.max(axis=0) + 1 + rim, bool)
     there[tuple(number.T)] = True
     near = distance_transform_edt(~there) <= GAP
-    # Half a spacing is a cell and a half: the particle's own, and one more
+    # Half a spacing is 1.5 cells: the particle's own cell and one more
     held = distance_transform_edt(near) > GAP - 1
     edges = np.diff(np.pad(held, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     (i, low), (_, high) = np.nonzero(edges == 1), np.nonzero(edges == -1)

@@ -14,7 +14,7 @@ from snowmpm.particles.blocks import EDGE, coordinates_of, places_of
 from snowmpm.particles.store import IDENTITY, Layout
 
 KEPT = "initial.npz"
-"""File of a run folder that keeps what was taken: the run goes on without the other one."""
+"""File of a run folder with the state from the other run, so that the run can continue without it."""
 KEY = "initial.from"
 COLUMNS = ("velocity", "affine", "elastic", "stress", "state", "volume_ratio", "volume")
 
@@ -22,20 +22,20 @@ COLUMNS = ("velocity", "affine", "elastic", "stress", "state", "volume_ratio", "
 @dataclass
 class TakenState:
     """bodies: {name: {column: (n, ...)}} with position [m] beside `COLUMNS`; source: run, scene, time [s], program and
-    sha256 of the checkpoint; differences: what the materials do not share with those of that run, line by line."""
+    sha256 of the checkpoint; differences: lines on how the materials differ from those of that run."""
 
     bodies: dict
     source: dict
     differences: list = field(default_factory=list)
 
     def write(self, folder):
-        """Keep it in a run folder."""
+        """Write the state to a run folder."""
         write_archive(Path(folder) / KEPT, {"bodies": self.bodies, "source": self.source,
                                             "differences": self.differences})
 
     @classmethod
     def kept(cls, folder):
-        """What `write` kept. Raises InputError when it is missing or damaged."""
+        """Read what `write` wrote. Raises InputError if it is missing or damaged."""
         path = Path(folder) / KEPT
         found = read_archive(path)
         if set(found) != {"bodies", "source", "differences"}:
@@ -54,7 +54,7 @@ def take(scene, surface):
         return _take(scene, surface)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:  # whole, but not what it should be
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:  # intact, but not a checkpoint
         raise InputError(f"{where}: its checkpoint is not one of this program ({type(error).__name__})") from None
 
 
@@ -106,7 +106,7 @@ def _check_setting(there, here, saved, surface):
 
 
 def _terrain(tables):
-    """The terrain table as far as its shape goes."""
+    """The keys of the terrain table that determine its shape."""
     table = tables.get("terrain")
     if table is None:
         return None
@@ -115,7 +115,8 @@ def _terrain(tables):
 
 
 def _check_law(body, was, now):
-    """Lines on what two tables of one material do not share. Raises InputError for what its particles depend on."""
+    """Lines on the differences between two tables of one material. Raises InputError for keys that its particles depend
+    on."""
     if was["kind"] != now["kind"]:
         raise InputError(f"{body.name} has the law {was['kind']} there, and {now['kind']} in this scene")
     laws = [LAWS[table["kind"]].model_validate({k: v for k, v in table.items() if k != "card"}) for table in (was, now)]

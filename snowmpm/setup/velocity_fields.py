@@ -1,4 +1,4 @@
-"""Which bodies share a velocity field, and the friction between those that do not."""
+"""Velocity fields of bodies, and the friction between them."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from snowmpm.particles.blocks import MOST_FIELDS
 
 
 def velocity_fields(scene):
-    """Number of the velocity field of each body: 0 for those that share one. Raises InputError for too many."""
+    """Number of the velocity field of each body: 0 for bodies that share one. Raises InputError for too many."""
     separate = [body.contact == "separate" for body in scene.bodies]
     if sum(separate) >= MOST_FIELDS:
         raise InputError(f'{scene.source}: bodies: at most {MOST_FIELDS - 1} may have contact = "separate"')

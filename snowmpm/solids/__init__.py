@@ -1,4 +1,4 @@
-"""Rigid obstacles: shapes, prescribed motion, distance in NumPy and in kernels, and the record of what loads them."""
+"""Rigid obstacles: shapes, prescribed motion, distance in NumPy and in kernels, record of their loads."""
 
 from snowmpm.solids.motion import Pose, RigidMotion
 from snowmpm.solids.obstacle import Obstacle, inside_any

@@ -1,9 +1,9 @@
-"""What snow does to obstacles: from accumulated totals to force, moment and work over time."""
+"""Loads of snow on obstacles: force, moment and work over time from accumulated totals."""
 
 import numpy as np
 
 ROWS = 256
-"""Rows of the fine record kept between two frames at least, where there are as many steps; at most twice as many."""
+"""Least number of rows of the fine record between two frames, if there are as many steps; at most twice as many."""
 
 
 class LoadHistory:
@@ -13,8 +13,8 @@ class LoadHistory:
 
         F = (J(t_i) - J(t_i-1)) / (t_i - t_i-1)
 
-    so rows may be left out. There is one row a step at first; when the rows since the last frame get too many, every
-    other one goes and only every second step makes one from then on.
+    so rows may be left out. At first there is one row a step. When there are too many rows since the last frame, every
+    other row is dropped, and from then on only every second step makes one.
 
     Totals, (n, dim + 1 or 3 + 1): impulse [N s] given by the snow, its moment about the centre of rotation [N m s] (1
     number in 2-D, 3 in 3-D), work done by the snow [J].
@@ -25,13 +25,13 @@ class LoadHistory:
         self._parts = np.split(np.arange(dim + (1 if dim == 2 else 3) + 1), [dim, -1])
         zero = np.zeros((len(self.names), len(np.concatenate(self._parts))))
         self._stride, self._skipped = 1, 0
-        self._written = (0.0, zero)  # time and totals of the last row that was taken out
+        self._written = (0.0, zero)  # time and totals of the last row taken
         self._now = (0.0, zero)
         self._times, self._totals = [], []
         self._mean = zero
 
     def watch(self, time, totals):
-        """After a step that ended at `time` [s]: the totals then."""
+        """Record the totals after a step that ended at `time` [s]."""
         self._now = (float(time), np.array(totals, float))
         self._skipped += 1
         if self._skipped >= self._stride:
@@ -90,7 +90,7 @@ class LoadHistory:
                 "totals": np.array(self._totals, float).reshape(len(self._times), *self._now[1].shape)}
 
     def restore(self, state):
-        """Take over what `state()` gave."""
+        """Restore the result of `state()`."""
         self._stride, self._skipped = state["stride"], state["skipped"]
         self._written = (state["written_time"], state["written"])
         self._now = (state["time"], state["now"])

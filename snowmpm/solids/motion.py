@@ -1,4 +1,4 @@
-"""How an obstacle moves: where it is, and how fast, at any time."""
+"""Motion of an obstacle: position and velocity at any time."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from snowmpm.solids.rotation import no_turn, rotation_matrix, spin, turn_velocit
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where a rigid body is and how it moves.
+    """Position and velocity of a rigid body.
 
         x = centre + R (X - X_centre),   v(x) = velocity + omega x (x - centre)
 
@@ -25,7 +25,7 @@ class Pose:
 
 
 class RigidMotion:
-    """Motion of a rigid body, which is as the scene draws it before it starts.
+    """Motion of a rigid body from its initial position.
 
     still: whether it never moves.
     """
@@ -64,7 +64,7 @@ class RigidMotion:
         return Pose(self.start_centre + shift, rotation_matrix(turn), velocity, omega)
 
     def moved(self, points, time):
-        """Where points (k, dim) [m] of the body at the start are at `time` [s]."""
+        """Positions at `time` [s] of the points of the body that are at (k, dim) [m] at the start."""
         pose = self.pose(time)
         return pose.centre + (points - self.start_centre) @ pose.rotation.T
 
@@ -82,8 +82,8 @@ class RigidMotion:
 class Uniform:
     """Constant velocity and angular velocity between `start` and `stop` [s], with ramps at both ends.
 
-    The speed has the share 3 u^2 - 2 u^3 of its full value u `ramp` seconds after the start, and so before the stop;
-    displacement and angle are its exact integrals.
+    The speed has the share 3 u^2 - 2 u^3 of its full value at u `ramp` seconds after the start, and likewise before the
+    stop; displacement and angle are its exact integrals.
     """
 
     def __init__(self, velocity, omega, start=0.0, stop=None, ramp=0.0):
@@ -99,7 +99,7 @@ class Uniform:
         return passed * self.velocity, passed * self.omega, share * self.velocity, share * self.omega
 
     def _grown(self, time):
-        """Share of the full speed a `time` after it began to grow, and its integral over time [s]."""
+        """Share of the full speed at `time` [s] after the start of the ramp, and its integral over time [s]."""
         if time < 0.0:
             return 0.0, 0.0
         if time >= self.ramp:
@@ -112,7 +112,7 @@ class Tabulated:
     """Displacement and angle from a table, at rest before its first row and after its last.
 
     Between the rows monotone cubics (F. N. Fritsch and J. Butland (1984), doi:10.1137/0905021): the velocity, their
-    derivative, has no jumps, and nothing overshoots the rows.
+    derivative, is continuous, and the motion does not overshoot the rows.
     """
 
     def __init__(self, times, shifts, turns, start=0.0):

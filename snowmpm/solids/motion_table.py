@@ -17,10 +17,10 @@ def read_motion_table(file, base_dir, dim):
 
     The first line names the columns, each line below is one row, at least two:
         time [s]                            growing from row to row
-        x, y, z [m]                         displacement of the centre of rotation from where the scene draws it
+        x, y, z [m]                         displacement of the centre of rotation from its initial position
         angle [degrees]                     2-D: from +x towards +z
         angle_x, angle_y, angle_z [degrees] 3-D: turn about an axis along this vector, right-handed
-    Columns other than the time may be left out, and are then 0; units in brackets after a name are ignored. Lines that
+    Columns other than the time may be missing, and are then 0; units in brackets after a name are ignored. Lines that
     are empty or begin with # are skipped. InputError: unreadable, an unknown column, not a finite number, times that
     do not grow.
     """

@@ -1,4 +1,4 @@
-"""An obstacle of a scene: a rigid shape, its motion, and how snow touches it."""
+"""An obstacle of a scene: a rigid shape, its motion, and its contact with snow."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from snowmpm.stepping.contact_velocity import CODES
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A rigid solid that snow meets.
+    """A rigid solid in contact with snow.
 
     contact: a name of `snowmpm.stepping.contact_velocity.CODES`; friction: Coulomb mu [-].
     """

@@ -11,7 +11,7 @@ BOX, BALL, CYLINDER, SAMPLED = range(4)
 
 @ti.func
 def sign(a):
-    """-1 below zero, else 1."""
+    """-1 for negative numbers, else 1."""
     return ti.select(a < 0.0, a * 0.0 - 1.0, a * 0.0 + 1.0)
 
 

@@ -10,7 +10,7 @@ SMALL = 1e-4
 
 
 def no_turn(dim):
-    """The turn by nothing: 0.0, or (3,) zeros."""
+    """The zero rotation: 0.0, or (3,) zeros."""
     return 0.0 if dim == 2 else np.zeros(3)
 
 

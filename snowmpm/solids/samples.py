@@ -17,7 +17,7 @@ LARGEST = 16_000_000
 """Samples of one solid, 0.25 GB in float32."""
 
 CUT = 0.9999
-"""Share of the reach above which a sample counts as cut off."""
+"""Share of the reach above which a sample counts as truncated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +36,9 @@ class DistanceSamples:
 
     @classmethod
     def of(cls, query, lower, upper, spacing, reach, name):
-        """Sample `query(points) -> distance, normal`, cut off at `reach`, in a box [m] and `reach` around it.
+        """Sample `query(points) -> distance, normal`, truncated at `reach`, in a box [m] and `reach` around it.
 
-        Where that makes more than `LARGEST` samples, at twice the spacing. InputError: still more.
+        If there are more than `LARGEST` samples, the spacing is doubled. InputError: still more.
         """
         lower, upper = lower - reach, upper + reach
         for coarser in (1.0, 2.0):
@@ -85,7 +85,7 @@ def sampled_distance(dim: ti.template(), x, lower, spacing, shape, first, reach,
             weight *= 1.0 - ti.abs(offset)
             along += sample[k] * offset
             arm2 += offset**2
-        # Cut off, the distance has no slope.
+        # A truncated distance has no gradient.
         slope = ti.select(ti.abs(sample[3]) < CUT * reach, spacing, d * 0.0)
         if arm2 < closest:
             closest = arm2

@@ -1,4 +1,4 @@
-"""Rigid shapes: how far a point is from their surface, and which way is out."""
+"""Rigid shapes: signed distance and outward normal."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,12 +17,12 @@ from snowmpm.terrain.load import existing
 from snowmpm.terrain.mesh import mesh_facets
 
 CHORDS = 96
-"""Sides of the polygon that draws a disc or a cylinder."""
+"""Number of sides of the polygon that represents a disc or a cylinder in drawings."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolidShape:
-    """A rigid shape where the scene draws it.
+    """A rigid shape at its initial position.
 
     kind: BOX, BALL, CYLINDER or SAMPLED (`primitives`); origin (dim,) [m]: middle of its own frame; axes (dim, dim):
     unit rows, directions of that frame; size (dim,) [m]: half sides of a box along them that holds it, and the measures
@@ -41,7 +41,7 @@ class SolidShape:
     def of(cls, spec, dim, base_dir=".", key="shape", reach=np.inf):
         """Shape of a scene's shape table: box, sphere, cylinder (3-D), mesh (3-D) or polygon (2-D).
 
-        reach [m]: where the distance from a mesh may be cut off; of many triangles a small one is much faster.
+        reach [m]: beyond it the distance from a mesh may be truncated; for many triangles a small reach is much faster.
         InputError: a mesh that is open or cannot be read, a polygon that crosses itself, no volume.
         """
         return replace(BUILDERS[spec.kind](spec, dim, base_dir, key), reach=reach)
@@ -84,7 +84,7 @@ class SolidShape:
             ring = _square() if self.kind == BOX else _circle()
             number = np.arange(len(ring))
             return self.origin + ring * self.size, np.column_stack([number, np.roll(number, -1)])
-        import trimesh  # slow to import, and wanted for drawing alone
+        import trimesh  # slow to import, and needed only for drawing
 
         mesh = {BOX: lambda: trimesh.creation.box(extents=[2.0] * 3),
                 BALL: lambda: trimesh.creation.icosphere(subdivisions=4, radius=1.0),

@@ -1,4 +1,4 @@
-"""What the table of the accuracy-speed study says, in words that code writes from its numbers."""
+"""Conclusions from the table of the accuracy-speed study, as text generated from its numbers."""
 
 from collections import Counter
 

@@ -1,7 +1,7 @@
 """Order of convergence of every scheme in the problems that declare one: error against the grid, coarse to fine.
 
 Table of errors and of the order between neighbouring grids, chart with the declared order as a dashed line, and a page
-that sets measured beside declared.
+that compares measured and declared order.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ SCHEMES = ("program", "float64", "cubic", "shape", "cubic, shape", "PIC", "FLIP 
 
 
 def study(folder, *, quick=False, only=(), say=print):
-    """Measure, draw, set beside what is declared; -> paths. only: names of problems or variations."""
+    """Measure, draw, compare with the declared order; -> paths. only: names of problems or variations."""
     problems, variations = chosen(only, quick)
     names = SCHEMES if not any(name in BY_NAME for name in only) else [variation.name for variation in variations]
     path, rows = Path(folder) / TABLE, []

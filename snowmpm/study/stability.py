@@ -1,8 +1,8 @@
-"""Where each scheme fails and how: an atlas of borders that were measured.
+"""Where each scheme fails and how: an atlas of measured borders.
 
-Every entry (`atlas.catalogue`) is a small scene that shows one failure, a number that says how bad it is, and settings
-that bear more or less of it. Table of all that was measured, table of the borders (bisected to 2 %), a map for each
-group of entries, and a page that is written from them. The program goes by the borders that are shipped with it
+Every entry (`atlas.catalogue`) has a small scene that shows one failure, a number for its severity, and settings that
+differ in their resistance to it. The study writes a table of all measurements, a table of the borders (bisected to
+2 %), a map for each group of entries, and a page. The program uses the borders shipped with it
 (`snowmpm.measured.borders.SHIPPED`): `snowmpm check` warns of scenes beyond them.
 """
 

@@ -1,4 +1,4 @@
-"""Time that a solver spends in its steps, without compilation, set-up and what a study reads in between."""
+"""Time of a solver's steps, without compilation, set-up and the study's own reads."""
 
 import time
 from dataclasses import dataclass, field

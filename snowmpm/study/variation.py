@@ -1,11 +1,11 @@
-"""What a study varies of the way in which a problem is solved."""
+"""Variations of the numerical settings in a study."""
 
 from dataclasses import dataclass, field, replace
 
 from snowmpm.study.problems.schemes import Scheme
 
 PROGRAM = Scheme("apic", precision="f32")
-"""What a scene gets that says nothing about its solver."""
+"""Default scheme, that of a scene without solver keys."""
 
 
 @dataclass(frozen=True)

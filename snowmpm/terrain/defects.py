@@ -1,4 +1,4 @@
-"""What is wrong with a terrain that can still be used: said, so that nobody is surprised."""
+"""Defects of a terrain that is still usable, reported to the user."""
 
 import numpy as np
 
@@ -9,8 +9,8 @@ LAYER = 1e-6
 
 
 def defects(vertices, facets, surface):
-    """Texts on what `surface` (`TerrainSurface`), made of raw vertices (n, 3) and triangles (m, 3), leaves open or put
-    right: holes, triangles over others, triangles that faced the other way, triangles twice or without area."""
+    """Texts on what `surface` (`TerrainSurface`), made of raw vertices (n, 3) and triangles (m, 3), contains or
+    has repaired: holes, triangles above others, flipped triangles, duplicate or degenerate triangles."""
     found = []
     if holes := n_holes(surface):
         found.append(f"{_count(holes, 'hole')}, where nothing is carried")
@@ -24,7 +24,7 @@ def defects(vertices, facets, surface):
 
 
 def n_holes(surface):
-    """Closed lines of border edges inside an open surface: all of them but the outer one of each part."""
+    """Closed border lines inside an open surface: all but the outer one of each part."""
     joint, _, n_joints = topology.joints(surface.facets, len(surface.vertices))
     count = np.bincount(joint.ravel(), minlength=n_joints)
     border = count[joint] == 1

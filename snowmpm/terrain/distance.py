@@ -31,7 +31,7 @@ class DistanceField:
 
     def __init__(self, surface, reach, bin_size=None):
         runtime.start()
-        # As given, though it be more than the surface is long: snow may lie deep on a small piece of ground
+        # As given, even if larger than the surface: snow may be deep on a small piece of ground
         self.dim = surface.dim
         self.reach = float(reach) if np.isfinite(reach) else float(np.linalg.norm(surface.upper - surface.lower))
         # Local origin: differences of map coordinates would lose digits in products.

@@ -1,4 +1,4 @@
-"""A first guess of where an avalanche would start on a slope: for a scene that a person then puts right."""
+"""A first guess of the release area on a slope, for a scene that the user then corrects."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ SMALLER = (1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.1)  # shares of SIDE, where the gro
 RIM = (0.05, 0.02, 0.01)  # of the longer side: distance from the rim of the ground and from holes, the first that fits
 PROBES = 300  # along each side of a box, to find holes that lie between SAMPLES
 BENDS = 120  # along each side of a box, to find where a layer on it would fold
-BENT = 0.1  # thickness of the snow over the radius of the ground at which a place is worth half
+BENT = 0.1  # thickness of the snow over the radius of curvature of the ground at which the score of a place is halved
 SHRUNK = 0.2  # of the area below a layer that its upper side must keep
 WIDENINGS = 6  # doublings of the width over which a layer's normals are smoothed
 NO_ROOM = "terrain: has no ground wide and even enough for a release: choose its place with --release FILE"
@@ -35,13 +35,12 @@ class FirstRelease:
 
 
 def first_release(surface, thickness=0.0):
-    """The box in plan on a `TerrainSurface` that is the steepest within STEEP, the highest and the evenest; ->
+    """The box in plan on a `TerrainSurface` with the best score for steepness (within STEEP), height and evenness; ->
     FirstRelease.
 
-    thickness [m]: of the snow. Where it is more than a small share of the ground's radius, bent ground is worth less,
-    and none is taken on which a layer so thick would fold. The box lies on ground all over, whatever the outline of
-    the surface in plan, clear of its rim and of holes. Its corners are round numbers. InputError: no ground wide or
-    even enough.
+    thickness [m]: of the snow. If it is more than a small share of the ground's radius of curvature, curved ground
+    scores less, and ground on which so thick a layer would fold is excluded. The whole box lies on the terrain, clear
+    of its rim and of holes. Its corners are round numbers. InputError: no ground is wide or even enough.
     """
     lower, upper = surface.lower[:2], surface.upper[:2]
     longer = float((upper - lower).max())
@@ -54,7 +53,7 @@ def first_release(surface, thickness=0.0):
     slope = np.nan_to_num(np.degrees(np.arctan(np.hypot(*np.gradient(height, x, y)))))
     rise = np.nan_to_num((height - np.nanmin(height)) / max(np.nanmax(height) - np.nanmin(height), 1e-9))
     suited = ground & (slope >= STEEP[0]) & (slope <= STEEP[1])
-    # On gentle slopes nothing is suited: the steepest then is, beside which height says little.
+    # On gentle slopes no place is in the range: take the steepest, since height matters less.
     worth = suited * (0.3 + rise) + 1e-3 * np.minimum(slope, STEEP[1]) / STEEP[1] * (0.3 + rise) * ground
     worth /= 1.0 + (thickness * np.nan_to_num(_curvature(height, x, y)) / BENT) ** 2
     while ground.any():
@@ -99,14 +98,14 @@ def _folds(surface, low, high, thickness):
 
 
 def _best(worth, ground, largest, whole):
-    """First cell and size of the window on ground that is worth most, all of it times its mean.
+    """First cell and size of the window on the terrain with the best score: the sum of its values times their mean.
 
-    largest, whole: cells along the largest window and along the whole extent. What lies far from the rim is worth up to
-    twice as much: there, least snow flows off the ground. InputError: no window has ground all over.
+    largest, whole: cells along the largest window and along the whole extent. Cells far from the rim score up to twice
+    as much, since least snow leaves the terrain there. InputError: no window has ground all over.
     """
     from scipy.ndimage import distance_transform_cdt  # slow to import
 
-    clear = distance_transform_cdt(np.pad(ground, 1), metric="chessboard")[1:-1, 1:-1]  # 1 beside what is no ground
+    clear = distance_transform_cdt(np.pad(ground, 1), metric="chessboard")[1:-1, 1:-1]  # 1 beside cells without terrain
     worth = worth * (1.0 + clear / clear.max())
     for rim in RIM:
         free = (clear > np.ceil(rim * whole.max())).astype(float)

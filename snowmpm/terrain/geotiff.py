@@ -1,4 +1,4 @@
-"""Elevations from GeoTIFF files, through rasterio: north up or turned, the part that is wanted."""
+"""Elevations from GeoTIFF files, through rasterio: north up or rotated, only the requested part."""
 
 import contextlib
 from pathlib import Path
@@ -13,21 +13,21 @@ MAGIC = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 """First bytes of a TIFF and a BigTIFF file, in both orders of bytes."""
 
 CELL_BYTES = 60
-"""Memory over a cell that is read, while it is."""
+"""Memory per cell while it is read."""
 
 ADVICE = "terrain.region or domain cut it"
 
 
 @contextlib.contextmanager
 def opened(path, key):
-    """Dataset of a GeoTIFF file. GDAL may read it as nothing else, whatever its contents: other formats, as VRT, name
+    """Dataset of a GeoTIFF file. GDAL must read it as no other format, whatever its content: formats such as VRT name
     further files and addresses that would be read. InputError: no rasterio, no TIFF."""
     try:
         import rasterio
     except ImportError:
         raise InputError.at(key, str(path), "GeoTIFF needs the gis extra: pip install 'snowmpm[gis]'") from None
     path = Path(path).absolute()
-    for file in (path, path.with_name(f"{path.name}.msk")):  # a mask beside it, which GDAL opens by itself
+    for file in (path, path.with_name(f"{path.name}.msk")):  # a mask file beside it, which GDAL opens automatically
         _require_tiff(file, path, key)
     try:
         with rasterio.open(path, driver="GTiff", sharing=False) as source:
@@ -43,7 +43,7 @@ def system_of(source, where):
 
 def read_band(source, where, window):
     """Centres x (nx,), y (ny,) and heights z (ny, nx) of the first band, all ascending, in the file's units; NaN for no
-    data. Scale and offset of the band are applied. A raster that is turned or sheared is sampled anew, north up.
+    data. Scale and offset of the band are applied. A rotated or sheared raster is resampled, north up.
 
     window: function (x, y) -> slices of the columns and rows to keep, or a refusal. InputError: without a place on the
     map, not of real numbers, too large.
@@ -105,7 +105,7 @@ def _sampled(source, where, x, y):
         return np.full(xx.shape, np.nan)
     z = _cells(source, where, *spans)
     near = [np.where(np.abs(at - np.round(at)) < 1e-6, np.round(at), at) - span[0]
-            for at, span in zip((row, column), spans, strict=True)]  # at a centre, its neighbours do not matter
+            for at, span in zip((row, column), spans, strict=True)]  # at a centre, only this cell matters
     return map_coordinates(z, near, order=1, mode="constant", cval=np.nan)
 
 

@@ -1,4 +1,4 @@
-"""Units of elevation rasters: what turns their coordinates and heights into metres, or why nothing does."""
+"""Units of elevation rasters: factors to metres for coordinates and heights, or the reason for refusal."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ SPELLINGS = {
     0.0254: ("in", "inch", "inches"),
 }
 METRES = {spelling: metres for metres, spellings in SPELLINGS.items() for spelling in spellings}
-"""Metres in a unit of length, by how programs write it, in lower case."""
+"""Metres in a unit of length, by the spellings that programs use, in lower case."""
 
 STEEPEST = 10.0
 """Height over extent in plan beyond which x and y without a system are degrees rather than metres."""
@@ -47,8 +47,9 @@ def plan_metres(system, centre, where):
 
 
 def height_metres(given, band_unit, system, where):
-    """Metres in a unit of height: as the scene says (`given`, a key of UNITS), else the band, else the system; of a
-    file in metres that says nothing, metres. InputError: a unit that is no length, no word of heights beside feet."""
+    """Metres in a unit of height: as the scene says (`given`, a key of UNITS), else the band, else the system; for a
+    file in metres that names none, metres. InputError: a unit that is no length, or plan in feet without a unit of
+    heights."""
     if given is not None:
         return UNITS[given]
     if band_unit:
@@ -78,7 +79,7 @@ def refuse_unnamed_degrees(raster, where):
 
 
 def converted(plan, height):
-    """What was converted, for a message: "" where nothing was."""
+    """Text on the conversions, "" if there were none."""
     said = []
     if plan != 1.0:
         said.append(f"x and y are converted to metres ({plan:.10g} m a unit)")

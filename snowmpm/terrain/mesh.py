@@ -13,7 +13,7 @@ from snowmpm.terrain.topology import LARGEST
 
 SUFFIXES = (".stl", ".obj", ".ply")
 BYTES_PER_BYTE = 25
-"""Memory that a mesh takes while it is read and welded, over the size of its file."""
+"""Memory while a mesh is read and welded, over the size of its file."""
 
 STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -46,8 +46,8 @@ def mesh_facets(path, key="terrain.file"):
 
 
 def _binary_stl(path, key):
-    """Corners (3 m, 3) and triangles (m, 3) of a binary STL file, None and None of one that is not: its length is that
-    of as many triangles as it says. The usual case, and reading it takes less time than to import a library."""
+    """Corners (3 m, 3) and triangles (m, 3) of a binary STL file, None and None of one that is not: its length
+    must match its number of triangles. This is the usual case, and reading it is faster than importing a library."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -62,7 +62,7 @@ def _binary_stl(path, key):
 def _any_mesh(path, key, suffix):
     import trimesh  # slow to import
 
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it prints tracebacks of what it could not read
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it prints tracebacks for unreadable files
     try:
         with open(path, "rb") as file:
             mesh = trimesh.load(
@@ -70,7 +70,7 @@ def _any_mesh(path, key, suffix):
             )
     except OSError as error:
         raise InputError.at(key, str(path), f"cannot be read ({error.strerror})") from error
-    except Exception as error:  # a parser may fail in any way on a file that is not what its name says
+    except Exception as error:  # a parser may fail in any way on a file of another format
         raise InputError.at(key, str(path), f"is not a readable {suffix[1:].upper()} mesh") from error
     faces = getattr(mesh, "faces", None)
     if faces is None or len(faces) == 0:

@@ -1,4 +1,4 @@
-"""Facets sorted into square bins of the plan, so that what lies near a plan position is found at once."""
+"""Facets sorted into square bins of the plan, to find facets near a plan position quickly."""
 
 from dataclasses import dataclass
 

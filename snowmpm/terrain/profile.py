@@ -32,7 +32,7 @@ def profile_facets(points, fillet=0.0):
 
 
 def drawn_out(points, width):
-    """Vertices (2n, 3) and triangles (2n - 2, 3) of a profile (n, 2) drawn out along y over `width` (y0, y1) [m]."""
+    """Vertices (2n, 3) and triangles (2n - 2, 3) of a profile (n, 2) extruded along y over `width` (y0, y1) [m]."""
     n = len(points)
     near, far = (np.insert(points, 1, y, axis=1) for y in width)
     k = np.arange(n - 1)

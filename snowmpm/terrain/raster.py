@@ -29,7 +29,7 @@ class Raster:
         steps = [np.ptp(axis) / (len(axis) - 1) for axis in (self.x, self.y) if len(axis) > 1]
         if not steps or np.ptp(steps) > 1e-6 * steps[0]:
             return None
-        # Of a text file the steps between centres carry its round-off, the side itself few digits
+        # In a text file, centre distances carry round-off, and the cell size has few digits
         cell = float(f"{steps[0]:.9g}")
         return np.array([self.x[0], self.y[0]]) - 0.5 * cell, cell
 
@@ -39,8 +39,8 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None):
 
     A .tif names its reference system itself, the .prj file beside an .asc does. Feet are converted to metres, plan and
     heights each by its own unit; elevation_unit: that of heights, "m", "ft" or "us-ft", instead of what the file says.
-    A raster that is turned or sheared is sampled anew. What was converted is told by a warning. Without a system
-    coordinates are taken as metres.
+    A rotated or sheared raster is resampled. A warning names each conversion. Without a system, coordinates are taken
+    as metres.
     InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
     at all, or none inside the box.
     """
@@ -98,18 +98,18 @@ def _geotiff(path, box, key, where, elevation_unit):
 
 
 class _Frame:
-    """Where a raster lies: its system, the plan box [m] that is wanted of it, and metres in a unit of x and y."""
+    """Georeference of a raster: its system, the requested plan box [m], and metres in a unit of x and y."""
 
     def __init__(self, system, box, where):
         self.system, self.box, self.where, self.metre = system, box, where, None
 
     def window(self, x, y):
-        """Slices of the centres x, y of a file that span the box, after it is sure that they are lengths."""
+        """Slices of the centres x, y of a file that span the box, after checking that they are lengths."""
         self.metre = map_units.plan_metres(self.system, (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1])), self.where)
         return tuple(_window(centres * self.metre, self.box, axis) for axis, centres in enumerate((x, y)))
 
     def in_metres(self, x, y, z, height):
-        """`Raster` of what was read, and what a user must be told of it."""
+        """`Raster` of what was read, and warnings for the user."""
         system = self.system and self.system.in_metres
         said = map_units.converted(self.metre, height)
         return Raster(x * self.metre, y * self.metre, z * height, system), [said] if said else []
@@ -140,8 +140,8 @@ def _centre_heights(z):
 def raster_facets(raster):
     """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where three have data.
 
-    A square is split along the diagonal that comes nearer to the smooth surface through the cells around it, so that
-    ridges and gullies are not cut; where that is not known, along alternating diagonals.
+    A square is split along the diagonal that is closer to the smooth surface through the surrounding cells, so that
+    ridges and gullies are not cut; if that is unknown, along alternating diagonals.
     """
     ny, nx = raster.z.shape
     known = np.isfinite(raster.z)

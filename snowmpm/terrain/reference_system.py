@@ -1,4 +1,4 @@
-"""Which map projection coordinates are in, what their unit is, and how they get into another."""
+"""Coordinate reference systems: projection, unit, and transformation to another system."""
 
 import re
 from functools import cached_property
@@ -9,14 +9,14 @@ import numpy as np
 from snowmpm.errors import InputError
 
 LARGEST_TEXT = 100_000
-"""Bytes of a .prj file: more is no projection."""
+"""Largest size of a .prj file [bytes]."""
 
 SCALE = 0.03
-"""By how much a metre of a map may differ from one on the ground: projections for surveys differ by 0.001, national
-ones by 0.01, Web Mercator in the Alps by 0.47."""
+"""Largest relative difference between a metre on the map and on the ground: projections for surveys differ by 0.001,
+national ones by 0.01, Web Mercator in the Alps by 0.47."""
 
 SAME = 1e-3
-"""Metres: systems whose coordinates differ by less are the same, under two names."""
+"""Difference of coordinates [m] below which two systems count as the same."""
 
 NAMED = re.compile(r"(?:urn:ogc:def:crs:)?(EPSG|OGC|ESRI|IAU_2015)(?::[\d.]*)?:{1,2}(\w+)", re.IGNORECASE)
 
@@ -24,7 +24,7 @@ NAMED = re.compile(r"(?:urn:ogc:def:crs:)?(EPSG|OGC|ESRI|IAU_2015)(?::[\d.]*)?:{
 class ReferenceSystem:
     """Reference system of coordinates x, y (east, north), and of heights where it has one.
 
-    crs: a `pyproj.CRS`. `of_text` and `named` make one and refuse what is none.
+    crs: a `pyproj.CRS`. `of_text` and `named` create one, and refuse invalid input.
     """
 
     def __init__(self, crs):
@@ -103,7 +103,7 @@ class ReferenceSystem:
         return ReferenceSystem(_pyproj().CRS.from_json_dict(described))
 
     def carried(self, points, to):
-        """Coordinates (n, 2) of this system in the system `to`; not finite where there is no way. As they are where
+        """Coordinates (n, 2) of this system in the system `to`; not finite if no transformation exists. Unchanged if
         both systems agree within SAME."""
         pyproj = _pyproj()
         if self._plan == to._plan:
@@ -117,7 +117,7 @@ class ReferenceSystem:
         return points if same else moved
 
     def scale(self, x, y):
-        """Metres of the map to a metre on the ground at one place, the larger along and across; None where unknown."""
+        """Scale factor (map over ground) at one position, the larger of both directions; None if unknown."""
         pyproj = _pyproj()
         if not self._plan.is_projected:
             return None

@@ -83,7 +83,7 @@ class TerrainSurface:
 
     def recentred(self, origin):
         """The same surface in coordinates relative to `origin` (dim,) [m]."""
-        return TerrainSurface(self.vertices - np.asarray(origin, float), self.facets, self.closed)  # no map any more
+        return TerrainSurface(self.vertices - np.asarray(origin, float), self.facets, self.closed)  # no map
 
     def clipped(self, lower, upper):
         """The part whose facets touch the plan box from `lower` to `upper` [m]; a height in the corners is ignored.
@@ -163,7 +163,7 @@ class TerrainSurface:
 
     def layers(self):
         """How far the surface reaches above and below itself: per facet that covers some plan, the vertical distance
-        (k,) [m] between the highest and the lowest facet over its middle, 0 where there is but itself; and these
+        (k,) [m] between the highest and the lowest facet over its middle, 0 if there is only itself; and these
         middles (k, dim - 1) [m]."""
         covers = np.isfinite(self._plan_maps[1]).all(axis=(1, 2))
         middle = self.vertices[self.facets[covers]].mean(axis=1)

@@ -72,7 +72,7 @@ def test_new_laplacian_is_exact_for_linear_fields_the_old_one_is_not():
         new, old = (solver.operate(kind, f)[inner, 0] / solver.dx**2 for kind in ("laplacian", "plain_laplacian"))
         assert np.abs(new).max() < 1e-9 * n
         errors[n] = rms(old)
-    # Under the same relative disorder the old one gets worse with resolution (notes: 2.05 and 4.07)
+    # Under the same relative disorder the old one gets worse with resolution (measured: 2.05 and 4.07)
     assert errors[20] == pytest.approx(2.05, rel=0.25) and errors[40] == pytest.approx(4.07, rel=0.25)
 
 
@@ -112,7 +112,8 @@ def test_filters_and_coverage():
 
 
 def test_coverage_tells_the_first_layer_from_the_second():
-    """The threshold works with the particle itself left out (notes: 0.469, 0.681, 0.684 for the cubic spline)."""
+    """The threshold works with the particle itself left out (sums on the lattice: 0.469, 0.681, 0.684 for the cubic
+    spline)."""
     solver, x, _ = stage(20, 0.0, scheme={"kernel": "cubic_spline", "smoothing": 1.2})
     cover = solver.operate("coverage", x[:, 0])[:, 0]
     middle = np.abs(x[:, 0] - 0.5) < 0.06

@@ -1,4 +1,4 @@
-"""Corners of the atlas that a scene sits in: one rule a failure, by the borders that were measured."""
+"""Failures of the atlas that may affect a scene: one rule per failure, by its measured border."""
 
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,

@@ -1,16 +1,16 @@
-"""Rules: slender bodies that bend by more than the affine gradient bears."""
+"""Rules: slender bodies that bend further than the affine gradient can follow."""
 
 import numpy as np
 
 from snowmpm.advice.cautions.caution import beyond, rule, worded
 
 SLENDER = 5.0
-"""Length over thickness from which on beam theory says how far a body hangs."""
+"""Length over thickness from which on beam theory predicts the deflection."""
 
 
 @rule("mpm")
 def bent_beam(facts):
-    """Elastic bodies that a side of the domain holds at one end, by how far they would hang under their weight:
+    """Elastic bodies clamped at one end by a side of the domain, by their deflection under their own weight:
     w / t = 3 rho g L^4 / 2 E' t^3 in thicknesses, E' = E / (1 - nu^2)."""
     scene = facts.scene
     if scene.terrain is not None or scene.domain is None or scene.domain.min is None:

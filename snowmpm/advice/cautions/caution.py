@@ -1,4 +1,4 @@
-"""One warning of `snowmpm check`, and the rules that give them."""
+"""A warning of `snowmpm check`, and the registry of the rules that produce warnings."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,12 @@ from snowmpm.measured.borders import shipped
 from snowmpm.methods import METHODS
 
 RULES = {name: [] for name in METHODS}
-"""By method, in the order in which they are asked."""
+"""Rules by method, in the order of evaluation."""
 
 
 @dataclass(frozen=True)
 class Caution:
-    """entry: of the atlas, "" where none is needed; key: of the scene; says: what lies beyond which border; cure:
-    settings."""
+    """entry: of the atlas, or ""; key: of the scene; says: which value is beyond which border; cure: settings."""
 
     entry: str
     key: str
@@ -24,7 +23,7 @@ class Caution:
 
     @property
     def advice(self):
-        """What cures it, and where to read on."""
+        """The cure, and where to read more."""
         return f"{self.cure} (atlas: {self.entry})" if self.entry else self.cure
 
 
@@ -44,7 +43,7 @@ def beyond(entry, setting, value):
 
 
 def worded(border, key, value, what=None):
-    """A caution in the usual words: `what` is value, beyond the border."""
+    """A caution with the standard text: `what` has this value, beyond the border."""
     unit = f" {border.unit}" if border.unit else ""
     limit = f"{border.value:.3g}{unit}" if border.value is not None else "any"
     side = "over" if border.fails == "above" else "under"

@@ -8,7 +8,7 @@ from snowmpm.setup.obstacle_reach import ACROSS, across, doubts
 
 @rule("mpm")
 def early_contact(facts):
-    """Bodies that stand apart and come together: they will meet that much too early."""
+    """Separate bodies that may collide: they interact about a cell too early."""
     for pair in facts.pairs:
         first, second = (facts.scene.bodies[body] for body in (pair.first, pair.second))
         differ = np.linalg.norm(np.subtract(first.velocity, second.velocity)) > 1e-3 * facts.wave_speed
@@ -21,11 +21,11 @@ def early_contact(facts):
 
 @rule("mpm")
 def thin_obstacle(facts):
-    """An obstacle thinner than the grid can keep snow from passing."""
+    """An obstacle so thin that snow passes through it on this grid."""
     setting = "cubic" if facts.scene.solver.kernel == "cubic" else "between nodes"
     for i, obstacle in enumerate(facts.model.obstacles):
         if across(obstacle) < ACROSS * facts.dx:
-            continue  # a mast: what is felt behind it is the least of it
+            continue  # a mast: snow passes around it anyway
         thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
         if border := beyond("thin_obstacle", setting, thickness):
             yield worded(border, f"obstacles.{i} ({obstacle.name})", thickness)
@@ -33,6 +33,6 @@ def thin_obstacle(facts):
 
 @rule("mpm", "sph")
 def doubtful_obstacle(facts):
-    """An obstacle too slender for the grid to see, or mostly out of reach."""
+    """An obstacle too slender for the grid, or mostly out of reach of the snow."""
     for doubt in doubts(facts.model):
         yield Caution("", doubt.key, doubt.says, doubt.cure)

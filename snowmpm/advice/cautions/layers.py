@@ -1,4 +1,4 @@
-"""Rules: materials and layers that a grid is too coarse for."""
+"""Rules: materials and layers for which the grid is too coarse."""
 
 from dataclasses import replace
 
@@ -11,12 +11,12 @@ from snowmpm.measured.borders import shipped
 
 AFLIP = 'solver.transfer = "aflip", flip_ratio = 0.99 and '
 DRAWN_CELLS = 2.0
-"""Cells through a weak layer of which one row collapses first; more of them break for less energy."""
+"""Cells across a weak layer of which a single row collapses first; with more cells, the fracture energy falls."""
 
 
 @rule("mpm")
 def volumetric_locking(facts):
-    """Too stiff an answer of nearly incompressible or dilating snow, with many particles in a cell."""
+    """Too stiff a response of nearly incompressible or dilating snow with many particles a cell (locking)."""
     solver = facts.scene.solver
     many = solver.kernel == "quadratic" and solver.gradient == "affine" and facts.per_axis > 2.5
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
@@ -61,8 +61,8 @@ def thin_layer(facts):
 
 @rule("mpm")
 def softening_on_grid(facts):
-    """A weak layer whose energy follows the grid: one that softens, with no thickness of reference. Where the grid is
-    that of the tuning nothing is wrong; so it is said only of a layer of more cells than collapse as one."""
+    """A softening weak layer without a reference thickness, whose fracture energy depends on the grid. On the grid of
+    the calibration this is correct, so the rule warns only of layers with more cells than collapse as one."""
     for body, spec in enumerate(facts.scene.bodies):
         law = facts.scene.materials[spec.material]
         if law.collapses and law.collapse_thickness is None:
@@ -76,7 +76,7 @@ def softening_on_grid(facts):
 
 @rule("mpm")
 def shallow_flow(facts):
-    """Layers of snow on ground that they may slide on: by their depth at the start."""
+    """Layers of snow that may slide on the ground, by their depth at the start."""
     if not any(body.shape.kind == "layer" for body in facts.scene.bodies):
         return
     depth = facts.model.depth / facts.dx
@@ -87,7 +87,7 @@ def shallow_flow(facts):
 
 
 def _deep_enough(facts, own):
-    """Settings that put enough cells over the depth, with what they cost, if anyone can pay for them."""
+    """Settings that put enough cells over the depth, with their cost, if it is affordable."""
     known = {name: shipped()["shallow_flow", name].value for name in ("aflip 0.99", own)}
     fine = {name: _below(facts.model.depth / cells) for name, cells in known.items() if cells}
     said = [f"{AFLIP if name != own else ''}solver.dx = {dx:g}, about {long_time(refined(facts, dx)[0])}"
@@ -108,8 +108,8 @@ def _below(length):
 
 @rule("mpm", "sph")
 def unstable_friction(facts):
-    """Layers of grains that dilate less than they rub, on ground that they may slide on: by their depth at the start.
-    SPH does as the affine transfer does: 56 % too fast on 40 cells."""
+    """Layers of grains with a dilation angle below the friction angle that may slide on the ground, by their depth at
+    the start. SPH errs as the affine transfer does: 56 % too fast on 40 cells."""
     solver = facts.scene.solver
     for body, spec in enumerate(facts.scene.bodies):
         if spec.shape.kind != "layer" or not facts.law(body).friction_exceeds_dilation:
@@ -119,7 +119,7 @@ def unstable_friction(facts):
 
 
 def _damping(solver):
-    """Setting of the atlas whose numerical viscosity is that of a solver, or the next one below."""
+    """Setting of the atlas with the numerical viscosity of a solver, or the next lower one."""
     if solver.method == "sph":
         return "apic"
     if solver.transfer in ("aflip", "flip"):

@@ -1,4 +1,4 @@
-"""Rules: places and strains that single precision does not carry."""
+"""Rules: positions and strains that single precision cannot resolve."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def _is_binary_stl(path):
 
 @rule("mpm")
 def small_strains(facts):
-    """Strains so small that the precision does not carry them."""
+    """Strains too small for the precision."""
     if facts.least_strain > 0.0:
         precision = facts.scene.solver.precision
         if border := beyond("small_strains", precision, facts.least_strain):

@@ -15,7 +15,7 @@ def sph_pairing(facts):
 
 @rule("sph")
 def sph_free_surface(facts):
-    """Stresses at a free surface with gradients that are not corrected."""
+    """Stresses at a free surface with uncorrected gradients."""
     chosen = facts.scene.solver.sph
     if chosen.gradient != "plain":
         return
@@ -25,8 +25,8 @@ def sph_free_surface(facts):
 
 @rule("sph")
 def sph_tensile(facts):
-    """Materials that bear tension, where nothing acts against it: the strength of cohesive ones, the load of those
-    whose tension nothing ends."""
+    """Materials that bear tension, without artificial stress: by the tensile strength, or by the load if the strength
+    is unlimited."""
     chosen = facts.scene.solver.sph
     if chosen.disorder_damping > 0.0 or chosen.artificial_stress > 0.0:
         return
@@ -39,7 +39,7 @@ def sph_tensile(facts):
 
 @rule("sph")
 def sph_wall(facts):
-    """Fast particles, where no barrier stops them."""
+    """Fast particles that may penetrate a wall without a barrier force."""
     if facts.scene.solver.sph.barrier:
         return
     speed = max(facts.start_speed, facts.fall_speed) / facts.wave_speed
@@ -49,7 +49,7 @@ def sph_wall(facts):
 
 @rule("sph")
 def sph_layers(facts):
-    """Bodies of unlike density that touch, with sums that weigh stresses by density: the pair that differs most."""
+    """Touching bodies of unlike density, with sums that weight stresses by density: the pair that differs most."""
     chosen = facts.scene.solver.sph
     if chosen.momentum not in ("density", "corrected"):
         return
@@ -61,5 +61,5 @@ def sph_layers(facts):
 
 
 def _measured(smoothing):
-    """The smoothing length of the atlas that is nearest."""
+    """The nearest smoothing length of the atlas."""
     return min((1.2, 1.5, 2.0), key=lambda h: abs(h - smoothing))

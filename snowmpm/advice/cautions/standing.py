@@ -1,4 +1,4 @@
-"""Rule: a saw test whose column does not stand before it is cut."""
+"""Rules: a saw test whose column fails before it is cut, or with loads that theory neglects."""
 
 from snowmpm.advice.cautions.caution import Caution, rule
 from snowmpm.saw_test.prediction import uncounted_by_theories
@@ -10,7 +10,7 @@ CURE_OF_END = 'saw_test.ends = "vertical", or a gentler slope'
 
 @rule("mpm", "sph")
 def uncounted_load(facts):
-    """A saw test beside which something else acts than the weight of its slab."""
+    """A saw test with loads other than the weight of its slab."""
     if facts.scene.saw_test and (names := uncounted_by_theories(facts.scene)):
         yield Caution("", names[0], f"theories of the saw test count the weight of the slab alone, not"
                       f" {' and '.join(names)}", "read them as those of the test without")
@@ -18,7 +18,7 @@ def uncounted_load(facts):
 
 @rule("mpm", "sph")
 def overloaded_layer(facts):
-    """A layer that yields under the weight of the snow above it, on the slope that was asked for."""
+    """A layer that yields under the weight of the snow above it on the given slope."""
     for load in overloaded(facts.scene):
         if load.at_end:
             yield Caution("", "saw_test.ends", str(load), CURE_OF_END)

@@ -1,11 +1,11 @@
-"""Rules: steps that are given, and strains too large for one of them."""
+"""Rules: fixed time steps, and strains too large for one step."""
 
 from snowmpm.advice.cautions.caution import beyond, rule, worded
 
 
 @rule("mpm")
 def fixed_steps(facts):
-    """What an adaptive step would see to."""
+    """Limits that an adaptive step would respect."""
     dt = facts.scene.solver.dt
     if dt is None:
         return
@@ -20,7 +20,7 @@ def fixed_steps(facts):
 
 @rule("mpm", "sph")
 def apex(facts):
-    """Return maps whose error grows with the step: strain of a step at the fastest motion of the start."""
+    """Return maps whose error grows with the strain of a step, at the fastest motion at the start."""
     strain = facts.start_speed / facts.wave_speed * facts.solver.limits.cfl
     for name, law in zip(facts.scene.materials, facts.model.laws, strict=True):
         if law.integration == "frozen" and (border := beyond("apex", "cap, frozen", strain)):

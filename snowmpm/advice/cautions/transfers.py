@@ -1,4 +1,4 @@
-"""Rules: what transfers and splines do to motion that they should leave alone."""
+"""Rules: spurious effects of transfers and splines on the motion."""
 
 from snowmpm.advice.cautions.caution import beyond, rule, worded
 from snowmpm.measured.borders import shipped
@@ -7,7 +7,7 @@ from snowmpm.schemes import TRANSFERS
 
 @rule("mpm")
 def null_space_noise(facts):
-    """Motion that the grid does not see, which FLIP's share lets grow."""
+    """Motion that the grid cannot see, which a large share of FLIP lets grow."""
     solver = facts.scene.solver
     if TRANSFERS[solver.transfer].flip:
         setting = "flip cubic" if solver.transfer == "flip" and solver.kernel == "cubic" else solver.transfer
@@ -17,7 +17,7 @@ def null_space_noise(facts):
 
 @rule("mpm")
 def damped_waves(facts):
-    """PIC, or little FLIP: the longest wave that a body can have, twice as long as itself."""
+    """Damping by PIC or a small share of FLIP, for the longest wave of a body, of twice its length."""
     solver = facts.scene.solver
     settings = {"pic": [("pic", 0.0)], "flip": [("flip 0.95", 0.95), ("flip 0.99", 0.99)]}.get(solver.transfer, [])
     known = [name for name, ratio in settings if solver.transfer == "pic" or solver.flip_ratio <= ratio]
@@ -28,7 +28,7 @@ def damped_waves(facts):
 
 @rule("mpm")
 def lost_spin(facts):
-    """Turning that transfers without an affine part take away."""
+    """Rotation, which transfers without an affine part damp."""
     solver = facts.scene.solver
     if not TRANSFERS[solver.transfer].affine:
         ratio = solver.flip_ratio if TRANSFERS[solver.transfer].flip else 0.0
@@ -47,8 +47,8 @@ def cell_crossing(facts):
 
 @rule("mpm")
 def numerical_fracture(facts):
-    """Bodies tear when they are drawn out: what a scene will stretch is not known, but one particle a cell is torn by
-    any stretch at all."""
+    """Numerical fracture of stretched bodies. The stretch of a scene is unknown beforehand, but with one particle a
+    cell any stretch tears."""
     if facts.per_axis < 1.5 and facts.scene.solver.kernel == "quadratic":
         border = shipped()["numerical_fracture", "quadratic 1"]
         if border.failing(border.lowest):

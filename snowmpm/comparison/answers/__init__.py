@@ -1,13 +1,13 @@
-"""What is known of a scene: one noun a file, with its source.
+"""Reference solutions of scenes, one file each, with source.
 
 An answer is made for a `Case` and has
 
-    SOURCE                    where it is from
-    quantities()  -> [Quantity]              numbers of the run beside what is known
-    facts()       -> {name: text}            what is known and has no number in the run
+    SOURCE                    literature
+    quantities()  -> [Quantity]              numbers of the run with their reference
+    facts()       -> {name: text}            reference facts without a number in the run
     profile()     -> (label, s, height) or None      a line to draw over the profiles [m]
-    history()     -> History or None         a curve over time or strain, of the run and as known
-    centre()      -> (x, y) or None          where the distance of a round profile is measured from
+    history()     -> History or None         a curve over time or strain, of the run and of the reference
+    centre()      -> (x, y) or None          origin of the distance of a round profile
 """
 
 from snowmpm.comparison.answers.answer import Answer, History
@@ -23,7 +23,7 @@ ANSWERS = {"plane_column": PlaneColumn, "round_column": RoundColumn, "cantilever
 
 
 def answer_of(case):
-    """What is known of a case, or None where its scene names no reference."""
+    """The reference solution of a case, or None if its scene names none."""
     reference = case.scene.get("reference")
     return ANSWERS[reference["kind"]](case, reference) if reference else None
 

@@ -1,4 +1,4 @@
-"""What every answer is made of."""
+"""Base class of reference solutions (answers)."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class History:
 
 
 class Answer:
-    """An answer that knows nothing yet; `snowmpm.comparison.answers` says what each part is."""
+    """An empty answer; `snowmpm.comparison.answers` defines its parts."""
 
     SOURCE = ""
 
@@ -26,15 +26,15 @@ class Answer:
         self.case, self.reference = case, reference
 
     def quantities(self):
-        """Numbers of the run beside known ones, a `Quantity` each."""
+        """Numbers of the run with their reference, each a `Quantity`."""
         return []
 
     def facts(self):
-        """What else there is to say, by name."""
+        """Further facts by name."""
         return {}
 
     def profile(self):
-        """The known line of the surface, or None."""
+        """The reference line of the surface, or None."""
         return None
 
     def history(self):
@@ -42,5 +42,5 @@ class Answer:
         return None
 
     def centre(self):
-        """Where distances are measured from, or None."""
+        """Origin of distances, or None."""
         return None

@@ -1,4 +1,4 @@
-"""An elastic beam let go under its weight: the motion of its free end, by the theory of slender beams.
+"""An elastic beam released under its weight: the motion of its free end, by the theory of slender beams.
 
     w(L, t) = sum_n q s_n phi_n(L) / (m omega_n^2) (1 - cos omega_n t),   omega_n = k_n^2 sqrt(EI / m L^4)
     phi_n = cosh k x - cos k x - r (sinh k x - sin k x),   r = (cosh k + cos k) / (sinh k + sin k),   cos k cosh k = -1

@@ -1,4 +1,4 @@
-"""Columns of grains that collapse on the flat: how far they run and how high they stay, by experiment.
+"""Collapse of granular columns on a horizontal floor: final run-out and height from experiments.
 
 With d0 half-width (radius), h0 height, a = h0/d0:
 
