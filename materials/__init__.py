@@ -43,7 +43,7 @@ Material = Annotated[
     Field(discriminator="kind"),
 ]
 
-LAWS = {law.model_fields["kind"].default: law for law in get_args(get_args(Material)[0])}
+LAWS: dict[str, type[Law]] = {law.model_fields["kind"].default: law for law in get_args(get_args(Material)[0])}
 
 __all__ = [
     "EXPERIMENTS",

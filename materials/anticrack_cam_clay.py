@@ -5,9 +5,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from .arrays import Array
 from .critical_state import CriticalStateLaw
 from .hardening import LEAST_RATE, HardeningRate
-from .law import Positive, StateVariable
+from .law import Law, Positive, StateVariable
 
 BAND = 1.1
 """Height of the row that a collapse localises in [cells]."""
@@ -59,26 +60,26 @@ class AnticrackCamClay(CriticalStateLaw):
     reference_thickness: Positive | None = None  # t, of the layer that collapses as one [m]; none: as given on any grid
 
     @property
-    def beta(self):
+    def beta(self) -> float:
         return self.cohesion
 
     @property
-    def alpha(self):
+    def alpha(self) -> float:
         return self.softening
 
     @property
-    def collapses(self):
+    def collapses(self) -> bool:
         return True
 
     @property
-    def collapse_thickness(self):
+    def collapse_thickness(self) -> float | None:
         return self.reference_thickness
 
-    def thickened_to(self, thickness, new_thickness):
+    def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
         reference = (self.reference_thickness or thickness) * new_thickness / thickness
         return super().thickened_to(thickness, new_thickness).model_copy(update={"reference_thickness": reference})
 
-    def on_grid(self, spacing):
+    def on_grid(self, spacing: float) -> "Law":
         if self.reference_thickness is None:
             return self
         rate = self.hardening * BAND * spacing / self.reference_thickness
@@ -89,25 +90,25 @@ class AnticrackCamClay(CriticalStateLaw):
                              f" and {bounds[1]:.2g} m, not {spacing:g}: beyond, a row of them snaps back")
         return self.model_copy(update={"hardening": rate, "reference_thickness": None})
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return self.initial_zeta, 1.0 if self.p0 == 0.0 else 0.0
 
     @property
-    def bonds_last_below(self):
+    def bonds_last_below(self) -> float:
         return 1.0
 
     @property
-    def bond_energy(self):
+    def bond_energy(self) -> float:
         """That of an isotropic collapse, ½ p₀ ζ₀ / α."""
         return 0.5 * self.p0 * self.initial_zeta / self.softening
 
-    def severed_state(self):
+    def severed_state(self) -> tuple[float, ...] | None:
         return 0.0, 1.0
 
-    def beta_at(self, state):
+    def beta_at(self, state: Array) -> float | Array:
         return np.where(np.asarray(state)[..., 1] > 0.0, 0.0, self.cohesion)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """p0 [Pa] and damage, the share of the initial strength that is lost; 1 for good once collapsed."""
         fields = super().outputs(state)
         fields["damage"] = np.where(np.asarray(state)[..., 1] > 0.0, 1.0, fields["damage"])

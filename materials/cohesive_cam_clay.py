@@ -29,5 +29,5 @@ class CohesiveCamClay(CriticalStateLaw):
     cohesion: Annotated[float, Field(ge=0.0, le=1.0)]  # β [-]
 
     @property
-    def beta(self):
+    def beta(self) -> float:
         return self.cohesion

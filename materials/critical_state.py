@@ -1,11 +1,12 @@
 """The Cam-Clay family: one yield ellipse and one return map, whose hardening variable ζ evolves in one of two ways."""
 
 import functools
-from typing import ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
 
+from .arrays import Array
 from .critical_state_return import (
     critical_state_return,
     ellipse_at,
@@ -218,57 +219,57 @@ class CriticalStateLaw(Law):
     substep_tolerance: Positive = 1e-4  # error of a substep, of p₀ [-]
 
     @property
-    def update(self):
+    def update(self) -> Any:
         return critical_state_update(self.return_map)
 
     @property
-    def vector_update(self):
+    def vector_update(self) -> Any:
         if self.return_map == "substepped":
             return None
         kind = "sinh" if self.hardening_part.offset else "exponential"
         return critical_state_vector_update(self.return_map, kind, self.alpha > 0.0)
 
     @property
-    def hardening_part(self):
+    def hardening_part(self) -> Hardening:
         """`Hardening` of these parameters."""
         return Hardening.of(self.hardening_law, self.bulk_modulus, self.hardening, self.p0)
 
     @property
-    def beta(self):
+    def beta(self) -> float:
         """β: tensile strength (apex of the ellipse at p = −β p₀) over compressive strength [-]."""
         return 0.0
 
     @property
-    def alpha(self):
+    def alpha(self) -> float:
         """α: bonds lost per plastic volume change, 0 for a law that hardens from the start [-]."""
         return 0.0
 
     @property
-    def associated(self):
+    def associated(self) -> bool:
         return self.return_map == "implicit"
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return self.beta * self.p0
 
     @property
-    def integration(self):
+    def integration(self) -> str:
         return self.return_map
 
     @property
-    def initial_zeta(self):
+    def initial_zeta(self) -> float:
         """ζ₀ [-]"""
         return self.hardening_part.start
 
-    def p0_at(self, zeta):
+    def p0_at(self, zeta: Array) -> Array:
         """p₀ [Pa] at the hardening variable ζ. NumPy."""
         return self.hardening_part.p0(zeta)
 
-    def beta_at(self, state):
+    def beta_at(self, state: Array) -> float | Array:
         """β that belongs to state (..., n_state). NumPy."""
         return self.beta
 
-    def critical_hardening(self):
+    def critical_hardening(self) -> float:
         """Largest ξ [-] up to which softening under strain control has one answer, at the initial p₀.
 
         Associated flow is unique while  K y_p² + 3G y_q² > y_p y_p₀ dp₀/dz  on the whole dilating side of the ellipse,
@@ -285,22 +286,22 @@ class CriticalStateLaw(Law):
         falls = y_p * y_p0 > 0.0
         part = Hardening.of(self.hardening_law, K, 1.0, p0)
         slope = np.hypot(part.scale * np.sqrt(part.offset), p0)  # dp₀/dz over ξ
-        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * slope) if slope > 0.0 else ()
+        limits = elastic[falls] / (y_p[falls] * y_p0[falls] * slope) if slope > 0.0 else np.zeros(0)
         return float(limits.min()) if len(limits) else np.inf
 
-    def yield_of_invariants(self, p, q, state):
+    def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """y(p, q) [Pa²] at state (..., n_state), <= 0 where admissible. NumPy."""
         state = np.asarray(state)
         p0, beta = self.p0_at(state[..., 0]), self.beta_at(state)
         return (1.0 + 2.0 * beta) * np.square(q) + self.critical_slope**2 * (p + beta * p0) * (p - p0)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """p0 [Pa] and damage, the share of the initial strength that is lost (1: no bonds left)."""
         p0 = self.p0_at(np.asarray(state)[..., 0])
         left = p0 / self.p0 if self.p0 > 0.0 else np.zeros_like(p0)
         return {"p0": p0, "damage": 1.0 - np.clip(left, 0.0, 1.0)}
 
-    def parameters(self):
+    def parameters(self) -> CriticalStateParameters:
         K, G, slope2, part = self.bulk_modulus, self.shear_modulus, self.critical_slope**2, self.hardening_part
         return CriticalStateParameters(
             K=K,
@@ -319,8 +320,8 @@ class CriticalStateLaw(Law):
             per_alpha=1.0 / max(self.alpha, 1e-30) if self.alpha > 0.0 else 0.0,
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return (self.initial_zeta,)
 
-    def severed_state(self):
+    def severed_state(self) -> tuple[float, ...] | None:
         return (self.hardening_part.end,) if self.hardening > 0.0 else None

@@ -7,6 +7,7 @@ import numpy as np
 import taichi as ti
 from pydantic import Field, model_validator
 
+from .arrays import Array
 from .hypoplastic import RateLaw
 from .hypoplastic_calibration import stress_ratio, triaxial_failure
 from .law import NonNegative, Positive
@@ -106,14 +107,14 @@ class CriticalStateHypoplastic(RateLaw):
         return self
 
     @staticmethod
-    def terms(stress, rate):
+    def terms(stress: Array, rate: Array) -> Array:
         total, deviator = stress.sum(-1, keepdims=True), stress - stress.mean(-1, keepdims=True)
         along = (stress * rate).sum(-1, keepdims=True) / total
         size = np.sqrt((rate**2).sum(-1, keepdims=True)) / total
         return np.stack([total * rate, along * stress, size * stress**2, size * deviator**2], axis=-1)
 
     @cached_property
-    def least_factor(self):
+    def least_factor(self) -> float:
         """Smallest f_d: a triaxial test of fixed f_d then fails at 60 degrees."""
         low, high = 0.0, 1.0
         limit = stress_ratio(STRONGEST_ANGLE)
@@ -123,25 +124,25 @@ class CriticalStateHypoplastic(RateLaw):
             low, high = (low, middle) if triaxial_failure(self.terms, scaled, limit, 1001) <= limit else (middle, high)
         return high
 
-    def density_factor(self, pressure, void_ratio):
+    def density_factor(self, pressure: Array, void_ratio: Array) -> Array:
         """f_d, bounded, at the mean pressure p [Pa]. NumPy."""
         critical = self.critical_void_ratio(pressure)
         change = self.density_effect * np.exp(-3.0 * pressure / self.density_effect_scale)
         share = (critical - void_ratio) / (critical - self.least_void_ratio)
         return np.clip(1.0 - change * share, self.least_factor, LOOSEST_FACTOR)
 
-    def coefficients_at(self, mean, state):
+    def coefficients_at(self, mean: Array, state: Array) -> Array:
         """C₁, C₂, f_d C₃, f_d C₄ at the mean stress [Pa] and the void ratio."""
         factor = self.density_factor(-np.asarray(mean), np.asarray(state, float)[..., 0])
         return np.stack(np.broadcast_arrays(1.0, 1.0, factor, factor), axis=-1) * self.coefficients
 
-    def critical_void_ratio(self, pressure):
+    def critical_void_ratio(self, pressure: Array) -> Array:
         """e_crt at the mean pressure p [Pa]."""
         return self.critical_void_ratio_limit + self.critical_void_ratio_drop * np.exp(
             -3.0 * pressure / self.pressure_scale
         )
 
-    def parameters(self):
+    def parameters(self) -> CriticalStateRateParameters:  # type: ignore[override]
         return CriticalStateRateParameters(
             **super().parameters()._asdict(),
             critical_limit=self.critical_void_ratio_limit,

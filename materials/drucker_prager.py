@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 from pydantic import Field, model_validator
 
+from .arrays import Array
 from .cohesion_softening import softening_multiplier, strain_of_loss, strength_left, strength_share
 from .cone import Cone, cone_slope, dilation_slope
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
@@ -173,33 +174,33 @@ class DruckerPrager(Law):
         return self
 
     @property
-    def alpha(self):
+    def alpha(self) -> float:
         """α = q / (p + c cot φ) at yield [-]."""
         return float(cone_slope(self.friction_angle, self.cone, self.dilation_angle))
 
     @property
-    def alpha_psi(self):
+    def alpha_psi(self) -> float:
         """α_ψ: plastic dilation over plastic shear strain [-]."""
         return float(dilation_slope(self.dilation_angle, self.cone))
 
     @property
-    def k(self):
+    def k(self) -> float:
         """k: q at yield for p = 0 and intact bonds [Pa]."""
         return self.cohesion * self._k_per_cohesion
 
     @property
-    def tensile_apex(self):
+    def tensile_apex(self) -> float:
         """c cot φ [Pa]: the isotropic tension that intact bonds carry; inf for φ = 0."""
         if self.cohesion == 0.0:
             return 0.0
         return self.k / self.alpha if self.alpha > 0.0 else np.inf
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return self.tensile_apex
 
     @property
-    def friction_exceeds_dilation(self):
+    def friction_exceeds_dilation(self) -> bool:
         return self.dilation_angle < self.friction_angle
 
     @property
@@ -212,26 +213,26 @@ class DruckerPrager(Law):
     def _least_cohesion(self):
         return self.cohesion if self.softening_strain is None else self.residual_cohesion
 
-    def k_at(self, strain):
+    def k_at(self, strain: Array) -> Array:
         """k [Pa] after the plastic strain κ. NumPy."""
         if self.softening_strain is None:
             return np.full(np.shape(strain), self.k)
         left = self._least_cohesion * self._k_per_cohesion
         return left + (self.k - left) * strength_left(strain, self.softening_strain)
 
-    def yield_of_invariants(self, p, q, state):
+    def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """y [Pa]; where a gap is open, no stress but zero is admissible: |p| + q. NumPy."""
         state = np.asarray(state)
         closed = np.asarray(q) - self.alpha * np.asarray(p) - self.k_at(state[..., 0])
         return np.where(state[..., 1] > 0.0, np.abs(p) + q, closed)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """plastic_strain, gap, and damage: the share of the cohesion that is lost."""
         state = np.asarray(state)
         lost = 1.0 - self.k_at(state[..., 0]) / self.k if self.k > 0.0 else np.zeros(state.shape[:-1])
         return {"plastic_strain": state[..., 0], "gap": state[..., 1], "damage": lost}
 
-    def parameters(self):
+    def parameters(self) -> DruckerPragerParameters:
         K, G, alpha, softens = self.bulk_modulus, self.shear_modulus, self.alpha, self.softening_strain is not None
         left = self._least_cohesion * self._k_per_cohesion
         broken = NEVER if self._least_cohesion > 0.0 else 0.0
@@ -246,25 +247,25 @@ class DruckerPrager(Law):
             per_3G=1.0 / (3.0 * G),
             k_left=left,
             k_loss=self.k - left,
-            per_strain=1.0 / self.softening_strain if softens else 0.0,
+            per_strain=0.0 if self.softening_strain is None else 1.0 / self.softening_strain,
             strain_of_loss=broken,
             per_K=1.0 / K,
             six_G2=6.0 * G * G,
             p_per_k=-1.0 / alpha if alpha > 0.0 else -NEVER,
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return 0.0, 0.0
 
     @property
-    def bonds_last_below(self):
+    def bonds_last_below(self) -> float:
         return -np.inf if self.softening_strain is None else strain_of_loss(self.softening_strain)
 
     @property
-    def bond_energy(self):
+    def bond_energy(self) -> float:
         return (self.cohesion - self.residual_cohesion) * (self.softening_strain or 0.0)
 
-    def severed_state(self):
+    def severed_state(self) -> tuple[float, ...] | None:
         if self.softening_strain is None:
             return None
         return strain_of_loss(self.softening_strain), 0.0

@@ -102,8 +102,8 @@ class Elastic(Law):
     vector_update = staticmethod(elastic_update(small_elastic_trial, REDO))
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return np.inf
 
-    def parameters(self):
+    def parameters(self) -> ElasticParameters:
         return ElasticParameters(self.bulk_modulus, self.shear_modulus)

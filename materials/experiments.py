@@ -9,6 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
+from .arrays import Precision
+from .law import Law
+from .loading_file import LoadingFile
 from .loading_stage import LoadingError, LoadingStage
 from .measurement import Driven, Measurement
 from .mixed_control import MixedControl
@@ -24,34 +27,34 @@ class Experiment:
     driven: Driven
     strain: float
     steps: int
-    stages: Callable
+    stages: Callable[[float, float, int, float], list[LoadingStage]]
 
 
-def _isotropic(amount, pressure, steps, duration):
+def _isotropic(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage(dict.fromkeys(AXES, -amount / 3.0), {}, steps, duration)]
 
 
-def _oedometer(amount, pressure, steps, duration):
+def _oedometer(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"zz": -amount}, {}, steps, duration)]
 
 
-def _triaxial(amount, pressure, steps, duration):
+def _triaxial(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"zz": -amount}, {"xx": -pressure, "yy": -pressure}, steps, duration)]
 
 
-def _triaxial_constant_volume(amount, pressure, steps, duration):
+def _triaxial_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"xx": 0.5 * amount, "yy": 0.5 * amount, "zz": -amount}, {}, steps, duration)]
 
 
-def _simple_shear(amount, pressure, steps, duration):
+def _simple_shear(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"xz": amount}, {"zz": -pressure}, steps, duration)]
 
 
-def _simple_shear_constant_volume(amount, pressure, steps, duration):
+def _simple_shear_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"xz": amount}, {}, steps, duration)]
 
 
-def _tension(amount, pressure, steps, duration):
+def _tension(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     # Back through the initial volume and as far into compression, so that a gap closes and carries again
     out = max(1, round(steps / 3))
     back = LoadingStage(dict.fromkeys(AXES, -amount / 3.0), {}, max(1, steps - out), 2.0 * duration)
@@ -63,7 +66,7 @@ EXPANSION = Driven("volumetric_strain", 1.0, "volumetric expansion [-]")
 SHORTENING = Driven("strain_zz", -1.0, "axial shortening [-]")
 SHEAR = Driven("strain_xz", 1.0, "shear γ [-]")
 
-EXPERIMENTS = {
+EXPERIMENTS: dict[str, Experiment] = {
     "isotropic": Experiment("compression, equal in all directions", COMPRESSION, 0.1, 200, _isotropic),
     "oedometer": Experiment("axial compression, no lateral strain", SHORTENING, 0.1, 200, _oedometer),
     "triaxial": Experiment("drained: axial compression, lateral stress held", SHORTENING, 0.2, 200, _triaxial),
@@ -78,7 +81,8 @@ EXPERIMENTS = {
 }
 
 
-def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, precision="f64"):
+def measure(law: Law, name: str, *, strain: float | None = None, pressure: float = 0.0, steps: int | None = None,
+            rate: float = 1.0, precision: Precision = "f64") -> Measurement:
     """Run the experiment `name` of EXPERIMENTS on a law -> `Measurement`.
 
     strain: amount of the driven strain [-]; pressure: isotropic Cauchy pressure at the start [Pa]; steps: of the test;
@@ -100,7 +104,8 @@ def measure(law, name, *, strain=None, pressure=0.0, steps=None, rate=1.0, preci
     return Measurement(name, law, experiment.driven, [start, *control.follow_stages(stages, start)])
 
 
-def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
+def measure_path(law: Law, loading: LoadingFile, *, pressure: float = 0.0, steps: int = 1,
+                 precision: Precision = "f64") -> Measurement:
     """Follow a `LoadingFile`, with `steps` equal steps from each of its rows to the next -> `Measurement`.
 
     Strains, stresses and F change linearly between rows. Raises as `measure` does.
@@ -114,7 +119,7 @@ def measure_path(law, loading, *, pressure=0.0, steps=1, precision="f64"):
     return Measurement(loading.name, law, Driven("step", 1.0, "step"), [start, *rows])
 
 
-def _checked(pressure):
+def _checked(pressure: float) -> float:
     if not pressure >= 0.0 or not isfinite(pressure):
         raise LoadingError(f"pressure = {pressure}: must be >= 0")
     return float(pressure)

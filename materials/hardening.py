@@ -14,8 +14,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 from pydantic import AfterValidator
 
+from .arrays import Array
 from .law import NonNegative
 from .precision import by_precision, is_within, larger, smaller
 from .series import SMALL_EXP, SMALL_SINH, coshm1_of_square, sinh_ratio, sinh_series, straight_exp
@@ -101,7 +103,7 @@ class Hardening:
     end: float
 
     @classmethod
-    def of(cls, kind, bulk_modulus, rate, p0):
+    def of(cls, kind: str, bulk_modulus: float, rate: float, p0: float) -> "Hardening":
         """The part that a law's parameters ask for: kind "sinh" or "exponential"; rate ξ = 0 is none."""
         if rate == 0.0:
             return cls(fixed=p0, scale=0.0, offset=1.0, rate=0.0, start=0.0, end=-np.inf)
@@ -110,7 +112,7 @@ class Hardening:
         start = float(np.arcsinh(p0 / bulk_modulus) / rate)
         return cls(fixed=0.0, scale=bulk_modulus, offset=1.0, rate=rate, start=start, end=0.0)
 
-    def p0(self, zeta):
+    def p0(self, zeta: ArrayLike) -> Array:
         """p₀ [Pa] at ζ. NumPy."""
         t = self.rate * np.asarray(zeta, float)
         v = np.sinh(np.maximum(t, 0.0)) if self.offset else np.exp(np.maximum(t, -FAINTEST))

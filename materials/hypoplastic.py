@@ -1,12 +1,14 @@
 """Hypoplasticity: the stress rate as a function of stress and stretching, without yield surface or elastic range."""
 
 from functools import cached_property
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from .arrays import Array
 from .hypoplastic_calibration import (
     coefficients,
     lateral_rate,
@@ -91,7 +93,7 @@ class RateLaw(Law):
     tolerance: Positive = 1e-5  # of a sub-step [-]
 
     @staticmethod
-    def terms(stress, rate):
+    def terms(stress: Array, rate: Array) -> Array:
         """The four terms of the law (..., 3, 4), tension positive, for principal stresses and strain rates (..., 3)."""
         raise NotImplementedError
 
@@ -108,7 +110,7 @@ class RateLaw(Law):
         return self
 
     @classmethod
-    def from_coefficients(cls, values, reference_pressure=1e5, **others):
+    def from_coefficients(cls, values: ArrayLike, reference_pressure: float = 1e5, **others: Any) -> "RateLaw":
         """The law of given coefficients: parameters of the triaxial test that they stand for at `reference_pressure`.
 
         Raises ValueError where triaxial compression reaches no failure below 60 degrees, or jams below 5.
@@ -130,7 +132,7 @@ class RateLaw(Law):
         )
 
     @cached_property
-    def coefficients(self):
+    def coefficients(self) -> tuple[float, ...]:
         """The law's four coefficients [-]."""
         stiffness = self.youngs_modulus / self.reference_pressure
         return tuple(
@@ -139,20 +141,20 @@ class RateLaw(Law):
         )
 
     @property
-    def tensile_apex(self):
+    def tensile_apex(self) -> float:
         """c cot φ [Pa]: the isotropic tension that intact bonds carry."""
         return float(self.cohesion / np.tan(np.radians(self.friction_angle)))
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return self.tensile_apex
 
     @property
-    def friction_exceeds_dilation(self):
+    def friction_exceeds_dilation(self) -> bool:
         return self.dilation_angle < self.friction_angle
 
     @cached_property
-    def lateral_pressure(self):
+    def lateral_pressure(self) -> float:
         """K₀ [-], the ratio that oedometric compression of cohesionless material tends to."""
         low, high = 0.0, 1.0
         for _ in range(60):
@@ -162,14 +164,14 @@ class RateLaw(Law):
             low, high = (middle, high) if lateral > middle * axial else (low, middle)
         return 0.5 * (low + high)
 
-    def wave_speed(self):
+    def wave_speed(self) -> float:
         """Speed of P-waves [m/s] under an axial stress of `reference_pressure` and K₀, unloading, the stiffer way."""
         stress = -self.reference_pressure * np.array(
             [[1.0, self.lateral_pressure, self.lateral_pressure, 0.0, 0.0, 0.0]]
         )
         return float(self.wave_speed_at(stress, np.array([self.initial_state()]))[0])
 
-    def wave_speed_at(self, stress, state):
+    def wave_speed_at(self, stress: Array, state: Array) -> Array:
         """√(M / ρ), M the largest stiffness in uniaxial strain, either way, along a principal direction of stress."""
         eta = self._translated(unpack(stress), state)
         eta = np.where(eta.mean(axis=1, keepdims=True) < -self.pressure_floor, eta, -self.pressure_floor)
@@ -181,7 +183,7 @@ class RateLaw(Law):
                 stiffness = np.maximum(stiffness, sign * self._rate(c, eta, rate)[:, axis])
         return np.sqrt(stiffness * self._volume_ratio(state) / self.density)
 
-    def coefficients_at(self, mean, state):
+    def coefficients_at(self, mean: Array, state: Array) -> Array:
         """Coefficients (..., 4) at the mean translated stress [Pa] and the state: the law's own, whatever they are."""
         return np.broadcast_to(self.coefficients, (*np.shape(mean), 4))
 
@@ -196,28 +198,28 @@ class RateLaw(Law):
     def _volume_ratio(self, state):
         return (1.0 + np.asarray(state, float)[..., 0]) / (1.0 + self.void_ratio)
 
-    def parameters(self):
+    def parameters(self) -> RateParameters:
         return RateParameters(
             self.tensile_apex, float(np.log(self.pressure_floor)), self.void_ratio, self.tolerance, *self.coefficients
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return self.void_ratio, 0.0
 
-    def hencky_from_stress(self, stress, state=None):
+    def hencky_from_stress(self, stress: ArrayLike, state: ArrayLike | None = None) -> Array:
         """NaN: a rate law has no elastic strain."""
         return np.full(np.shape(stress), np.nan)
 
-    def elastic_energy(self, stress, state):
+    def elastic_energy(self, stress: Array, state: Array) -> Array:
         """0: a rate law has no energy."""
         return np.zeros(len(stress))
 
-    def yield_function(self, stress, state):
+    def yield_function(self, stress: ArrayLike, state: Array) -> Array:
         """Mean tension beyond the apex [Pa]: the only stress that cannot be. (There is no yield surface.)"""
         tension = np.trace(np.asarray(stress, float), axis1=-2, axis2=-1) / 3.0
         return tension / self._volume_ratio(state) - self.tensile_apex
 
-    def failure_function(self, stress, state):
+    def failure_function(self, stress: ArrayLike, state: Array) -> Array:
         """‖L⁻¹ : N‖ − 1 (...,), > 0 where some stretching leaves the stress as it is: failure. −1 without stress.
 
         L : D + N |D| is the rate at this stress; Wu and Bauer (1994), and eq. 14 of Wu, Wang, Alipour (2020).
@@ -234,7 +236,7 @@ class RateLaw(Law):
         flow = np.linalg.solve(0.5 * (one - other), 0.5 * (one + other)[..., :1])[..., 0]
         return np.where(held, np.where(beyond, np.inf, np.linalg.norm(flow, axis=-1)), 0.0) - 1.0
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """void_ratio and gap."""
         state = np.asarray(state)
         return {"void_ratio": state[..., 0], "gap": state[..., 1]}
@@ -261,7 +263,7 @@ class Hypoplastic(RateLaw):
     stiffness = staticmethod(rate_stiffness(linear_modulus))
 
     @staticmethod
-    def terms(stress, rate):
+    def terms(stress: Array, rate: Array) -> Array:
         total, mean = stress.sum(-1, keepdims=True), stress.mean(-1, keepdims=True)
         along = (stress * rate).sum(-1, keepdims=True) / total
         size = np.sqrt((rate**2).sum(-1, keepdims=True))
@@ -269,7 +271,7 @@ class Hypoplastic(RateLaw):
         return np.stack([total * rate, volume * stress, along * stress, (2.0 * stress - mean) * size], axis=-1)
 
     @property
-    def lateral_pressure(self):
+    def lateral_pressure(self) -> float:
         """K₀ = c₄/(3c₁ + c₄) [P 38] [-]"""
         c1, _, _, c4 = self.coefficients
         return c4 / (3.0 * c1 + c4)

@@ -6,6 +6,7 @@ of what it found. They come for any state, and in a straight line for states tha
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import taichi as ti
 
@@ -46,8 +47,8 @@ class Form:
     """Which functions an update is made of. trial: like `elastic_trial`; h: like `h_of_invariants`, and 1, or 0 where
     it is not right; failed: what `iterations` then are; straight: whether return maps must be in a straight line."""
 
-    trial: Callable
-    h: Callable
+    trial: Callable[..., Any]
+    h: Callable[..., Any]
     failed: int
     straight: bool
 

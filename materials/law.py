@@ -1,11 +1,13 @@
 """The contract of a constitutive law: what a solver, a scene and an output file may ask of it."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
+from .arrays import Array
 from .symmetric import invariants
 
 REDO = -2
@@ -63,10 +65,10 @@ class Law(BaseModel):
     STATE: ClassVar[tuple[StateVariable, ...]] = ()
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
-    stiffness: ClassVar = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    stiffness: ClassVar[Any] = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
-    vector_update: ClassVar = None  # Taichi function like `update`, see above
-    failure_function: ClassVar = None  # (stress, state) -> > 0 where a law without a yield surface fails
+    vector_update: ClassVar[Any] = None  # Taichi function like `update`, see above
+    failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
     RATE_DEPENDENT: ClassVar[bool] = False  # True where `update` reads dt
@@ -76,27 +78,35 @@ class Law(BaseModel):
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
     card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
 
-    def __init_subclass__(cls, **options):
+    if TYPE_CHECKING:  # of every law, its own
+
+        @property
+        def kind(self) -> str: ...
+
+        @property
+        def update(self) -> Any: ...
+
+    def __init_subclass__(cls, **options: Any) -> None:
         """A law with an `update` of its own does not take over the `vector_update` of another."""
         if "update" in cls.__dict__ and "vector_update" not in cls.__dict__:
             cls.vector_update = None
         super().__init_subclass__(**options)
 
     @property
-    def bulk_modulus(self):
+    def bulk_modulus(self) -> float:
         """K = E / (3 (1 − 2ν)) [Pa]"""
         return self.youngs_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
 
     @property
-    def shear_modulus(self):
+    def shear_modulus(self) -> float:
         """G = μ = E / (2 (1 + ν)) [Pa]"""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
-    def wave_speed(self):
+    def wave_speed(self) -> float:
         """Speed of the elastic P-wave at the reference density, √((K + 4G/3) / ρ₀) [m/s]."""
         return float(np.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density))
 
-    def wave_speed_at(self, stress, state):
+    def wave_speed_at(self, stress: Array, state: Array) -> Array:
         """Bound of the speed of P-waves [m/s] (n,) at Kirchhoff stresses (n, 6), packed [Pa], and states (n, n_state).
 
         It is `wave_speed` for a law of constant stiffness. For one that stiffens, a time step must follow the largest
@@ -105,77 +115,77 @@ class Law(BaseModel):
         return np.full(len(stress), self.wave_speed())
 
     @property
-    def associated(self):
+    def associated(self) -> bool:
         """Whether plastic strain is normal to the yield surface that the step ends on."""
         return False
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         """Isotropic tension that the initial state carries [Pa]; inf where no tension ends it."""
         return 0.0
 
     @property
-    def friction_exceeds_dilation(self):
+    def friction_exceeds_dilation(self) -> bool:
         """Whether it has friction and dilates by less than normality asks for."""
         return False
 
     @property
-    def collapses(self):
+    def collapses(self) -> bool:
         """Whether its bonds break under compression, one row of cells after the other."""
         return False
 
     @property
-    def collapse_thickness(self):
+    def collapse_thickness(self) -> float | None:
         """Thickness [m] of the layer whose collapse the law gathers in one row of cells; None: that of the grid."""
         return None
 
     @property
-    def integration(self):
+    def integration(self) -> str:
         """How a step is followed: "implicit", which may be in closed form, "frozen" or "substepped"."""
         return "implicit"
 
-    def on_grid(self, spacing):
+    def on_grid(self, spacing: float) -> "Law":
         """The law that cells of this size [m] need, so that a solver's result does not hang on them: this one, unless
         it softens over a length of its own. Raises ValueError for cells that are too large."""
         return self
 
-    def thickened_to(self, thickness, new_thickness):
+    def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
         """The law of a thin layer [m] that is made thicker or thinner: with the stiffness, strength and
         collapse of the layer, per area."""
         return self.model_copy(update={"youngs_modulus": self.youngs_modulus * new_thickness / thickness})
 
     @property
-    def lateral_pressure(self):
+    def lateral_pressure(self) -> float:
         """K₀ = σ_lateral / σ_axial of a first compression without lateral strain; elastic value ν / (1 − ν) [-]."""
         return self.poisson_ratio / (1.0 - self.poisson_ratio)
 
-    def parameters(self):
+    def parameters(self) -> tuple[float, ...]:
         """NamedTuple of the numbers that `update` and the other Taichi functions read as `prm`, of one class for the
         class of the law (see parameters.py)."""
         raise NotImplementedError
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         """Initial value of each STATE variable."""
         return ()
 
     @property
-    def bonds_last_below(self):
+    def bonds_last_below(self) -> float:
         """Value of the state variable BONDS from which on all bonds are broken; −inf without bonds that break."""
         return -np.inf
 
     @property
-    def bond_energy(self):
+    def bond_energy(self) -> float:
         """Plastic work per volume that breaks all bonds, about [J/m³]; 0 without bonds that break."""
         return 0.0
 
-    def severed_state(self):
+    def severed_state(self) -> tuple[float, ...] | None:
         """STATE of material whose bonds are cut (saw cut, removed support), or None where the law has no such state.
 
         The caller must also set h to zero, since a stress may not be admissible any more.
         """
         return None
 
-    def hencky_from_stress(self, stress, state=None):
+    def hencky_from_stress(self, stress: ArrayLike, state: ArrayLike | None = None) -> Array:
         """Hencky strain (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa]; NaN where a law knows no elastic strain.
 
         state (..., n_state): read by laws whose stiffness depends on it, the initial one when missing.
@@ -184,7 +194,7 @@ class Law(BaseModel):
         mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
         return (stress - mean) / (2.0 * self.shear_modulus) + mean / (3.0 * self.bulk_modulus)
 
-    def h_from_stress(self, stress):
+    def h_from_stress(self, stress: ArrayLike) -> Array:
         """Stored tensor h (..., 3, 3) of a Kirchhoff stress (..., 3, 3) [Pa] in the initial state: exp(2ε) − I, or the
         stress itself where that is STORED."""
         if self.STORED == "stress":
@@ -192,7 +202,7 @@ class Law(BaseModel):
         values, vectors = np.linalg.eigh(self.hencky_from_stress(stress))
         return np.einsum("...ik,...k,...jk->...ij", vectors, np.expm1(2.0 * values), vectors)
 
-    def elastic_energy(self, stress, state):
+    def elastic_energy(self, stress: Array, state: Array) -> Array:
         """Recoverable energy per unit reference volume [J/m³] of Kirchhoff stresses (n, 6), packed [Pa].
 
         ψ = p²/(2K) + s:s/(4G) for Hencky elasticity, whatever the state (n, n_state). NumPy.
@@ -201,17 +211,17 @@ class Law(BaseModel):
         square = (stress[:, :3] ** 2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
         return (square - trace**2 / 3.0) / (4.0 * self.shear_modulus) + trace**2 / (18.0 * self.bulk_modulus)
 
-    def yield_function(self, stress, state):
+    def yield_function(self, stress: ArrayLike, state: Array) -> Array:
         """Yield function of Kirchhoff stresses (..., 3, 3) [Pa] and states (..., n_state), <= 0 where admissible.
 
         Its scale is the law's own (Pa or Pa²); −inf where a law never yields. NumPy.
         """
         return self.yield_of_invariants(*invariants(stress), state)
 
-    def yield_of_invariants(self, p, q, state):
+    def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """Yield function of a law that needs p, q [Pa] and state (..., n_state) only. Broadcasts; NumPy."""
         return np.full(np.broadcast_shapes(np.shape(p), np.shape(q), np.shape(state)[:-1]), -np.inf)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """Derived fields by name (see OUTPUTS), each (n,), from state (n, n_state). NumPy."""
         return {}

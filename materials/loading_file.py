@@ -2,13 +2,16 @@
 
 import csv
 import difflib
+import os
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
+from .arrays import Array
 from .loading_stage import LoadingError, LoadingStage
 from .symmetric import COMPONENTS
 
@@ -19,6 +22,9 @@ MAX_BYTES, MAX_ROWS = 64 << 20, 200_000
 LONGEST_LINE = 10_000
 UNITS = {**dict.fromkeys(DEFORMATION + STRAINS, "-"), **dict.fromkeys(STRESSES, "Pa"), "duration": "s"}
 
+Targets: TypeAlias = tuple[dict[str, float], dict[str, float]]
+"""Strains and stresses by component."""
+
 
 @dataclass(frozen=True)
 class LoadingFile:
@@ -27,16 +33,16 @@ class LoadingFile:
     """
 
     name: str
-    deformation: np.ndarray | None
-    targets: list
-    durations: np.ndarray
+    deformation: Array | None
+    targets: list[Targets]
+    durations: Array
 
-    def stages(self, steps):
+    def stages(self, steps: int) -> list[LoadingStage]:
         """One `LoadingStage` a row."""
         pairs = zip(self.targets, self.durations, strict=True)
         return [LoadingStage(strain, stress, steps, float(duration)) for (strain, stress), duration in pairs]
 
-    def subdivided(self, steps):
+    def subdivided(self, steps: int) -> tuple[Array, Array]:
         """F (n steps, 3, 3) with `steps` equal parts from I to the first row and from row to row, and the durations."""
         ends = np.concatenate([np.eye(3)[None], self.deformation])
         shares = np.arange(1, steps + 1)[:, None, None] / steps
@@ -47,7 +53,7 @@ class LoadingFile:
         return F, np.repeat(self.durations / steps, steps)
 
 
-def read_loading(file):
+def read_loading(file: str | os.PathLike[str]) -> LoadingFile:
     """Read a path -> `LoadingFile`.
 
     The first line names the columns, each line below is one row: what is reached next. Either
@@ -85,15 +91,15 @@ def read_loading(file):
     return LoadingFile(str(file), None, [_targets(file, n, columns, row) for n, row in rows], durations)
 
 
-def _cells(line):
+def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line]))]
 
 
-def _columns(file, cells):
-    names = []
+def _columns(file: Path, cells: list[str]) -> list[str]:
+    names: list[str] = []
     for cell in cells:
-        name, bracket, unit = cell.partition("[")
-        name, unit = name.strip(), unit.removesuffix("]") if bracket else None
+        name, bracket, rest = cell.partition("[")
+        name, unit = name.strip(), rest.removesuffix("]") if bracket else None
         if name not in UNITS:
             near = difflib.get_close_matches(name, UNITS, n=1)
             hint = f"did you mean {near[0]}?" if near else "known are F_xx, strain_xx, stress_xx ... and duration"
@@ -110,7 +116,7 @@ def _columns(file, cells):
     return names
 
 
-def _row(file, n, columns, cells):
+def _row(file: Path, n: int, columns: list[str], cells: list[str]) -> tuple[int, dict[str, float]]:
     """Line number and the numbers of a row by column; empty cells are left out."""
     if len(cells) != len(columns):
         raise LoadingError(f"{file}: line {n}: {len(cells)} values for {len(columns)} columns")
@@ -129,11 +135,11 @@ def _row(file, n, columns, cells):
     return n, values
 
 
-def _wanted(name):
+def _wanted(name: str) -> str:
     return "number > 0" if name == "duration" else "finite number"
 
 
-def _deformation(file, n, row):
+def _deformation(file: Path, n: int, row: dict[str, float]) -> Array:
     F = np.eye(3)
     for name, value in row.items():
         F["xyz".index(name[2]), "xyz".index(name[3])] = value
@@ -142,13 +148,13 @@ def _deformation(file, n, row):
     return F
 
 
-def _targets(file, n, columns, row):
+def _targets(file: Path, n: int, columns: list[str], row: dict[str, float]) -> Targets:
     for component in COMPONENTS:
         pair = [name for name in (f"strain_{component}", f"stress_{component}") if name in columns]
         if pair and sum(name in row for name in pair) != 1:
             problem = "is empty" if len(pair) == 1 else "and its strain: exactly one of the two must be given"
             raise LoadingError(f"{file}: line {n}, column {pair[-1]} {problem}")
-    split = {"strain": {}, "stress": {}}
+    split: dict[str, dict[str, float]] = {"strain": {}, "stress": {}}
     for name, value in row.items():
         kind, component = name.split("_")
         split[kind][component] = value

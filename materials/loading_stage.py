@@ -11,14 +11,18 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .symmetric import COMPONENTS, PAIRS
 
 
 class LoadingError(ValueError):
     """A test that cannot be made as asked for. `step`, counted from 1: the one that failed, None if none was begun."""
 
-    def __init__(self, message, step=None):
+    step: int | None
+
+    def __init__(self, message: str, step: int | None = None) -> None:
         super().__init__(message)
         self.step = step
 
@@ -32,12 +36,12 @@ class LoadingStage:
     steps: equal steps; duration: of the whole stage [s], read by rate-dependent laws only.
     """
 
-    strain: dict = field(default_factory=dict)
-    stress: dict = field(default_factory=dict)
+    strain: dict[str, float] = field(default_factory=dict)
+    stress: dict[str, float] = field(default_factory=dict)
     steps: int = 100
     duration: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, values in (("strain", self.strain), ("stress", self.stress)):
             for component, value in values.items():
                 if component not in COMPONENTS:
@@ -50,7 +54,7 @@ class LoadingStage:
         if self.steps < 1 or not (self.duration > 0.0 and isfinite(self.duration)):
             raise LoadingError("a stage takes at least one step and some time")
 
-    def targets(self, strain):
+    def targets(self, strain: ArrayLike) -> tuple[Array, Array]:
         """(6,) strains and (6,) stresses at the end of the stage, NaN where free, for one that starts at `strain`."""
         strains, stresses = np.array(strain, float), np.full(6, np.nan)
         for component, value in self.strain.items():
@@ -61,7 +65,7 @@ class LoadingStage:
         return strains, stresses
 
 
-def deformation_of(strain):
+def deformation_of(strain: ArrayLike) -> Array:
     """(I + Γ) diag(exp ε), (..., 3, 3), of controlled strains (..., 6)."""
     strain = np.asarray(strain, float)
     F = np.zeros((*strain.shape[:-1], 3, 3))

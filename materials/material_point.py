@@ -1,11 +1,15 @@
 """A single material point driven along a path of deformation, or of strains and stresses."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .loading_stage import LoadingError
-from .mixed_control import MixedControl
+from .arrays import Array, Precision, Whole
+from .law import Law
+from .loading_stage import LoadingError, LoadingStage
+from .mixed_control import MixedControl, Reached
 from .stress_update import StressUpdate
 from .symmetric import invariants, pack, unpack
 
@@ -20,18 +24,18 @@ class Path:
     deformation F (n, 3, 3).
     """
 
-    kirchhoff: np.ndarray
-    p: np.ndarray
-    q: np.ndarray
-    p0: np.ndarray
-    elastic_strain: np.ndarray
-    plastic_volumetric_strain: np.ndarray
-    state: np.ndarray
-    dissipation: np.ndarray
-    iterations: np.ndarray
-    deformation: np.ndarray
+    kirchhoff: Array
+    p: Array
+    q: Array
+    p0: Array
+    elastic_strain: Array
+    plastic_volumetric_strain: Array
+    state: Array
+    dissipation: Array
+    iterations: Whole
+    deformation: Array
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         if not len(self.p):
             return "Path(no steps)"
         failed = int((self.iterations < 0).sum())
@@ -39,7 +43,7 @@ class Path:
                 f" {self.dissipation[-1]:.4g} J/m3" + (f", {failed} steps failed)" if failed else ")"))
 
     @property
-    def cauchy(self):
+    def cauchy(self) -> Array:
         """Cauchy stress σ = τ / det F (n, 3, 3) [Pa]; a path starts in the reference configuration."""
         return self.kirchhoff / np.linalg.det(self.deformation)[:, None, None]
 
@@ -50,14 +54,18 @@ class MaterialPoint:
     precision "f32" or "f64"; dimension 3, or 2 for plane strain (the same stresses from 2×2 gradients).
     """
 
-    def __init__(self, law, precision="f64", dimension=3):
+    law: Law
+    dimension: int
+    precision: Precision
+
+    def __init__(self, law: Law, precision: Precision = "f64", dimension: int = 3) -> None:
         self.law, self.dimension, self.precision = law, dimension, precision
         self._update = StressUpdate(law, dimension, precision)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"MaterialPoint({self.law.kind}, {self.precision}, {self.dimension}-D)"
 
-    def drive(self, F, dt=1.0, stress=None):
+    def drive(self, F: ArrayLike, dt: float = 1.0, stress: ArrayLike | None = None) -> Path:
         """Follow total deformation gradients F (n, d, d), starting from I with the law's initial state -> `Path`.
 
         Each step uses the exact relative gradient f = F_n F_(n−1)⁻¹; dt is the time of a step [s].
@@ -83,10 +91,10 @@ class MaterialPoint:
                                int(failed[0]) + 1)
         whole = np.tile(np.eye(3), (len(F), 1, 1))
         whole[:, :d, :d] = F
-        entries = (integrated.stress, integrated.state, integrated.dissipation, integrated.iterations)
-        return _path(self.law, whole, *(entry[0] for entry in entries), start)
+        return _path(self.law, whole, integrated.stress[0], integrated.state[0], integrated.dissipation[0],
+                     integrated.iterations[0], start)
 
-    def load(self, stages, stress=None):
+    def load(self, stages: Iterable[LoadingStage], stress: ArrayLike | None = None) -> Path:
         """Follow `LoadingStage`s of strains and Cauchy stresses (mixed control, see `MixedControl`) -> `Path`.
 
         stress: as in `drive`. Raises LoadingError, which names the step, for a stress that cannot be reached;
@@ -97,7 +105,7 @@ class MaterialPoint:
         control, start = MixedControl(self.law, self.precision), self._initial(stress)
         return path_of(self.law, control.follow_stages(stages, control.at_stress(start)), start)
 
-    def _initial(self, stress):
+    def _initial(self, stress: ArrayLike | None) -> Array:
         """The initial stress (3, 3), which must be admissible."""
         stress = np.zeros((3, 3)) if stress is None else np.asarray(stress, float)
         if stress.any() and not self.law.yield_function(stress, self._update.initial_state(1)[0]) <= 0.0:
@@ -105,14 +113,15 @@ class MaterialPoint:
         return stress
 
 
-def path_of(law, rows, start=None):
+def path_of(law: Law, rows: Sequence[Reached], start: Array | None = None) -> Path:
     """`Path` of a list of `Reached`, which began at F = I and the Kirchhoff stress `start` (3, 3) [Pa], or none."""
     start = np.zeros((3, 3)) if start is None else start
     names = ("deformation", "kirchhoff", "state", "dissipation", "iterations")
-    return _path(law, *(np.array([getattr(row, name) for row in rows]) for name in names), start)
+    F, stress, state, dissipation, iterations = (np.array([getattr(row, name) for row in rows]) for name in names)
+    return _path(law, F, stress, state, dissipation, iterations, start)
 
 
-def _path(law, F, stress, state, dissipation, iterations, start):
+def _path(law: Law, F: Array, stress: Array, state: Array, dissipation: Array, iterations: Whole, start: Array) -> Path:
     stress, state = unpack(np.asarray(stress, float)), np.asarray(state, float)
     strain = law.hencky_from_stress(stress, state)
     p, q = invariants(stress)

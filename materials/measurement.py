@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .material_point import path_of
-from .mixed_control import stress_free_start
+from .arrays import Array
+from .law import Law
+from .material_point import Path, path_of
+from .mixed_control import Reached, stress_free_start
 from .symmetric import COMPONENTS, invariants
 
 STEADY_SHARE = 0.1  # last part of a test over which a critical state must hold
@@ -55,10 +59,10 @@ class YieldSection:
     """
 
     name: str
-    p: np.ndarray
-    q: np.ndarray
-    initial: np.ndarray
-    final: np.ndarray
+    p: Array
+    q: Array
+    initial: Array
+    final: Array
 
 
 @dataclass(frozen=True)
@@ -66,26 +70,26 @@ class Measurement:
     """A test: its name, law, driven strain, and what was reached at the start and after every step (`Reached`)."""
 
     name: str
-    law: object
+    law: Law
     driven: Driven
-    rows: list
+    rows: list[Reached]
 
     @cached_property
-    def path(self):
+    def path(self) -> Path:
         """The test as a `Path`; row 0 is the start."""
         return path_of(self.law, self.rows)
 
     @cached_property
-    def cauchy_invariants(self):
+    def cauchy_invariants(self) -> tuple[Array, Array]:
         """p and q (n,) [Pa] of the Cauchy stress."""
         return invariants(self.path.cauchy)
 
     @property
-    def driven_strain(self):
+    def driven_strain(self) -> Array:
         """(n,), from zero."""
         return self.driven.sign * self.table()[self.driven.column][1]
 
-    def table(self):
+    def table(self) -> dict[str, tuple[str, NDArray[Any]]]:
         """Column name -> (unit, values (n,)): one row for the start and one a step.
 
         Strains from the start of the test, Cauchy stress; both positive in tension. p, q: of the Cauchy stress;
@@ -120,14 +124,14 @@ class Measurement:
                 columns[f"prescribed_stress_{component}"] = ("Pa", values)
         return columns
 
-    def _strains(self):
+    def _strains(self) -> dict[str, tuple[str, NDArray[Any]]]:
         strain = np.array([row.strain for row in self.rows])
         if np.isfinite(strain).all():
             return {f"strain_{component}": ("-", strain[:, k]) for k, component in enumerate(COMPONENTS)}
         relative = self.path.deformation @ np.linalg.inv(self.path.deformation[0])
         return {f"F_{'xyz'[i]}{'xyz'[j]}": ("-", relative[:, i, j]) for i in range(3) for j in range(3)}
 
-    def characteristics(self):
+    def characteristics(self) -> Characteristics:
         """`Characteristics` of the test."""
         p, q = self.cauchy_invariants
         plastic = self.path.iterations > 0
@@ -146,7 +150,7 @@ class Measurement:
             critical=bool(steady and not dilates),
         )
 
-    def yield_section(self):
+    def yield_section(self) -> YieldSection | None:
         """`YieldSection` around the test's path, or None for a law that never yields."""
         p, q = self.cauchy_invariants
         scale = max(np.abs(p).max(), q.max())
@@ -184,7 +188,7 @@ class Measurement:
         return YieldSection(name, grid_p, grid_q, *functions(*np.meshgrid(grid_p, grid_q)))
 
 
-def _extent(line, inside):
+def _extent(line: Array, inside: NDArray[np.bool_]) -> tuple[float, float]:
     """Where the entries of `line` that are inside begin and end, rounded outward; (0, 0) if there are none."""
     found = np.flatnonzero(inside)
     return (line[max(found[0] - 1, 0)], line[min(found[-1] + 1, len(line) - 1)]) if len(found) else (0.0, 0.0)

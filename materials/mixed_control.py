@@ -13,10 +13,14 @@ that holds its load it then gives way until it bears it again: the nearest of `J
 there. What it gives way through is not followed; its dissipation is that of one step of the law.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from .arrays import Array, Precision
+from .law import Law
 from .loading_stage import LoadingError, LoadingStage, deformation_of
 from .stress_update import StressUpdate
 from .symmetric import COMPONENTS, pack
@@ -40,25 +44,25 @@ class Reached:
     prescribed; time it took [s]; dissipation [J/m³]; the law's iterations; corrections of the free strains.
     """
 
-    strain: np.ndarray
-    origin: np.ndarray
-    deformation: np.ndarray
-    h: np.ndarray
-    kirchhoff: np.ndarray
-    state: np.ndarray
-    prescribed: np.ndarray
+    strain: Array
+    origin: Array
+    deformation: Array
+    h: Array
+    kirchhoff: Array
+    state: Array
+    prescribed: Array
     duration: float = 0.0
     dissipation: float = 0.0
     iterations: int = 0
     corrections: int = 0
 
     @property
-    def cauchy(self):
+    def cauchy(self) -> Array:
         """σ = τ / det F, (6,) [Pa]."""
         return self.kirchhoff.astype(float) / np.linalg.det(self.deformation)
 
 
-def stress_free_start(law):
+def stress_free_start(law: Law) -> bool:
     """Whether a law has a stress-free elastic state to start from; a rate law has not."""
     return bool(np.isfinite(law.hencky_from_stress(-np.eye(3))).all())
 
@@ -66,12 +70,15 @@ def stress_free_start(law):
 class MixedControl:
     """A material point in a testing machine: `MixedControl(law).follow_stages(stages)`. precision "f32" or "f64"."""
 
-    def __init__(self, law, precision="f64"):
+    law: Law
+    precision: Precision
+
+    def __init__(self, law: Law, precision: Precision = "f64") -> None:
         self.law, self.precision = law, precision
         self._update = StressUpdate(law, 3, precision)
         self._resolution = ROUNDING[precision] * law.density * law.wave_speed() ** 2  # [Pa]
 
-    def at_stress(self, stress=None):
+    def at_stress(self, stress: ArrayLike | None = None) -> Reached:
         """Point with the law's initial state at a Kirchhoff stress (3, 3) [Pa], zero by default; F = I there."""
         stress = np.zeros((3, 3)) if stress is None else np.asarray(stress, float)
         h, state = pack(self.law.h_from_stress(stress))[None], self._update.initial_state(1)
@@ -80,7 +87,7 @@ class MixedControl:
             np.zeros(6), np.eye(3), np.eye(3), there.h[0], there.stress[0], there.state[0], np.full(6, np.nan)
         )
 
-    def consolidated(self, pressure):
+    def consolidated(self, pressure: float) -> Reached:
         """Point under an isotropic Cauchy pressure [Pa], compressed from its stress-free state; strains start here.
 
         A rate law starts at the pressure, with its initial state. Raises LoadingError for a pressure out of reach.
@@ -101,13 +108,14 @@ class MixedControl:
             np.zeros(6), point.deformation, point.deformation, point.h, point.kirchhoff, point.state, np.full(6, np.nan)
         )
 
-    def follow_stages(self, stages, start=None):
+    def follow_stages(self, stages: Iterable[LoadingStage], start: Reached | None = None) -> list[Reached]:
         """List of `Reached`, one a step of every stage, from `start` (the stress-free state by default).
 
         Raises LoadingError, which names the step, where a prescribed stress cannot be reached or the law fails.
         """
         point = self.at_stress() if start is None else start
-        rows, change = [], np.zeros(6)
+        rows: list[Reached] = []
+        change = np.zeros(6)
         for stage in stages:
             first_strain, first_stress = point.strain, point.cauchy
             strain, stress = stage.targets(point.strain)
@@ -123,7 +131,7 @@ class MixedControl:
                 rows.append(point)
         return rows
 
-    def follow_deformation(self, F, durations, start=None):
+    def follow_deformation(self, F: Array, durations: Array, start: Reached | None = None) -> list[Reached]:
         """List of `Reached`, one for each F (n, 3, 3), counted from the F of `start`, in steps of `durations` (n,) [s].
 
         Raises LoadingError where the law fails.

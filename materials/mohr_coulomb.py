@@ -4,8 +4,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from .arrays import Array
 from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
@@ -155,7 +157,7 @@ class MohrCoulomb(Law):
         return self
 
     @property
-    def tensile_apex(self):
+    def tensile_apex(self) -> float:
         """c cot φ [Pa]: the isotropic tension that is carried; inf for φ = 0."""
         if self.cohesion == 0.0:
             return 0.0
@@ -163,14 +165,14 @@ class MohrCoulomb(Law):
         return self.cohesion / slope if slope > 0.0 else np.inf
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return self.tensile_apex
 
     @property
-    def friction_exceeds_dilation(self):
+    def friction_exceeds_dilation(self) -> bool:
         return self.dilation_angle < self.friction_angle
 
-    def yield_function(self, stress, state):
+    def yield_function(self, stress: ArrayLike, state: Array) -> Array:
         """y [Pa]; where a gap is open, no stress but zero is admissible: |σ|. NumPy."""
         values = np.linalg.eigvalsh(np.asarray(stress, float))
         s, cos = np.sin(np.radians(self.friction_angle)), np.cos(np.radians(self.friction_angle))
@@ -178,12 +180,12 @@ class MohrCoulomb(Law):
         closed = (most - least) + (most + least) * s - 2.0 * self.cohesion * cos
         return np.where(np.asarray(state)[..., 1] > 0.0, np.abs(values).max(axis=-1), closed)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """plastic_strain and gap."""
         state = np.asarray(state)
         return {"plastic_strain": state[..., 0], "gap": state[..., 1]}
 
-    def parameters(self):
+    def parameters(self) -> MohrCoulombParameters:
         K, G, c = self.bulk_modulus, self.shear_modulus, self.cohesion
         s, t = (float(np.sin(np.radians(angle))) for angle in (self.friction_angle, self.dilation_angle))
         cos = float(np.cos(np.radians(self.friction_angle)))
@@ -212,5 +214,5 @@ class MohrCoulomb(Law):
             cohesionless=0.0 if c > 0.0 else 1.0,
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return 0.0, 0.0

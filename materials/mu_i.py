@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 from pydantic import model_validator
 
+from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
@@ -118,16 +119,16 @@ class MuI(Law):
         return self
 
     @property
-    def friction_exceeds_dilation(self):
+    def friction_exceeds_dilation(self) -> bool:
         return True
 
-    def friction(self, shear_rate, p):
+    def friction(self, shear_rate: Array, p: Array) -> Array:
         """μ(I) at a shear rate γ̇ [1/s] and a pressure p > 0 [Pa]. NumPy."""
         rate = self.inertial_number / self.grain_diameter * np.sqrt(np.asarray(p, float) / self.grain_density)
         share = np.asarray(shear_rate) / (np.asarray(shear_rate) + rate)  # 1 / (1 + I₀/I)
         return self.static_friction + (self.limit_friction - self.static_friction) * share
 
-    def yield_of_invariants(self, p, q, state):
+    def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """q − √3 μ(I) p [Pa] at the shear rate in the state, which at rest bounds the elastic range.
 
         Where a gap is open, no stress but zero is admissible: |p| + q. NumPy.
@@ -137,11 +138,11 @@ class MuI(Law):
         closed = np.asarray(q) - np.sqrt(3.0) * self.friction(state[..., 2], pressed) * p
         return np.where(state[..., 1] > 0.0, np.abs(p) + q, closed)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """plastic_strain, gap, and shear_rate."""
         return {name: np.asarray(state)[..., i] for i, name in enumerate(self.OUTPUTS)}
 
-    def parameters(self):
+    def parameters(self) -> MuIParameters:
         K, G = self.bulk_modulus, self.shear_modulus
         root = float(np.sqrt(3.0))
         rate = self.inertial_number / (self.grain_diameter * float(np.sqrt(self.grain_density)))
@@ -156,5 +157,5 @@ class MuI(Law):
             per_K=1.0 / K,
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return 0.0, 0.0, 0.0

@@ -13,7 +13,7 @@ the place of h and state.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import taichi as ti
 
@@ -79,10 +79,10 @@ class StagedUpdate(NamedTuple):
     no lane hangs on the others. Held are two tensors besides `numbers`.
     """
 
-    begin: Callable
+    begin: Callable[..., Any]
     first: int
-    step: tuple[tuple[Callable, int], ...]
-    end: Callable
+    step: tuple[tuple[Callable[..., Any], int], ...]
+    end: Callable[..., Any]
     going: int
     changed: int
     numbers: int

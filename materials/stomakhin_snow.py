@@ -4,8 +4,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from .arrays import Array
 from .elastic import trial_state
 from .hencky import KNOWN, log_volume, round_off_of, smallest_of
 from .law import Law, NonNegative, Positive, StateVariable
@@ -194,22 +196,22 @@ class StomakhinSnow(Law):
     critical_stretch: Annotated[Positive, Field(lt=1.0)]  # θ_s [-]
 
     @property
-    def lame_modulus(self):
+    def lame_modulus(self) -> float:
         """λ = K − 2G/3 [Pa]"""
         return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         stretch = 1.0 + self.critical_stretch
         shape = 2.0 * self.shear_modulus * self.critical_stretch * stretch
         return shape + self.lame_modulus * (stretch**3 - 1.0) * stretch**3
 
-    def factor_at(self, state):
+    def factor_at(self, state: ArrayLike) -> Array:
         """exp(ξ (1 − J_P)) at state (..., n_state). NumPy."""
         exponent = self.hardening * (1.0 - np.asarray(state, float)[..., 0])
         return np.exp(np.clip(exponent, -MAX_EXPONENT, MAX_EXPONENT))
 
-    def parameters(self):
+    def parameters(self) -> StomakhinParameters:
         compressed = 1.0 - (1.0 - self.critical_compression) ** 2
         near = min(compressed, (1.0 + self.critical_stretch) ** 2 - 1.0, SERIES_RADIUS)
         return StomakhinParameters(
@@ -221,10 +223,10 @@ class StomakhinSnow(Law):
             near2=near**2,
         )
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return (1.0,)
 
-    def wave_speed_at(self, stress, state):
+    def wave_speed_at(self, stress: Array, state: Array) -> Array:
         """√(M / ρ₀), M the stiffness of uniaxial strain: the larger of its elastic and its plastic bound.
 
         Elastic: 2μ s² + λ J_E² at the largest stretches; while compacting: |τ| (1 + ξ J_P), from dτ/dJ_P; both times
@@ -238,7 +240,7 @@ class StomakhinSnow(Law):
         plastic = stress_limit * (1.0 + self.hardening * np.asarray(state)[..., 0])
         return np.sqrt(self.factor_at(state) * np.maximum(elastic, plastic) / self.density)
 
-    def principal_stretches(self, stress, state=None):
+    def principal_stretches(self, stress: ArrayLike, state: ArrayLike | None = None) -> Array:
         """Singular values of Fe (..., 3), in the order of `numpy.linalg.eigvalsh`, that carry a Kirchhoff stress.
 
         Solves τ_i = factor [2μ (s_i − 1) s_i + λ (J − 1) J] for s_i >= ½ and J >= ½, where J decides: s_i(J) falls, so
@@ -269,14 +271,14 @@ class StomakhinSnow(Law):
             low, high = np.where(above, middle, low), np.where(above, high, middle)
         return np.where(solvable[..., None], 1.0 + deviations(0.5 * (low + high)), np.nan)
 
-    def h_from_stress(self, stress):
+    def h_from_stress(self, stress: ArrayLike) -> Array:
         """h (..., 3, 3) of a Kirchhoff stress at J_P = 1. Raises ValueError where no stretch carries it."""
         h = self._spectral(stress, self.principal_stretches(stress), lambda s: (s - 1.0) * (s + 1.0))
         if np.isnan(h).any():
             raise ValueError("a stress too large for this snow: no elastic stretch carries it")
         return h
 
-    def hencky_from_stress(self, stress, state=None):
+    def hencky_from_stress(self, stress: ArrayLike, state: ArrayLike | None = None) -> Array:
         """Hencky strain (..., 3, 3) of a Kirchhoff stress at the J_P of its state, NaN where no stretch carries it."""
         return self._spectral(stress, self.principal_stretches(stress, state), np.log)
 
@@ -285,19 +287,19 @@ class StomakhinSnow(Law):
         _, vectors = np.linalg.eigh(np.asarray(stress, float))
         return np.einsum("...ik,...k,...jk->...ij", vectors, function(stretches), vectors)
 
-    def elastic_energy(self, stress, state):
+    def elastic_energy(self, stress: Array, state: Array) -> Array:
         """ψ [J/m³] from the stretches that carry the stress at its J_P. NumPy."""
         s = self.principal_stretches(unpack(stress), state)
         volume = s.prod(-1) - 1.0
         shape = self.shear_modulus * ((s - 1.0) ** 2).sum(-1)
         return self.factor_at(state) * (shape + 0.5 * self.lame_modulus * volume**2)
 
-    def yield_function(self, stress, state):
+    def yield_function(self, stress: ArrayLike, state: Array) -> Array:
         """Largest overrun of a threshold by a principal stretch [-], <= 0 where admissible; inf: none carries it."""
         s = self.principal_stretches(stress, state)
         overrun = np.maximum(s - 1.0 - self.critical_stretch, 1.0 - self.critical_compression - s).max(-1)
         return np.where(np.isnan(overrun), np.inf, overrun)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """stiffness_factor exp(ξ (1 − J_P)): above 1 hardened, below 1 damaged."""
         return {"stiffness_factor": self.factor_at(state)}

@@ -1,12 +1,15 @@
 """Many stress updates at once: a law applied to arrays of states, outside any solver."""
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike, NDArray
 
-from .law import REDO
+from .arrays import Array, Precision, Whole
+from .law import REDO, Law
 from .packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane, write_matrix_lane
 from .parameters import named
 from .precision import DTYPES, working_precision
@@ -108,11 +111,11 @@ class Updated:
     """Results of n updates: h (n, 6 or 4), stress τ (n, 6 or 4) [Pa], state (n, n_state), dissipation (n,) [J/m³],
     iterations (n,); with an axis of steps after the first one where a path was followed."""
 
-    h: np.ndarray
-    stress: np.ndarray
-    state: np.ndarray
-    dissipation: np.ndarray
-    iterations: np.ndarray
+    h: Array
+    stress: Array
+    state: Array
+    dissipation: Array
+    iterations: Whole
 
 
 class StressUpdate:
@@ -122,28 +125,35 @@ class StressUpdate:
     same results but for round-off.
     """
 
-    def __init__(self, law, dimension=3, precision="f64", packed=True):
+    law: Law
+    dimension: int
+    precision: Precision
+    n_state: int
+
+    def __init__(self, law: Law, dimension: int = 3, precision: Precision = "f64", packed: bool = True) -> None:
         self.law, self.dimension, self.precision = law, dimension, precision
         self._vector_update = law.vector_update if packed else None
         self.n_state = max(1, len(law.STATE))  # Taichi has no empty vectors: a law without state gets one idle number
         self._parameters = law.parameters()
 
-    def initial_state(self, n):
+    def initial_state(self, n: int) -> NDArray[np.float64]:
         """(n, n_state) initial states."""
         state = np.zeros((n, self.n_state))
         state[:, : len(self.law.STATE)] = self.law.initial_state()
         return state
 
-    def prepare(self, h, state, increments, dt=1.0):
+    def prepare(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Callable[[], Updated]:
         """The update of `integrate` as a function without arguments, to be called (and timed) as often as wanted."""
         with working_precision(self.precision) as (_, dtype):
             inputs = [np.ascontiguousarray(a, dtype) for a in (self._parameters, h, state, increments)]
         n, m = inputs[3].shape[:2]
-        entries = size(self.dimension)
+        tensors = (n, m, size(self.dimension))
         result = Updated(
-            *(np.zeros((n, m, k), dtype) for k in (entries, entries, self.n_state)),
-            np.zeros((n, m), dtype),
-            np.zeros((n, m), np.int32),
+            h=np.zeros(tensors, dtype),
+            stress=np.zeros(tensors, dtype),
+            state=np.zeros((n, m, self.n_state), dtype),
+            dissipation=np.zeros((n, m), dtype),
+            iterations=np.zeros((n, m), np.int32),
         )
         kernel = _update_kernel(
             self.law.update, self._vector_update, type(self._parameters), self.dimension, self.precision, self.n_state
@@ -156,11 +166,11 @@ class StressUpdate:
 
         return run
 
-    def integrate(self, h, state, increments, dt=1.0):
+    def integrate(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Updated:
         """Apply m successive increments A = f − I, (n, m, d, d), to n points with h (n, 6 or 4), state (n, n_state)."""
         return self.prepare(h, state, increments, dt)()
 
-    def __call__(self, h, state, increments, dt=1.0):
+    def __call__(self, h: ArrayLike, state: ArrayLike, increments: ArrayLike, dt: float = 1.0) -> Updated:
         """Apply one increment, (n, d, d), to each of n points."""
         path = self.integrate(h, state, np.asarray(increments)[:, None], dt)
         return Updated(path.h[:, 0], path.stress[:, 0], path.state[:, 0], path.dissipation[:, 0], path.iterations[:, 0])

@@ -6,25 +6,30 @@ The four-entry form is the same three-dimensional tensor with its two zeros left
 three-dimensional one. In plane strain axis 2 (zz) is the direction out of the plane.
 """
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
+from numpy.typing import ArrayLike, NDArray
+
+from .arrays import Array
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 COMPONENTS = tuple("xyz"[i] + "xyz"[j] for i, j in PAIRS)
 
 
-def size(dimension):
+def size(dimension: int) -> int:
     """Number of stored entries: 4 in plane strain (dimension 2), 6 in 3-D."""
     return {2: 4, 3: 6}[dimension]
 
 
-def pack(tensor, dimension=3):
+def pack(tensor: ArrayLike, dimension: int = 3) -> NDArray[Any]:
     """(..., 3, 3) symmetric NumPy tensors -> (..., 6) or, for dimension 2, (..., 4)."""
     tensor = np.asarray(tensor)
     return np.stack([tensor[..., i, j] for i, j in PAIRS[: size(dimension)]], axis=-1)
 
 
-def unpack(vector):
+def unpack(vector: ArrayLike) -> NDArray[Any]:
     """(..., 6) or (..., 4) NumPy vectors -> (..., 3, 3) symmetric tensors."""
     vector = np.asarray(vector)
     tensor = np.zeros((*vector.shape[:-1], 3, 3), vector.dtype)
@@ -33,7 +38,7 @@ def unpack(vector):
     return tensor
 
 
-def invariants(stress):
+def invariants(stress: ArrayLike) -> tuple[Array, Array]:
     """p = −tr(τ)/3, positive in compression, and q = √(3/2 s:s) of (..., 3, 3) NumPy stresses."""
     stress = np.asarray(stress)
     p = -np.trace(stress, axis1=-2, axis2=-1) / 3.0

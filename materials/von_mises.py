@@ -5,6 +5,7 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 import taichi as ti
 
+from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
 
@@ -73,28 +74,28 @@ class VonMises(Law):
     vector_update = staticmethod(von_mises_update(STRAIGHT))
 
     @property
-    def associated(self):
+    def associated(self) -> bool:
         return True
 
     @property
-    def tensile_strength(self):
+    def tensile_strength(self) -> float:
         return np.inf
 
-    def yield_of_invariants(self, p, q, state):
+    def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """y [Pa]; p only gives its shape. NumPy."""
         strength = self.yield_stress + self.hardening_modulus * np.asarray(state)[..., 0]
         return np.asarray(q) - strength + 0.0 * np.asarray(p)
 
-    def outputs(self, state):
+    def outputs(self, state: Array) -> dict[str, Array]:
         """plastic_strain: accumulated plastic shear strain."""
         return {"plastic_strain": np.asarray(state)[..., 0]}
 
-    def parameters(self):
+    def parameters(self) -> VonMisesParameters:
         K, G, H = self.bulk_modulus, self.shear_modulus, self.hardening_modulus
         return VonMisesParameters(
             K=K, G=G, yield_stress=self.yield_stress, H=H, per_return=1.0 / (3.0 * G + H), per_K=1.0 / K,
             six_G2=6.0 * G * G,
         )  # fmt: skip
 
-    def initial_state(self):
+    def initial_state(self) -> tuple[float, ...]:
         return (0.0,)

@@ -3,6 +3,10 @@
 if __name__ != "snowmpm.render":
     raise ImportError("import this package as snowmpm.render")
 
+from collections.abc import Callable
+from pathlib import Path
+
+from snowmpm.io import Run
 from snowmpm.render.compare_plot import ComparedRun, Comparison, render_comparison
 from snowmpm.render.compression_plot import render_compression
 from snowmpm.render.element_plot import ElementCurves, render_element
@@ -17,7 +21,11 @@ from snowmpm.render.strip import notes_of, render_strip
 from snowmpm.render.thalweg_plot import render_thalweg
 from snowmpm.render.viewer import render_page
 
-PLOTS = {"history": render_history, "compression": render_compression, "saw_test": render_saw_test}
+PLOTS: dict[str, Callable[[Run, Path], Path]] = {
+    "history": render_history,
+    "compression": render_compression,
+    "saw_test": render_saw_test,
+}
 """Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
 
 __all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "notes_of", "render_comparison",

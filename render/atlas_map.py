@@ -1,6 +1,7 @@
 """Maps of where schemes fail: a row a setting, a column a value, the colour how far beyond its limit the symptom is."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -22,11 +23,11 @@ class MapPanel:
 
     title: str
     x_label: str
-    values: tuple
-    settings: tuple
+    values: tuple[Any, ...]
+    settings: tuple[Any, ...]
     symptoms: np.ndarray
     limit: float
-    borders: tuple
+    borders: tuple[float | None, ...]
     note: str = ""
 
 

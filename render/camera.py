@@ -19,7 +19,7 @@ class Camera:
     eye: np.ndarray
     axes: np.ndarray
     scale: float
-    size: tuple
+    size: tuple[int, int]
     perspective: bool = True
 
     def project(self, points):

@@ -30,7 +30,7 @@ class ColourScale:
     low: float
     high: float
     colormap: object
-    names: tuple = ()
+    names: tuple[str, ...] = ()
 
     def numbers(self, frame):
         """One number a particle from the field: itself, the length of a vector, the pressure -tr/3 of a tensor."""

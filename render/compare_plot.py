@@ -1,11 +1,14 @@
 """Runs over each other: profiles, fronts, energies, stress along a line, and what is known of the scene."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from snowmpm.annotations import Numbers, PathLike
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 from snowmpm.render.history_plot import COLOURS, LEGEND
 
@@ -25,11 +28,11 @@ class ComparedRun:
     [m], stress [Pa])}; history: of the run file; measured: (x, y) of the curve beside the known one, or None."""
 
     label: str
-    profile: tuple
-    first: tuple
-    line: dict
-    history: dict
-    measured: tuple | None = None
+    profile: tuple[Numbers, Numbers]
+    first: tuple[Numbers, Numbers]
+    line: Mapping[str, tuple[Numbers, Numbers]]
+    history: Mapping[str, Numbers]
+    measured: tuple[Numbers, Numbers] | None = None
 
 
 @dataclass(frozen=True)
@@ -39,17 +42,17 @@ class Comparison:
     what is known beside `measured`; numbers: [(name, unit, low, high, [measured of each run])]."""
 
     title: str
-    runs: list
+    runs: list[ComparedRun]
     along: str
     line: str
     moment: float
     width: bool
-    known_profile: tuple | None = None
-    curve: tuple | None = None
-    numbers: list = field(default_factory=list)
+    known_profile: tuple[str, Numbers, Numbers] | None = None
+    curve: tuple[str, str, Numbers, Numbers] | None = None
+    numbers: list[tuple[str, str, float, float, list[float]]] = field(default_factory=list)
 
 
-def render_comparison(comparison, output, *, dpi=130):
+def render_comparison(comparison: Comparison, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw a `Comparison` to a PNG, PDF or SVG. Returns the path written. Raises InputError for another ending."""
     check_ending(output)
     return save(comparison_figure(comparison, dpi), output, dpi)

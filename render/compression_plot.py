@@ -1,9 +1,12 @@
 """Stress against strain of a sample under a piston, with the stages that it goes through."""
 
 
+from pathlib import Path
+
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.figure import check_ending, plain, prefixed, save
@@ -15,7 +18,7 @@ WIDE = 10.0  # end over peak stress from which the axis is logarithmic: densific
 NAMES = ("elastic", "softening", "collapse", "densification")
 
 
-def render_compression(run_path, output, *, dpi=130):
+def render_compression(run_path: PathLike | Run, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw the stress-strain curve of a run (a folder, a file or a `snowmpm.io.Run`) to a PNG, PDF or SVG; -> its path.
 
     Raises InputError for another ending, or a run that presses no sample.

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeAlias
 
 from snowmpm.quantities.quantity import Quantity
 
@@ -10,7 +11,7 @@ from snowmpm.quantities.quantity import Quantity
 class Numbers:
     """A few numbers that matter most: text by what it is."""
 
-    rows: dict
+    rows: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -40,15 +41,15 @@ class Picture:
 class Columns:
     """Pictures side by side where there is room."""
 
-    pictures: tuple
+    pictures: tuple[Picture, ...]
 
 
 @dataclass(frozen=True)
 class Table:
     """Names and values in two columns; named: `Quantity` by row name, whose definition is one click away."""
 
-    rows: dict
-    named: dict = field(default_factory=dict)
+    rows: dict[str, str]
+    named: dict[str, Quantity] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,15 @@ class Live:
     words: str = ""
 
 
+Block: TypeAlias = Numbers | Note | Paragraph | Picture | Columns | Table | Listing | Definitions | Live
+
+
 @dataclass(frozen=True)
 class Section:
     """A headed part; nothing is written of one without blocks."""
 
     title: str
-    blocks: list
+    blocks: list[Block]
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,6 @@ class Document:
 
     title: str
     lead: str
-    sections: list
+    sections: list[Section]
     foot: str = ""
     script: str | None = None

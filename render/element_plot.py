@@ -1,10 +1,12 @@
 """The plot of an element test: stress path with the yield surface, stress, volume and hardening against strain."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import Numbers, PathLike
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
 PATH, SECOND, SURFACE, MARK = "#1d4f91", "#d9642a", "#8a949e", "#11161c"
@@ -23,18 +25,18 @@ class ElementCurves:
 
     title: str
     strain_label: str
-    strain: np.ndarray
-    p: np.ndarray
-    q: np.ndarray
-    volumetric: np.ndarray
-    plastic: np.ndarray | None = None
-    hardening: tuple | None = None
+    strain: Numbers
+    p: Numbers
+    q: Numbers
+    volumetric: Numbers
+    plastic: Numbers | None = None
+    hardening: tuple[str, str, Numbers] | None = None
     yield_row: int | None = None
     peak_row: int | None = None
-    section: tuple | None = None
+    section: tuple[str, Numbers, Numbers, Numbers, Numbers] | None = None
 
 
-def render_element(curves, output, *, dpi=130):
+def render_element(curves: ElementCurves, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw `ElementCurves` to a PNG, PDF or SVG. Returns the path written. Raises InputError for another ending."""
     check_ending(output)
     return save(element_figure(curves, dpi), output, dpi)

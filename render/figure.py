@@ -3,23 +3,27 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 
+from snowmpm.annotations import PathLike
 from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 ENDINGS = (".png", ".pdf", ".svg")
 
 
-def check_ending(output):
+def check_ending(output: PathLike) -> None:
     """Raises InputError unless `output` ends in one of ENDINGS."""
     if Path(output).suffix.lower() not in ENDINGS:
         raise InputError.at("output", str(output), f"must end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
 
 
-def plain(axes):
+def plain(axes: Axes) -> None:
     """The look of a panel: two spines, a faint grid, few numbers."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="0.92", lw=0.7)
@@ -28,7 +32,7 @@ def plain(axes):
     axes.tick_params(labelsize=9, color="0.5")
 
 
-def prefixed(*values, unit="Pa"):
+def prefixed(*values: ArrayLike, unit: str = "Pa") -> tuple[float, str]:
     """Power of 1000 that suits the largest value, and the unit with its prefix."""
     largest = max((float(np.nanmax(np.abs(v), initial=0.0)) for v in values), default=0.0)
     for factor, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
@@ -37,7 +41,7 @@ def prefixed(*values, unit="Pa"):
     return 1.0, unit
 
 
-def save(figure, output, dpi):
+def save(figure: Figure, output: PathLike, dpi: float) -> Path:
     """Draw `figure` to `output`, which is there complete or not at all. Returns its path."""
     path = Path(output)
     _take_literally(figure)
@@ -46,7 +50,7 @@ def save(figure, output, dpi):
     return path
 
 
-def _take_literally(figure):
+def _take_literally(figure: Figure) -> None:
     """Show dollar signs in titles, labels and legends as they are: names come from files, and would be read as
     formulas. Numbers along the axes keep their powers of ten."""
     numbers = {label for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)

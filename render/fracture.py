@@ -20,7 +20,7 @@ class WeakLayer:
     """Numbers, in the field `material` of a run, of the weak layer's material and of those of the snow over it."""
 
     weak: int
-    over: tuple
+    over: tuple[int, ...]
 
     @classmethod
     def of(cls, run):

@@ -2,10 +2,12 @@
 obstacles."""
 
 import textwrap
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts
@@ -30,7 +32,7 @@ RARE = ("removed_energy", "affine_energy", "damping_work", "force_work")
 CAUSES = "steps_"
 
 
-def render_history(run_path, output, *, dpi=130):
+def render_history(run_path: PathLike | Run, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw the history of a run (a folder, a file or a `snowmpm.io.Run`) to a PNG, PDF or SVG.
 
     Returns the path written. Raises InputError for another ending, or a run without two rows of history.

@@ -4,6 +4,7 @@ import base64
 import html
 from pathlib import Path
 
+from snowmpm.annotations import PathLike
 from snowmpm.draft import write_text
 from snowmpm.render import document as content
 
@@ -136,6 +137,6 @@ def script(name):
     return f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
 
 
-def write_page(path, text):
+def write_page(path: PathLike, text: str) -> Path:
     """Write a page, which is there complete or not at all; -> its path."""
     return write_text(path, text)

@@ -1,10 +1,14 @@
 """Two runs side by side in one film: the same camera, the same colours, the same time."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
+from snowmpm.io import Run
 from snowmpm.render.framing import Action, sample_action
 from snowmpm.render.run_film import (
     SectionView,
@@ -58,8 +62,9 @@ class PairView:
         return whole
 
 
-def render_pair(first, second, output, *, color=None, camera=None, time=None, size=(1920, 720), fps=25, cutaway=False,
-                progress=None):
+def render_pair(first: Run, second: Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
+                time: float | None = None, size: tuple[int, int] = (1920, 720), fps: float = 25, cutaway: bool = False,
+                progress: Callable[[int, int], object] | None = None) -> Path:
     """Draw two `snowmpm.io.Run`s side by side to a film or picture; -> its path. The rest as of `render_run`.
 
     Frames are those of the run that lasts longer; the other shows its nearest frame, at last its end.

@@ -2,6 +2,8 @@
 the release, the thalweg, the run-out line, and an observed outline."""
 
 import textwrap
+from collections.abc import Iterable
+from pathlib import Path
 
 import matplotlib.cm
 import numpy as np
@@ -9,6 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from snowmpm.annotations import Numbers, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.parameters import parameters
@@ -29,7 +32,8 @@ GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 """Of a raster that has no classes."""
 
 
-def render_map(run_path, name, output, *, observed=None, dpi=150):
+def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observed: Iterable[Numbers] | None = None,
+               dpi: float = 150) -> Path:
     """Draw the raster `name` of a run over its terrain as a PNG, PDF or SVG. Returns the path written.
 
     Axes are map coordinates [m], up is north. Values are shown in the classes that tables and QGIS styles use

@@ -9,6 +9,7 @@ from shlex import quote
 import numpy as np
 from PIL import Image
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
@@ -49,7 +50,8 @@ FILM = 24 << 20  # bytes: a larger film is named, not put in
 ENDINGS = (".html", ".pdf")
 
 
-def render_report(run_path, output, *, interactive=True, size=SIZE):
+def render_report(run_path: PathLike | Run, output: PathLike, *, interactive: bool = True,
+                  size: tuple[int, int] = SIZE) -> Path:
     """Write the report of a run to an .html file that holds all it shows, or to a .pdf; -> its path.
 
     interactive: with the scene to turn in three dimensions, some megabytes, on a page; size: of its pictures [px].

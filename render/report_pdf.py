@@ -8,8 +8,10 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from PIL import Image
 
+from snowmpm.annotations import PathLike
 from snowmpm.draft import draft
 from snowmpm.render import document as content
+from snowmpm.render.document import Document
 
 PAPER = (8.27, 11.69)  # inches
 MARGIN, FOOT = 0.75, 0.65
@@ -19,7 +21,7 @@ DPI = 160
 LARGEST = 4.6  # inches: height of a picture; two fit on a page
 
 
-def write_pdf(document, output):
+def write_pdf(document: Document, output: PathLike) -> Path:
     """Write a `Document` as a PDF; -> its path, which is there complete or not at all."""
     path = Path(output)
     with draft(path) as part, PdfPages(part, metadata={"Title": document.title, "Creator": "snowmpm"}) as pages:

@@ -1,10 +1,13 @@
 """From a run to a film or a picture: `render_run`."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from snowmpm.annotations import Floats, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.status import cautions
@@ -28,8 +31,10 @@ INSET = 0.30  # of the picture's sides
 
 
 def render_run(
-    run_path, output, *, color=None, camera=None, time=None, size=(1280, 720), fps=25, cutaway=False, progress=None
-):
+    run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
+    time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
+    progress: Callable[[int, int], object] | None = None
+) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
     run_path   folder or file of the run, or a `snowmpm.io.Run`
@@ -60,9 +65,10 @@ def checked_wishes(output, size, time, fps, run):
     return checked_size(size, even=kind == ".mp4")
 
 
-def write_pictures(view, times, output, time=None, fps=25, progress=None):
+def write_pictures(view: Any, times: Floats, output: PathLike, time: float | None = None, fps: float = 25,
+                   progress: Callable[[int, int], object] | None = None) -> Path:
     """One picture of a view for each of `times`; output, time, fps, progress as of `render_run`. Returns the path."""
-    chosen = range(len(times))
+    chosen: Sequence[int] = range(len(times))
     if output_kind(output) == ".png":
         chosen = [len(times) - 1 if time is None else int(np.abs(times - time).argmin())]
     with open_film(output, fps) as show:

@@ -1,10 +1,15 @@
 """Saw tests over each other: the crack in time, its speed, the energy it takes, the slab's settlement, the numbers."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
+from snowmpm.io import Run
 from snowmpm.io.saw_theories import THEORIES, compared
 from snowmpm.render.figure import check_ending, plain, save
 from snowmpm.render.history_plot import COLOURS, LEGEND
@@ -22,17 +27,17 @@ class ComparedSawTest:
     """label; run: `snowmpm.io.Run`; theories: {name: value} beside those of its summary."""
 
     label: str
-    run: object
-    theories: dict
+    run: Run
+    theories: dict[str, float]
 
     @property
-    def found(self):
+    def found(self) -> dict[str, Any]:
         """What was measured, and under "theory" what all theories say."""
         found = self.run.summary.get("saw_test", {})
         return {**found, "theory": {**found.get("theory", {}), **self.theories}}
 
 
-def render_saw_tests(tests, output, *, dpi=130):
+def render_saw_tests(tests: Sequence[ComparedSawTest], output: PathLike, *, dpi: float = 130) -> Path:
     """Draw `ComparedSawTest`s over each other to a PNG, PDF or SVG. Raises InputError for another
     ending."""
     check_ending(output)

@@ -6,11 +6,14 @@ beside it what theories say, and how the test was made.
 """
 
 import textwrap
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import FLAT, compared
@@ -26,7 +29,8 @@ USUAL = 90.0
 POINTS = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the column, whose settlement is drawn over time
 
 
-def render_saw_test(run_path, output, *, dpi=130, theories=None):
+def render_saw_test(run_path: PathLike | Run, output: PathLike, *, dpi: float = 130,
+                    theories: Mapping[str, float] | None = None) -> Path:
     """Draw the saw test of a run (a folder, a file or a `snowmpm.io.Run`) to a PNG, PDF or SVG.
 
     theories: {name: value} beside those that the run's summary holds (`saw_test.theories`).

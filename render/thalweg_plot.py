@@ -1,10 +1,12 @@
 """The avalanche along its thalweg: ground, travel angle, and the peak values across it."""
 
 import textwrap
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.records import Record
@@ -22,7 +24,7 @@ PANELS = (
 )
 
 
-def render_thalweg(run_path, output, *, dpi=130):
+def render_thalweg(run_path: PathLike | Run, output: PathLike, *, dpi: float = 130) -> Path:
     """Draw a run along its thalweg to a PNG, PDF or SVG. Returns the path written.
 
     Top: the ground, the travel angle from the top of the release to the run-out; below: peak depth with the deposit,
@@ -57,7 +59,8 @@ def render_thalweg(run_path, output, *, dpi=130):
     if not status.final:
         figure.text(0.5, 0.955, textwrap.fill(status.text, 100), ha="center", va="top", fontsize=9, color=LINE,
                     fontweight="bold")
-        figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.945 - 0.013 * len(textwrap.wrap(status.text, 100))))
+        lines = len(textwrap.wrap(status.text, 100))
+        figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 0.945 - 0.013 * lines))
         figure.suptitle(f"{title}: along the thalweg", y=0.985, fontsize=13, fontweight="bold", color="#11161c")
     credits = attribution(run.provenance)
     if credits:

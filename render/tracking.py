@@ -26,7 +26,7 @@ class Track:
 
     centres: np.ndarray
     scale: float
-    size: tuple
+    size: tuple[int, int]
     close: bool
     low: np.ndarray
     high: np.ndarray

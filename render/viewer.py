@@ -2,9 +2,11 @@
 
 import json
 import zlib
+from pathlib import Path
 
 import numpy as np
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light
@@ -25,7 +27,8 @@ PLAY = "\u25b6"
 PLAIN = np.tile(np.array([[243, 247, 252]], np.uint8), (256, 1))
 
 
-def render_page(run_path, output, *, color=None, camera=None):
+def render_page(run_path: PathLike | Run, output: PathLike, *, color: str | None = None,
+                camera: str | None = None) -> Path:
     """Write the interactive page of a run; -> its path. color, camera and errors as of `render_run`."""
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     if not str(output).lower().endswith(".html"):

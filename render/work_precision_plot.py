@@ -1,5 +1,6 @@
 """Work-precision charts: error against cost, log-log, a panel a problem, with the Pareto front."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
@@ -22,8 +23,8 @@ class Curve:
 
     name: str
     group: str
-    x: tuple
-    y: tuple
+    x: tuple[float, ...]
+    y: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,9 @@ class Panel:
     middle of the first curve, with its name, or None; note: a line of small text."""
 
     title: str
-    curves: tuple
-    front: tuple | None = None
-    guide: tuple | None = None
+    curves: tuple[Curve, ...]
+    front: tuple[Sequence[float], Sequence[float]] | None = None
+    guide: tuple[float, str] | None = None
     note: str = ""
 
 

@@ -1,11 +1,11 @@
 """Bodies of material, and obstacles with their motion."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
-from snowmpm.scenes.space import FileName, Vector, by_type, dimension, zero_vector
+from snowmpm.scenes.space import LIST, NUMBER, FileName, Vector, by_type, dimension, zero_vector
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.terrain import Touching
 
@@ -40,7 +40,9 @@ class Motion(Spec):
 
     velocity: Vector = Field(default_factory=zero_vector)
     """of the centre [m/s]"""
-    angular_velocity: by_type(number=Number, list=Vector) = Field(default_factory=_no_rotation)
+    angular_velocity: Annotated[
+        Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)
+    ] = Field(default_factory=_no_rotation)
     """[degrees/s]; 2-D: a number, positive from +x towards +z; 3-D: a vector along the axis, right-handed"""
     centre: Vector | None = None
     """initial position of the centre of rotation [m]; the middle of the shape when missing"""

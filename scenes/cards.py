@@ -10,6 +10,7 @@ resolved scene holds every number and its origin.
 
 import functools
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -36,7 +37,7 @@ class MaterialCard(Spec):
 
 
 @functools.cache
-def material_cards():
+def material_cards() -> dict[str, MaterialCard]:
     """Name -> card, in alphabetical order."""
     cards = {}
     for path in sorted(FOLDER.glob("*.toml")):
@@ -50,7 +51,7 @@ def material_cards():
     return cards
 
 
-def material_card(name):
+def material_card(name: str) -> Material:
     """The law of a card. Raises InputError for an unknown name."""
     cards = material_cards()
     if name not in cards:
@@ -58,12 +59,12 @@ def material_card(name):
     return cards[name].material
 
 
-def cards_near(name):
+def cards_near(name: str) -> str | None:
     """The card with the most similar name, or None."""
     return nearest(name, material_cards())
 
 
-def with_cards(data):
+def with_cards(data: Any) -> Any:
     """Tables of a scene with the numbers of the cards it names written out; the data given stays as it is.
 
     Numbers given beside `card` override the card's. A body's material that the scene does not define is a card by that
@@ -77,12 +78,12 @@ def with_cards(data):
     if not isinstance(materials, dict):
         return data
     cards = material_cards()
-    named = {name: {} for name in wanted if isinstance(name, str) and name in cards}
+    named: dict[str, Any] = {name: {} for name in wanted if isinstance(name, str) and name in cards}
     expanded = {name: expanded_material(name, table) for name, table in {**named, **materials}.items()}
     return {**data, "materials": expanded} if expanded or "materials" in data else data
 
 
-def expanded_material(name, table):
+def expanded_material(name: str, table: Any) -> Any:
     """The table of one material with its card written out, as `with_cards` does."""
     cards = material_cards()
     if not isinstance(table, dict):
@@ -95,6 +96,6 @@ def expanded_material(name, table):
     return {**cards[card].material.model_dump(exclude_none=True), **table}
 
 
-def _hint(name):
+def _hint(name: str) -> str:
     near = cards_near(name)
     return f"did you mean {near}?" if near else "`snowmpm list` names them"

@@ -5,6 +5,10 @@ keeps its defaults.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from snowmpm.scenes.schema import Scene
 
 GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i")
 """Laws of dry grains, where they have no cohesion."""
@@ -19,10 +23,10 @@ border `bent_beam` of the atlas of failures."""
 class Choice:
     """values: keys of the solver with the chosen values; why: the reason in a few words."""
 
-    values: dict
+    values: dict[str, Any]
     why: str
 
-    def __str__(self):
+    def __str__(self) -> str:
         return ", ".join(f"solver.{key} = {value!r}".replace("'", '"') for key, value in self.values.items()) + (
             f": {self.why}")
 
@@ -35,7 +39,7 @@ THIN_BEAM = Choice({"kernel": "cubic", "gradient": "shape"}, "a thin elastic bod
                                                              " hangs a sixth too low with the affine gradient")
 
 
-def choices(scene):
+def choices(scene: "Scene") -> list[Choice]:
     """`Choice`s for a scene whose tables have been validated individually."""
     if scene.solver.method != "mpm" or scene.saw_test:
         return []

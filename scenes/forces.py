@@ -7,10 +7,10 @@ from pydantic import Field, model_validator
 from snowmpm.scenes.formula import Formula
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
-from snowmpm.scenes.space import FileName, Vector, by_type, dimension
+from snowmpm.scenes.space import NUMBER, TEXT, FileName, Vector, by_type, dimension
 from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
 
-Value = by_type(number=Number, text=Formula)
+Value = Annotated[Annotated[Number, NUMBER] | Annotated[Formula, TEXT], by_type(NUMBER, TEXT)]
 
 
 class _Timed(Spec):

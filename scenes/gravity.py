@@ -4,10 +4,10 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from snowmpm.scenes.space import FileName, Vector, by_type
+from snowmpm.scenes.space import LIST, NUMBER, FileName, Vector, by_type
 from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
 
-Strength = by_type(number=Number, list=Vector)
+Strength = Annotated[Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)]
 Angle = Annotated[Number, Field(ge=-180.0, le=180.0)]
 
 

@@ -3,11 +3,14 @@
 import contextlib
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, nearest, nearest_file
 from snowmpm.reading.toml_text import MAX_DEPTH
 from snowmpm.scenes.cards import with_cards
@@ -23,7 +26,7 @@ else:
     import tomli as tomllib
 
 
-def load_scene(name_or_path, overrides=None):
+def load_scene(name_or_path: PathLike, overrides: Mapping[str, Any] | None = None) -> Scene:
     """Load and validate a scene.
 
     name_or_path: name of a library scene, or path of a TOML file.
@@ -49,7 +52,7 @@ def load_scene(name_or_path, overrides=None):
     return scene
 
 
-def with_overrides(scene, overrides):
+def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     """A loaded scene with other values of some keys, as `load_scene` takes them. Raises InputError."""
     data = tomllib.loads(scene.to_toml())
     for key, value in overrides.items():
@@ -63,7 +66,7 @@ def with_overrides(scene, overrides):
     return changed
 
 
-def find_scene(name_or_path):
+def find_scene(name_or_path: PathLike) -> Path:
     """Path of a scene: a TOML file as given, or the file of a library scene. Raises InputError if there is none."""
     path = Path(name_or_path)
     named = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
@@ -81,7 +84,7 @@ def find_scene(name_or_path):
     return path
 
 
-def override(data, key, value, path):
+def override(data: dict[str, Any], key: str, value: Any, path: object) -> None:
     """Set one dotted key, making the tables on its way; entries of lists are addressed by their index."""
     parts = key.split(".")
     if len(parts) > MAX_DEPTH:
@@ -106,5 +109,5 @@ def override(data, key, value, path):
             here = here.setdefault(part, {})
 
 
-def _misplaced(path, key, value, why):
+def _misplaced(path: object, key: str, value: Any, why: str) -> InputError:
     return InputError(f"{path}: {dotted(key.split('.'))} = {shown(value)}: {why}")

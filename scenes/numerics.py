@@ -8,7 +8,7 @@ from snowmpm.materials import LAWS
 from snowmpm.methods import METHODS
 from snowmpm.quantities.particle_fields import UNITS
 from snowmpm.scenes.shapes import check_corners
-from snowmpm.scenes.space import AXES, Vector, by_type, dimension
+from snowmpm.scenes.space import AXES, TABLE, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
 
@@ -25,7 +25,7 @@ class Output(Spec):
 
     interval: Positive = 0.05
     """time between frames [s]"""
-    fields: tuple[one_of(field_names), ...] = ("velocity", "density")
+    fields: tuple[Annotated[str, one_of(field_names)], ...] = ("velocity", "density")
     """particle fields of each frame, besides the position"""
     checkpoint_interval: Positive | None = None
     """time between checkpoints [s]; about every two minutes of wall time when missing"""
@@ -102,15 +102,15 @@ class Sph(Spec):
 class Solver(Spec):
     """The method and its discretisation."""
 
-    method: one_of(lambda: METHODS) = "mpm"
+    method: Annotated[str, one_of(lambda: METHODS)] = "mpm"
     dx: Positive
     """grid spacing (mpm) or particle spacing (sph) [m]"""
-    kernel: Literal[tuple(BASES)] = "quadratic"
-    gradient: Literal[GRADIENTS] = "affine"
+    kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
+    gradient: Annotated[str, one_of(lambda: GRADIENTS)] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
     cubic kernel and flip, the classical scheme). affine has the more accurate stress and tears later; shape suits thin
     bodies that bend far, which affine bends too far"""
-    transfer: one_of(lambda: TRANSFERS) = "apic"
+    transfer: Annotated[str, one_of(lambda: TRANSFERS)] = "apic"
     """errors fall as dx^2 with apic, flip and aflip for every kernel and gradient, with pic at best as dx. The particle
     spacing limits this: at some thousandths of a displacement with 4 particles a cell, at a third of that with 9"""
     flip_ratio: Fraction = 0.97
@@ -130,11 +130,11 @@ class Solver(Spec):
     """of method = "sph" """
 
     @property
-    def filling(self):
+    def filling(self) -> int:
         """Particles in a full cell at the start."""
         return METHODS[self.method].capabilities.filling or self.particles_per_cell
 
-    def spacing(self, dimension):
+    def spacing(self, dimension: int) -> float:
         """Mean distance of particles at the start [m]."""
         return self.dx / self.filling ** (1.0 / dimension)
 
@@ -169,7 +169,7 @@ class Domain(Spec):
     """lower corner [m]"""
     max: Vector | None = None
     """upper corner [m]"""
-    boundary: by_type(text=Boundary, table=Sides) = "open"
+    boundary: Annotated[Annotated[Boundary, TEXT] | Annotated[Sides, TABLE], by_type(TEXT, TABLE)] = "open"
 
     @model_validator(mode="after")
     def _corners(self):
@@ -179,7 +179,7 @@ class Domain(Spec):
             check_corners(self.min, self.max)
         return self
 
-    def sides(self, dimension):
+    def sides(self, dimension: int) -> dict[str, str]:
         """Boundary of each side of a scene of this dimension: {"x_min": "open", ...}."""
         names = [f"{axis}_{end}" for axis in AXES[dimension] for end in ("min", "max")]
         if isinstance(self.boundary, str):

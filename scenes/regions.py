@@ -49,7 +49,7 @@ class PlanFile(Spec):
         return self
 
 
-def _which(value: Any):
+def _which(value: Any) -> str:
     has = (lambda key: key in value) if isinstance(value, dict) else (lambda key: hasattr(value, key))
     return tag("polygon" if has("polygon") else "file" if has("file") else "box")
 

@@ -80,7 +80,7 @@ class SawTest(Spec):
 
     @field_validator("notch", "saw_length")
     @classmethod
-    def _within_the_column(cls, cut, info: ValidationInfo):
+    def _within_the_column(cls, cut: float | None, info: ValidationInfo) -> float | None:
         length = info.data.get("length")
         if cut is not None and length is not None and cut >= length:
             raise refuse(f"must be less than length = {length:g}")
@@ -99,7 +99,7 @@ class SawTest(Spec):
             raise refuse("needs a material that no other layer has", "weak_layer.cells", self.weak_layer.cells)
         return self
 
-    def drawn(self, dx):
+    def drawn(self, dx: float) -> "SawTest":
         """The test as represented on a grid: the weak layer has the thickness of its cells."""
         if self.weak_layer.cells is None:
             return self
@@ -107,42 +107,42 @@ class SawTest(Spec):
         return self.model_copy(update={"weak_layer": layer})
 
     @property
-    def cut_length(self):
+    def cut_length(self) -> float:
         """Final length of the cut [m]."""
         return max(self.notch, 0.5 * self.length if self.saw_length is None else self.saw_length)
 
-    def width_in(self, dim):
+    def width_in(self, dim: int) -> float:
         """Width of the column [m]; 1 in 2-D, where all quantities are per metre of width."""
         return (self.width or 0.3) if dim == 3 else 1.0
 
     @property
-    def layers(self):
+    def layers(self) -> list[tuple[str, SawLayer]]:
         """(name of the body, `SawLayer`) from the ground up."""
         base = [("base", self.base)] if self.base else []
         names = ["slab"] if len(self.slab) == 1 else [f"slab_{i + 1}" for i in range(len(self.slab))]
         return [*base, ("weak_layer", self.weak_layer), *zip(names, self.slab, strict=True)]
 
     @property
-    def weak_layer_bottom(self):
+    def weak_layer_bottom(self) -> float:
         """z of the lower face of the weak layer [m]."""
         return self.base.thickness if self.base else 0.0
 
     @property
-    def slab_bottom(self):
+    def slab_bottom(self) -> float:
         """z of the upper face of the weak layer [m]."""
         return self.weak_layer_bottom + self.weak_layer.thickness
 
     @property
-    def slab_thickness(self):
+    def slab_thickness(self) -> float:
         """D [m]"""
         return sum(layer.thickness for layer in self.slab)
 
     @property
-    def lean(self):
+    def lean(self) -> float:
         """dx/dz of the end faces."""
         return tan(radians(self.slope_angle)) if self.ends == "vertical" else 0.0
 
-    def gravity_vector(self, gravity, dim):
+    def gravity_vector(self, gravity: float, dim: int) -> tuple[float, ...]:
         """Components [m/s2] in the frame of the slope of `gravity` downward."""
         angle = radians(self.slope_angle)
         return (-gravity * sin(angle), *(0.0,) * (dim - 2), -gravity * cos(angle))

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, model_validator
+from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from snowmpm.errors import did_you_mean
 from snowmpm.glance import Glance
 from snowmpm.materials import Material
 from snowmpm.scenes.bodies import Body, Obstacle
 from snowmpm.scenes.cards import cards_near, with_cards
-from snowmpm.scenes.choices import choices
+from snowmpm.scenes.choices import Choice, choices
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.forces import Damping, Force
 from snowmpm.scenes.gravity import Gravity
@@ -18,7 +18,7 @@ from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
 from snowmpm.scenes.reference import OF_SPACE, Reference
 from snowmpm.scenes.saw_test import MADE, SawTest, made_by
-from snowmpm.scenes.space import Vector, by_type, surroundings
+from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
 from snowmpm.scenes.terrain import Terrain
@@ -37,7 +37,9 @@ class Initial(Spec):
     tolerance: Positive = 2e-3
     """settle: limit of the largest speed over sqrt(g D), D the depth of the snow, and of the unbalanced share of the
     weight [-]"""
-    from_run: Annotated[str, Field(strict=True, min_length=1, max_length=1000)] | None = Field(None, alias="from")
+    from_run: Annotated[str, Field(strict=True, min_length=1, max_length=1000)] | None = Field(
+        default=None, alias="from"
+    )
     """folder of a run, relative to the scene file: bodies of the same name start with the positions,
     velocities, stresses and state variables at its end; their shape here is ignored"""
 
@@ -63,7 +65,10 @@ class Scene(Glance, Spec):
     """2 (plane strain, axes x, z) or 3 (axes x, y, z)"""
     end_time: Positive
     """[s]"""
-    gravity: by_type(number=Number, list=Vector, table=Gravity) = 9.81
+    gravity: Annotated[
+        Annotated[Number, NUMBER] | Annotated[Vector, LIST] | Annotated[Gravity, TABLE],
+        by_type(NUMBER, LIST, TABLE),
+    ] = 9.81
     """acceleration [m/s2], downward, or a vector, or a table that gives it over time"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 1
     """seed of every random choice"""
@@ -94,11 +99,11 @@ class Scene(Glance, Spec):
 
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)
-    _choices: tuple = PrivateAttr(default=())
+    _choices: tuple[Choice, ...] = PrivateAttr(default=())
 
     @model_validator(mode="wrap")
     @classmethod
-    def _announce_dimension(cls, data: Any, validate):
+    def _announce_dimension(cls, data: Any, validate: ModelWrapValidatorHandler["Scene"]) -> "Scene":
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
@@ -123,18 +128,18 @@ class Scene(Glance, Spec):
         return self._source or self.name
 
     @property
-    def choices(self) -> tuple:
+    def choices(self) -> tuple[Choice, ...]:
         """`Choice`s made for keys of the solver that the scene does not give (`snowmpm.scenes.choices`)."""
         return self._choices
 
     @property
     def gravity_vector(self) -> tuple[float, ...]:
         """Acceleration of gravity, one component per axis [m/s2]; for a table its `value`."""
-        if self.saw_test:
-            return self.saw_test.gravity_vector(self.gravity, self.dimension)
         value = self.gravity.value if isinstance(self.gravity, Gravity) else self.gravity
         if isinstance(value, tuple):
             return value
+        if self.saw_test:
+            return self.saw_test.gravity_vector(value, self.dimension)
         return (0.0,) * (self.dimension - 1) + (-value,)
 
     def __str__(self):

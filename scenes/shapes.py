@@ -5,7 +5,18 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.regions import PlanFile, Region
-from snowmpm.scenes.space import AXES, Direction, FileName, Interval, Pair, Vector, by_type, require_dimension
+from snowmpm.scenes.space import (
+    AXES,
+    NUMBER,
+    TEXT,
+    Direction,
+    FileName,
+    Interval,
+    Pair,
+    Vector,
+    by_type,
+    require_dimension,
+)
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
 
 Count = Annotated[int, Field(strict=True, ge=1)]
@@ -126,7 +137,7 @@ class Layer(Spec):
     kind: Literal["layer"]
     bottom: NonNegative = 0.0
     """distance of its lower face from the terrain [m]"""
-    top: by_type(number=Positive, text=Literal["file"]) = "file"
+    top: Annotated[Annotated[Positive, NUMBER] | Annotated[Literal["file"], TEXT], by_type(NUMBER, TEXT)] = "file"
     """distance of its upper face from the terrain [m]; "file": bottom plus `thickness` in the region file"""
     region: Region | None = None
     """where, in plan; everywhere on the terrain when missing"""

@@ -15,6 +15,15 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from snowmpm.errors import nearest_file
 from snowmpm.scenes.spec import Number, refuse
 
+
+def tag(name: str) -> str:
+    """Mark of a union member in an error's location, which no key of a scene can be equal to."""
+    return f"<{name}>"
+
+
+NUMBER, TEXT, LIST, TABLE = (Tag(tag(name)) for name in ("number", "text", "list", "table"))
+"""Marks of a union's members for `by_type`."""
+
 AXES = {2: ("x", "z"), 3: ("x", "y", "z")}
 
 
@@ -92,30 +101,21 @@ Interval = Annotated[Pair, AfterValidator(_check_interval)]
 FileName = Annotated[str, Field(strict=True), AfterValidator(_check_file)]
 
 
-def by_type(**branches: Any):
-    """A union whose member is selected by the TOML type of the value, so that messages concern one member only.
+def by_type(*branches: Tag) -> Discriminator:
+    """What selects the member of a union by the TOML type of the value, so that messages concern one member only.
 
-    branches: `number`, `text`, `list`, `table`, each with its type. A value of any other type is validated as the
-    first.
+        Annotated[Annotated[Number, NUMBER] | Annotated[Vector, LIST], by_type(NUMBER, LIST)]
+
+    branches: marks of the members. A value of any other type is validated as the first.
     """
-    first = next(iter(branches))
 
-    def branch(value):
+    def branch(value: Any) -> str:
         kinds = {
-            "table": isinstance(value, dict) or hasattr(value, "model_fields"),
-            "list": isinstance(value, list | tuple),
-            "text": isinstance(value, str),
-            "number": isinstance(value, int | float),
+            TABLE: isinstance(value, dict) or hasattr(value, "model_fields"),
+            LIST: isinstance(value, list | tuple),
+            TEXT: isinstance(value, str),
+            NUMBER: isinstance(value, int | float),
         }
-        return tag(next((name for name in branches if kinds[name]), first))
+        return next((mark for mark in branches if kinds[mark]), branches[0]).tag
 
-    union = None
-    for name, member in branches.items():
-        tagged = Annotated[member, Tag(tag(name))]
-        union = tagged if union is None else union | tagged
-    return Annotated[union, Discriminator(branch)]
-
-
-def tag(name):
-    """Mark of a union member in an error's location; no key of a scene can equal it."""
-    return f"<{name}>"
+    return Discriminator(branch)

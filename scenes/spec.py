@@ -1,7 +1,8 @@
 """Building blocks of a scene: frozen tables that refuse unknown keys, and numbers with bounds."""
 
 import reprlib
-from typing import Annotated
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetPydanticSchema
 from pydantic_core import PydanticCustomError, PydanticKnownError, core_schema
@@ -52,11 +53,11 @@ Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.\-]*$", max_length=100)]
 
 
-def one_of(names):
+def one_of(names: Callable[[], Iterable[str]]) -> GetPydanticSchema:
     """Type of a key that names an entry of a registry. names: `names()` -> registered names, called whenever a scene
     is read, so that later entries are included; messages are those of a Literal."""
 
-    def check(value):
+    def check(value: Any) -> str:
         known = list(names())
         if not isinstance(value, str) or value not in known:
             quoted = [repr(name) for name in known]
@@ -64,14 +65,14 @@ def one_of(names):
             raise PydanticKnownError("literal_error", {"expected": listed})
         return value
 
-    def schema(source, handler):
+    def schema(source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(
             check, serialization=core_schema.to_string_ser_schema())
 
-    def json_schema(core, handler):
+    def json_schema(core: Any, handler: Any) -> dict[str, Any]:
         return {"enum": list(names()), "type": "string"}
 
-    return Annotated[str, GetPydanticSchema(schema, json_schema)]
+    return GetPydanticSchema(schema, json_schema)
 
 
 def refuse(allowed, key=None, value=None):

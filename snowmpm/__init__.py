@@ -10,6 +10,17 @@ Importing the package starts nothing: names below are loaded when first used.
 
 import importlib
 import os
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # they take time to import
+    from collections.abc import Callable
+
+    from snowmpm.annotations import PathLike
+    from snowmpm.compiler.runtime import start
+    from snowmpm.io import Run
+    from snowmpm.running.loop import Progress
+    from snowmpm.running.simulation import Simulation
+    from snowmpm.scenes import Scene, load_scene
 
 __version__ = "0.1.0"
 
@@ -21,12 +32,13 @@ _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulat
 __all__ = ["Run", "Simulation", "load_scene", "open_run", "run", "start"]
 
 
-def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=None):
+def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | None" = None,
+        resume: bool = False, overwrite: bool = True, approve: "Callable[[Simulation], object] | None" = None) -> "Run":
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`."""
     return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve)
 
 
-def open_run(path):
+def open_run(path: "PathLike") -> "Run":
     """Open a run, its folder or its run file, also while it goes on; -> `snowmpm.io.Run`.
 
     Frames, maps and terrain are read when they are asked for; `refresh()` looks for new frames. Starts no compiler.
@@ -35,7 +47,7 @@ def open_run(path):
     return importlib.import_module("snowmpm.io").Run(path)
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> object:
     if name in _HOMES:
         if name != "Run":
             importlib.import_module("snowmpm.compiler")  # before the laws are read, which then takes less time
@@ -43,5 +55,5 @@ def __getattr__(name):
     raise AttributeError(f"module 'snowmpm' has no attribute {name!r}")
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted([*globals(), *_HOMES])

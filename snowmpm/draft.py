@@ -9,6 +9,7 @@ import errno
 import io
 import os
 import shutil
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -18,7 +19,7 @@ LITTLE = 1 << 16
 
 
 @contextlib.contextmanager
-def draft(path):
+def draft(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Path to write to, beside `path` and with its ending; it becomes `path` when the block ends well.
 
     Folders are made. Raises OSError that names `path`, and says so when the disk is full, whatever the writer said.
@@ -42,14 +43,14 @@ def draft(path):
             part.unlink(missing_ok=True)
 
 
-def write_text(path, text):
+def write_text(path: str | os.PathLike[str], text: str) -> Path:
     """Write a text file (UTF-8); -> its path. Folders are made. Raises OSError when it cannot be written."""
     with draft(path) as part:
         part.write_bytes(text.encode())
     return Path(path)
 
 
-def write_table(path, names, rows):
+def write_table(path: str | os.PathLike[str], names: Iterable[str], rows: Iterable[Iterable[object]]) -> Path:
     """Write a heading and rows of values as CSV; -> its path. Errors as of `write_text`."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -58,17 +59,17 @@ def write_table(path, names, rows):
     return write_text(path, text.getvalue())
 
 
-def _reason(error, path):
+def _reason(error: OSError, path: Path) -> tuple[int, str]:
     """(number, text) of what kept `path` from being written."""
     if error.errno in FULL or _is_full(path):
         return errno.ENOSPC, os.strerror(errno.ENOSPC)
     if error.errno in (None, errno.EPIPE):  # of an encoder that died, and nobody's pipe out of this program
         lines = str(error).splitlines()
         return errno.EIO, error.strerror or (lines[0] if lines else os.strerror(errno.EIO))
-    return error.errno, error.strerror
+    return error.errno, error.strerror or os.strerror(error.errno)
 
 
-def _is_full(path):
+def _is_full(path: Path) -> bool:
     try:
         usage = shutil.disk_usage(path.parent)
         return usage.total > 0 and usage.free < LITTLE  # what holds no files at all, such as /proc, has no room either

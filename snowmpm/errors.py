@@ -1,6 +1,8 @@
 """What can go wrong, in the words a user reads."""
 
 import difflib
+import os
+from collections.abc import Iterable
 from pathlib import Path
 
 THIN_SPACE = "\u202f"
@@ -10,7 +12,7 @@ MOST = 1000
 """Characters of a message's line; paths and lists of names are seldom longer."""
 
 
-def printable(text):
+def printable(text: str) -> str:
     """Text on one line, without what would move a terminal's cursor, recolour it or turn the direction of reading:
     such characters as escapes."""
     if text.replace(THIN_SPACE, "").isprintable():
@@ -18,7 +20,7 @@ def printable(text):
     return "".join(c if c.isprintable() or c == THIN_SPACE else ascii(c)[1:-1] for c in text)
 
 
-def shortened(text, most=MOST):
+def shortened(text: str, most: int = MOST) -> str:
     """The beginning and the end of a text, together at most so many characters."""
     if len(text) <= most:
         return text
@@ -26,12 +28,12 @@ def shortened(text, most=MOST):
     return f"{text[:most - 3 - end]}...{text[-end:]}"
 
 
-def shown_line(text, most=MOST):
+def shown_line(text: object, most: int = MOST) -> str:
     """A foreign text as it may stand on a line of its own."""
     return printable(shortened(str(text), most))
 
 
-def shown_lines(text, lines=3, most=MOST):
+def shown_lines(text: str, lines: int = 3, most: int = MOST) -> str:
     """The first lines of a message whose names and values may be anything, each fit to be shown."""
     return "\n".join(shown_line(line, most) for line in text.split("\n")[:lines])
 
@@ -40,13 +42,13 @@ class InputError(Exception):
     """Bad input: one or two lines naming file, key, value and what is allowed. The command line exits with 2."""
 
     @classmethod
-    def at(cls, key, value, allowed, file=None):
+    def at(cls, key: str, value: object, allowed: str, file: object = None) -> "InputError":
         """`file: key = value: allowed`, the one form of every message about a scene key."""
         where = f"{file}: " if file else ""
         return cls(f"{where}{key} = {shortened(repr(value))}: {allowed}")
 
     @classmethod
-    def not_in(cls, key, value, known, file=None, more=""):
+    def not_in(cls, key: str, value: object, known: Iterable[str], file: object = None, more: str = "") -> "InputError":
         """`key = value: must be one of ...`, with the nearest of the `known` names; more: what is allowed besides."""
         return cls.at(key, value, f"must be one of {', '.join(known)}{more}{did_you_mean(value, known)}", file=file)
 
@@ -67,7 +69,7 @@ LONGEST_NAME = 100
 """Characters of a word that may be meant to be one of our names."""
 
 
-def nearest(word, known):
+def nearest(word: object, known: Iterable[object]) -> str | None:
     """The name among `known` that `word` was probably meant to be, or None."""
     if not isinstance(word, str) or len(word) > LONGEST_NAME:
         return None
@@ -79,13 +81,13 @@ def nearest(word, known):
     return folded[(near or begun)[0]] if near or begun else None
 
 
-def did_you_mean(word, known):
+def did_you_mean(word: object, known: Iterable[object]) -> str:
     """"; did you mean NAME?" with the nearest of `known`, or "" when none is near."""
     near = nearest(word, known)
     return f"; did you mean {near}?" if near else ""
 
 
-def nearest_file(path):
+def nearest_file(path: str | os.PathLike[str]) -> str:
     """"; did you mean FILE?" with a file of about this name beside `path`, or ""."""
     path = Path(path)
     try:

@@ -2,6 +2,7 @@
 
 import html
 import textwrap
+from typing import Any
 
 WIDTH = 100
 """Characters of a line."""
@@ -10,7 +11,10 @@ WIDTH = 100
 class Glance:
     """Base of classes with a short `repr`, of a dozen lines: they give a `_glance()` -> (title, {name: text})."""
 
-    def __repr__(self):
+    def _glance(self) -> tuple[str, dict[str, Any]]:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
         title, facts = self._glance()
         width = max(map(len, facts), default=0)
         lines = [title]
@@ -19,7 +23,7 @@ class Glance:
                                    subsequent_indent=" " * (width + 4), placeholder=" ...")
         return "\n".join(lines)
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         title, facts = self._glance()
         cells = [(html.escape(name), html.escape(str(value))) for name, value in facts.items()]
         rows = "".join(f"<tr><td>{name}</td><td style='text-align:left'>{value}</td></tr>" for name, value in cells)
@@ -29,11 +33,11 @@ class Glance:
 class ArraysGlance(Glance):
     """The same for a data class of arrays, tables of them and numbers: their shapes, types and ranges."""
 
-    def _glance(self):
+    def _glance(self) -> tuple[str, dict[str, Any]]:
         return type(self).__name__, {name: told(value) for name, value in vars(self).items()}
 
 
-def told(value):
+def told(value: object) -> str:
     """An array by shape, type and range, a table by its entries, anything else as it is, cut short."""
     import numpy as np  # not for who counts only
 
@@ -48,6 +52,6 @@ def told(value):
     return textwrap.shorten(str(value), WIDTH, placeholder=" ...")
 
 
-def counted(number):
+def counted(number: int) -> str:
     """1234567 -> 1 234 567."""
     return f"{number:,}".replace(",", " ")

@@ -24,12 +24,14 @@ FOLDERS = {
 }
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
-GROUND = {"errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities", "methods"}
+GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities",
+          "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "terrain", "seeding", "solids", "forcing", "saw_test"}
 MAY_IMPORT = {
-    **{key: set() for key in ("errors", "draft", "schemes", "methods", "stages", "glance", "amounts", "quantities")},
+    **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
+                              "quantities")},
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
@@ -201,7 +203,8 @@ def test_only_the_compiler_folder_knows_taichis_inside():
 
 def test_no_absolute_path_and_no_machine():
     tracked = [p for p in ROOT.rglob("*") if p.suffix in {".py", ".toml", ".md", ".cfg", ".yml"} or p.name == "run"]
-    skipped = {".git", ".venv", "build", "dist", "runs", "__pycache__", ".pytest_cache", ".ruff_cache", ".hypothesis"}
+    skipped = {".git", ".venv", "build", "dist", "runs", "__pycache__", ".pytest_cache", ".ruff_cache", ".mypy_cache",
+               ".hypothesis"}
     pattern = re.compile(r"""(?<![\w./~-])/(work|home|tmp|root|Users|opt|mnt)/""")
     for path in tracked:
         if path.is_file() and not skipped & set(path.relative_to(ROOT).parts) and path != Path(__file__).resolve():

@@ -8,6 +8,8 @@ and simulations here know theirs.
 import ctypes
 import functools
 import threading
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import taichi as ti
 from taichi.lang import impl
@@ -15,6 +17,8 @@ from taichi.lang import impl
 from snowmpm.compiler import patches
 from snowmpm.compiler.settings import compiling, runs
 from snowmpm.errors import EndedError
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 SPAWN = 'use multiprocessing.get_context("spawn")'
 
@@ -77,7 +81,7 @@ def check(start, what="this simulation"):
                      " its scene or a checkpoint")
 
 
-def in_turn(method):
+def in_turn(method: F) -> F:
     """The method, in one thread at a time, and only in the Taichi that its object was made in (`_start`)."""
 
     @functools.wraps(method)

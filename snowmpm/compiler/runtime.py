@@ -30,7 +30,7 @@ _running = {}
 the identity of the thread that did."""
 
 
-def start(backend="auto", threads=None, fine_grained=False):
+def start(backend: str = "auto", threads: int | None = None, fine_grained: bool = False) -> str:
     """Start Taichi once for this process, or use the one that runs; -> its backend, "cpu" or "cuda".
 
     backend: "auto" (CUDA when there is one, else CPU), "cpu" or "cuda".

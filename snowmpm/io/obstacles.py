@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 
+import h5py
 import numpy as np
 
+from snowmpm.annotations import Numbers
 from snowmpm.glance import ArraysGlance
 from snowmpm.io.rows import as_rows
 from snowmpm.io.vtkhdf import COMPRESSION, append, growing
@@ -25,17 +27,17 @@ class Obstacle(ArraysGlance):
     start: impulse (rows, 3) [N s], work (rows,) [J]. In 2-D all are per metre of width.
     """
 
-    vertices: np.ndarray
-    facets: np.ndarray
-    rotation: np.ndarray
-    translation: np.ndarray
-    time: np.ndarray
-    force: np.ndarray
-    moment: np.ndarray
-    impulse: np.ndarray
-    work: np.ndarray
+    vertices: Numbers
+    facets: Numbers
+    rotation: Numbers
+    translation: Numbers
+    time: Numbers
+    force: Numbers
+    moment: Numbers
+    impulse: Numbers
+    work: Numbers
 
-    def placed(self, frame):
+    def placed(self, frame: int) -> Numbers:
         """Vertices (n, 3) [m] in that frame."""
         return self.vertices @ self.rotation[frame].T + self.translation[frame]
 
@@ -95,7 +97,7 @@ def keep_obstacles(h5, limit, frames):
             group[pose].resize(frames, axis=0)
 
 
-def read_obstacles(h5):
+def read_obstacles(h5: h5py.File) -> dict[str, Obstacle]:
     """`Obstacle` by name; none in files of older versions."""
     groups = h5.get(GROUP, {}).items()
     return {name: Obstacle(**{key: data[:] for key, data in group.items()}) for name, group in groups}

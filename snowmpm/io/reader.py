@@ -1,29 +1,39 @@
 """Reading a run file: finished, still being written, or left behind by a program that was killed."""
 
 import time as clock
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
+from snowmpm.annotations import Floats, Numbers, PathLike
 from snowmpm.errors import InputError, did_you_mean, shown_line
 from snowmpm.glance import ArraysGlance, Glance, counted
 from snowmpm.io import layout
 from snowmpm.io.contents import allow_rows, check_contents
-from snowmpm.io.obstacles import read_obstacles
+from snowmpm.io.obstacles import Obstacle, read_obstacles
 from snowmpm.io.records import LONGEST, SUMMARY, Record, read_record
 from snowmpm.io.rows import units_of
-from snowmpm.io.saw_test import read_saw_test
+from snowmpm.io.saw_test import SawTest, read_saw_test
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
 from snowmpm.quantities.table import OLD_NUMBERS, RENAMED, renamed
 from snowmpm.reading import budget as read_budget
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
+if TYPE_CHECKING:  # of extras
+    import pandas
+    import xarray
+
 ATTEMPTS = 50
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,15 +44,15 @@ class Frame(ArraysGlance):
     """
 
     time: float
-    points: np.ndarray
-    fields: dict
-    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    points: NDArray[np.float32]
+    fields: dict[str, Numbers]
+    origin: Floats = field(default_factory=lambda: np.zeros(3))
 
     @property
-    def positions(self):
+    def positions(self) -> Floats:
         return self.points + self.origin
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.points)
 
 
@@ -50,8 +60,8 @@ class Frame(ArraysGlance):
 class Terrain(ArraysGlance):
     """The ground: vertices (n, 3) [m] relative to the run's origin; facets (m, 3) triangles or (m, 2) segments."""
 
-    vertices: np.ndarray
-    facets: np.ndarray
+    vertices: Floats
+    facets: NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,7 +69,7 @@ class Map(ArraysGlance):
     """A raster in plan: values (rows, columns), row i at y0 + i cell, column j at x0 + j cell [m], relative to the
     origin."""
 
-    values: np.ndarray
+    values: Numbers
     x0: float
     y0: float
     cell: float
@@ -84,13 +94,23 @@ class Run(Glance):
     Raises InputError if there is no run, or its format is unknown.
     """
 
-    def __init__(self, path):
+    path: Path
+    dimension: int
+    origin: Floats
+    complete: bool
+    times: Floats
+    field_names: list[str]
+    field_kinds: dict[str, tuple[np.dtype[Any], int | None]]
+    units: dict[str, str]
+    history: Record
+
+    def __init__(self, path: PathLike) -> None:
         self.path = run_file(path)
         if not self.path.is_file():
             raise InputError(f"{path}: no run file here ({layout.RUN_FILE} is missing){_runs_near(path)}")
         self.refresh()
 
-    def refresh(self):
+    def refresh(self) -> None:
         """Reread the file for new frames and history rows."""
         for name in ("terrain", "obstacles", "saw_test", "maps", "provenance", "scene", "hazard", "summary"):
             self.__dict__.pop(name, None)
@@ -98,7 +118,7 @@ class Run(Glance):
         """Whether the content was checked: once only, since a fast writer would always be ahead."""
         self._read(self._read_index)
 
-    def _read_index(self, h5):
+    def _read_index(self, h5: h5py.File) -> None:
         root, attributes = h5["VTKHDF"], h5.attrs
         if attributes.get("format") != layout.FORMAT:
             raise InputError(f"{self.path}: not a run file of this program")
@@ -124,9 +144,10 @@ class Run(Glance):
         named = [*root["PointData"].items(), *h5["history"].items()]
         self.units = renamed({name: units_of(data) for name, data in named}, RENAMED)
 
-    def _read(self, action):
+    def _read(self, action: Callable[[h5py.File], T]) -> T:
         """`action(open file)`, repeated if a commit happened meanwhile, so that it sees one state only."""
         for _ in range(ATTEMPTS):
+            failure: Exception | None = None
             try:
                 with self._snapshot() as (h5, snapshot):
                     try:
@@ -141,8 +162,6 @@ class Run(Glance):
                 raise
             except Exception as error:  # damaged bytes raise many kinds of errors in HDF5, NumPy and JSON
                 failure = error
-            else:
-                failure = None
             if failure is not None and not self._being_written():
                 reason = " ".join(str(failure).split())[:200]
                 raise InputError(f"{self.path}: not a readable run file ({reason})") from failure
@@ -150,22 +169,22 @@ class Run(Glance):
         raise InputError(f"{self.path}: is being written faster than it can be read; try again later")
 
     @contextmanager
-    def _snapshot(self):
+    def _snapshot(self) -> Iterator[tuple[h5py.File, SnapshotFile]]:
         with SnapshotFile(self.path) as snapshot, h5py.File(snapshot, "r") as h5:
             yield h5, snapshot
 
-    def _being_written(self):
+    def _being_written(self) -> bool:
         with SnapshotFile(self.path) as snapshot:
             return snapshot.counter is not None
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.times)
 
-    def n_points(self, i):
+    def n_points(self, i: int) -> int:
         """Number of particles in frame `i`, without reading it."""
         return int(self._counts[i])
 
-    def frame(self, i, fields=None):
+    def frame(self, i: int, fields: Iterable[str] | None = None) -> Frame:
         """Frame `i` (negative from the end); only the named `fields`, by default all of them."""
         start, n = int(self._starts[i]), int(self._counts[i])
         names = self.field_names if fields is None else list(fields)
@@ -173,7 +192,7 @@ class Run(Glance):
             if name not in self.field_names:
                 raise InputError.not_in("field", name, self.field_names, file=self.path)
 
-        def action(h5):
+        def action(h5: h5py.File) -> tuple[NDArray[np.float32], dict[str, Numbers]]:
             root = h5["VTKHDF"]
             rows = [root["Points"], *(root["PointData"][name] for name in names)]
             allow_rows(self.path, f"frame {i}", n, rows)
@@ -183,10 +202,10 @@ class Run(Glance):
         points, values = self._read(action)
         return Frame(float(self.times[i]), points, values, self.origin)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Frame]:
         return (self.frame(i) for i in range(len(self)))
 
-    def to_xarray(self, what="history"):
+    def to_xarray(self, what: str = "history") -> "xarray.Dataset":
         """A part of the run as an `xarray.Dataset` with units, long names and map coordinates:
 
         history     the time series, over time
@@ -202,7 +221,7 @@ class Run(Glance):
 
         return dataset(self, what)
 
-    def to_pandas(self, what="history"):
+    def to_pandas(self, what: str = "history") -> "pandas.DataFrame":
         """A table of the run as a `pandas.DataFrame`:
 
         history     the time series, indexed by time
@@ -217,7 +236,7 @@ class Run(Glance):
 
         return table(self, what)
 
-    def _glance(self):
+    def _glance(self) -> tuple[str, dict[str, Any]]:
         counts = sorted({self.n_points(i) for i in range(len(self))})
         particles = " to ".join(counted(n) for n in dict.fromkeys((counts[0], counts[-1]))) if counts else "none yet"
         facts = {"file": self.path, "frames": f"{len(self)}" + (f", {self.times[0]:g} to {self.times[-1]:g} s"
@@ -225,7 +244,7 @@ class Run(Glance):
                  "particles": particles,
                  "fields": ", ".join(_with_unit(name, self.units) for name in self.field_names),
                  "history": f"{len(self.history['time'])} rows of {', '.join(self.history)}"}
-        parts = {"obstacles": self.obstacles, "maps": self.maps}
+        parts: dict[str, dict[str, Any]] = {"obstacles": self.obstacles, "maps": self.maps}
         facts |= {name: ", ".join(part) for name, part in parts.items() if part}
         facts |= {"also": ", ".join(name for name, part in (("terrain", self.terrain), ("saw_test", self.saw_test),
                                                             ("hazard", self.hazard)) if part)}
@@ -233,31 +252,31 @@ class Run(Glance):
         return f"Run {self.name} ({self.dimension}-D, {state})", {name: text for name, text in facts.items() if text}
 
     @property
-    def name(self):
+    def name(self) -> str:
         return shown_line(self.provenance.get("scene_name") or self.path.parent.name, LONGEST)
 
     @cached_property
-    def terrain(self):
+    def terrain(self) -> Terrain | None:
         return self._read(_read_terrain)
 
     @cached_property
-    def obstacles(self):
+    def obstacles(self) -> dict[str, Obstacle]:
         return self._read(read_obstacles)
 
     @cached_property
-    def saw_test(self):
+    def saw_test(self) -> SawTest | None:
         return self._read(lambda h5: read_saw_test(h5, self.path))
 
     @cached_property
-    def maps(self):
+    def maps(self) -> dict[str, Map]:
         return self._read(lambda h5: {name: _read_map(data) for name, data in h5["maps"].items()})
 
     @cached_property
-    def provenance(self):
+    def provenance(self) -> Record:
         return self._read(lambda h5: read_provenance(h5, self.path))
 
     @cached_property
-    def scene(self):
+    def scene(self) -> Record:
         """Tables of the resolved scene. Raises InputError if the provenance has no readable scene."""
         try:
             return Record(tables(self.provenance["scene"], self.path), f"{self.path}: its scene")
@@ -265,14 +284,14 @@ class Run(Glance):
             raise InputError(f"{self.path}: the scene in it is not readable") from None
 
     @cached_property
-    def hazard(self):
+    def hazard(self) -> dict[str, Any]:
         record = self._read(lambda h5: read_hazard(h5, self.path))
         if record.get("numbers"):
             record["numbers"] = Record(renamed(record["numbers"], OLD_NUMBERS), record["numbers"].file)
         return record
 
     @cached_property
-    def summary(self):
+    def summary(self) -> dict[str, Any]:
         path = self.path.with_name(layout.SUMMARY_FILE)
         if not path.is_file():
             return {}
@@ -283,23 +302,23 @@ class Run(Glance):
             raise InputError(f"{path}: not readable ({error.strerror})") from None
 
 
-def _with_unit(name, units):
+def _with_unit(name: str, units: Mapping[str, str]) -> str:
     unit = units.get(name, "")
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
-def _runs_near(path):
+def _runs_near(path: PathLike) -> str:
     """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""."""
     folder = Path(path).parent
     runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
     return did_you_mean(str(Path(path)), runs)
 
 
-def _read_terrain(h5):
+def _read_terrain(h5: h5py.File) -> Terrain | None:
     group = h5["terrain"]
     return Terrain(group["vertices"][:], group["facets"][:]) if "vertices" in group else None
 
 
-def _read_map(data):
+def _read_map(data: h5py.Dataset) -> Map:
     x0, y0, cell = (float(data.attrs[name]) for name in ("x0", "y0", "cell"))
     return Map(data[:], x0, y0, cell, units_of(data))

@@ -4,7 +4,10 @@ Keys that are used must have the right type; others may be anything that JSON ca
 """
 
 import json
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, shown_line
 from snowmpm.io.archive import MEMORY_PER_BYTE
 from snowmpm.reading import budget as read_budget
@@ -13,18 +16,20 @@ LONGEST = 100
 """Largest number of characters of a name on pictures and pages."""
 
 
-class Record(dict):
+class Record(dict[str, Any]):
     """A dict that raises InputError, which names the file, for a missing key."""
 
-    def __init__(self, values, file):
+    file: PathLike
+
+    def __init__(self, values: Mapping[str, Any], file: PathLike) -> None:
         super().__init__(values)
         self.file = file
 
-    def __missing__(self, key):
+    def __missing__(self, key: str) -> NoReturn:
         raise InputError(f"{self.file}: has no {key}")
 
 
-def read_record(text, file, kinds):
+def read_record(text: str | bytes, file: PathLike, kinds: Mapping[str, Callable[[Any], Any]]) -> Record:
     """The `Record` in a JSON text (str or bytes). kinds: {key: function that returns the value or raises ValueError}.
 
     Raises InputError, which names the file, if it is no table or has a value of another type.

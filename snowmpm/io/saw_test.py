@@ -2,9 +2,12 @@
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
+import h5py
 import numpy as np
 
+from snowmpm.annotations import Numbers, PathLike
 from snowmpm.glance import ArraysGlance
 from snowmpm.io.records import Record, read_record
 from snowmpm.io.rows import units_of
@@ -21,11 +24,11 @@ class SawTest(ArraysGlance):
     x [m], arrival [s] ... (`snowmpm.saw_test.crack`).
     """
 
-    values: dict
-    units: dict
-    about: dict
+    values: dict[str, Numbers]
+    units: dict[str, str]
+    about: dict[str, Any]
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> Numbers:
         return self.values[name]
 
 
@@ -63,7 +66,7 @@ def keep_saw_test(h5, limit):
             data.resize(rows, axis=0)
 
 
-def read_saw_test(h5, path):
+def read_saw_test(h5: h5py.File, path: PathLike) -> SawTest | None:
     """`SawTest`, or None if the run is no saw test."""
     if GROUP not in h5:
         return None

@@ -5,16 +5,18 @@ import json
 import time as clock
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
+from snowmpm.annotations import PathLike
 from snowmpm.io import layout
 from snowmpm.io.archive import write_bytes
 from snowmpm.io.contents import check_contents
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
-from snowmpm.io.records import HAZARD, PROVENANCE, read_record
+from snowmpm.io.records import HAZARD, PROVENANCE, Record, read_record
 from snowmpm.io.rows import as_field, as_rows
 from snowmpm.io.saw_test import append_saw_test, create_saw_test, keep_saw_test
 from snowmpm.io.surroundings import GROUP as SURROUNDINGS
@@ -219,18 +221,18 @@ class RunWriter:
         self.close(complete=kind is None)
 
 
-def run_file(path):
+def run_file(path: PathLike) -> Path:
     """The run file meant by `path`: itself, or `run.vtkhdf` in a folder."""
     path = Path(path)
     return path if path.suffix in (".vtkhdf", ".hdf", ".h5") and not path.is_dir() else path / layout.RUN_FILE
 
 
-def read_provenance(h5, path="run file"):
+def read_provenance(h5: h5py.File, path: PathLike = "run file") -> Record:
     """The provenance record of an open run file. Raises InputError, which names `path`, if it is invalid."""
     return read_record(h5["provenance/record"][()], f"{path}: provenance", PROVENANCE)
 
 
-def read_hazard(h5, path="run file"):
+def read_hazard(h5: h5py.File, path: PathLike = "run file") -> dict[str, Any]:
     """The hazard record of an open run file, {} when it has none. Raises as `read_provenance`."""
     return read_record(h5["hazard/record"][()], f"{path}: hazard", HAZARD) if "hazard/record" in h5 else {}
 

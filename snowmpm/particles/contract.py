@@ -1,6 +1,17 @@
 """The contract of a method's particles: what fields, audit, maps, probes, events and advice read of them."""
 
 from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snowmpm.annotations import Floats
+
+if TYPE_CHECKING:
+    from snowmpm.particles.material_table import MaterialTable
+    from snowmpm.particles.probe import Probe
+    from snowmpm.particles.snapshot import Snapshot
 
 
 class Particles(ABC):
@@ -13,55 +24,55 @@ class Particles(ABC):
     """how many there are now"""
     mass: float
     """of all [kg]"""
-    materials: object
-    """`particles.material_table.MaterialTable`: laws, densities, wave speed, elastic energy"""
-    removed: dict
+    materials: "MaterialTable"
+    """laws, densities, wave speed, elastic energy"""
+    removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
     that did not leave the domain but were taken out"""
-    repeats: object
+    repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
     sorts: int
     """how often their order changed"""
 
     @property
     @abstractmethod
-    def sizes(self):
+    def sizes(self) -> dict[str, int]:
         """Numbers that a particle carries, {column: how many}."""
 
     @property
     @abstractmethod
-    def number_bytes(self):
+    def number_bytes(self) -> int:
         """Bytes of a number."""
 
     @property
     @abstractmethod
-    def bytes_per_particle(self):
+    def bytes_per_particle(self) -> float:
         """Memory of a particle, all arrays and room for a sort included."""
 
     @property
     @abstractmethod
-    def n_blocks(self):
+    def n_blocks(self) -> int:
         """Blocks of cells that hold particles."""
 
     @abstractmethod
-    def snapshot(self):
+    def snapshot(self) -> "Snapshot":
         """Copy of all particles as they are now (`particles.snapshot.Snapshot`): labels (n, 2) of material index and
         number, `column(name)` (n, size) in float64 and `positions()` (n, dim) [m]."""
 
     @abstractmethod
-    def column(self, name):
+    def column(self, name: str) -> Floats:
         """Copy of one column, float64, (n, size)."""
 
     @abstractmethod
-    def positions(self):
+    def positions(self) -> Floats:
         """Scene coordinates [m], (n, dim)."""
 
     @abstractmethod
-    def probe(self, chosen, total):
+    def probe(self, chosen: NDArray[np.integer[Any]], total: int) -> "Probe":
         """`particles.probe.Probe` of the particles with the numbers `chosen` (k,) of `total`."""
 
     @abstractmethod
-    def sums_in_plan(self, lower, cell, shape):
+    def sums_in_plan(self, lower: Floats, cell: float, shape: tuple[int, int]) -> tuple[tuple[slice, slice], Floats]:
         """Sums over plan cells: -> (window, sums).
 
         lower (2,) [m]: corner of the first cell; cell: side [m]; shape: cells along x and y. window: slices of those

@@ -1,17 +1,27 @@
 """Particle fields by name, as output, diagnostics and users read them: NumPy copies in SI units."""
 
-import numpy as np
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snowmpm.annotations import Floats, Numbers
 from snowmpm.materials import LAWS
+from snowmpm.particles.contract import Particles
 from snowmpm.quantities.particle_fields import UNITS
 
+if TYPE_CHECKING:
+    from snowmpm.particles.material_table import MaterialTable
+    from snowmpm.particles.snapshot import Snapshot
 
-def of_laws():
+
+def of_laws() -> dict[str, str]:
     """Units of what laws report of their state, by name."""
     return {name: unit.replace("-", "1") for law in LAWS.values() for name, unit in law.OUTPUTS.items()}
 
 
-def field_units():
+def field_units() -> dict[str, str]:
     """Unit of every field, by name."""
     return {**UNITS, **of_laws()}
 
@@ -25,16 +35,19 @@ class ParticleFields:
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
-    def __init__(self, particles, body_starts=(0,)):
+    materials: "MaterialTable"
+    snapshot: "Snapshot"
+
+    def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
         self.snapshot = particles.snapshot()
         self._body_starts = np.asarray(body_starts)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"ParticleFields({len(self.snapshot.labels)} particles: {', '.join(sorted(field_units()))})"
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> Numbers:
         """Raises KeyError for a name that nothing reads."""
         if name in READERS:
             return READERS[name](self)
@@ -42,34 +55,34 @@ class ParticleFields:
             return self._of_laws(name)
         raise KeyError(f"no particle field {name!r}; there are {', '.join(sorted({*READERS, *of_laws()}))}")
 
-    def __contains__(self, name):
+    def __contains__(self, name: object) -> bool:
         return name in field_units()
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(field_units())
 
-    def column(self, name):
+    def column(self, name: str) -> Floats:
         """One column of the store, float64, (n, size)."""
         return self.snapshot.column(name)
 
-    def kirchhoff(self):
+    def kirchhoff(self) -> Floats:
         """Kirchhoff stress (n, 6) [Pa]."""
         tau = self.column("stress")
         return tau if tau.shape[1] == 6 else np.pad(tau, ((0, 0), (0, 2)))
 
-    def velocity_gradient(self):
+    def velocity_gradient(self) -> Floats:
         """grad v (n, dim * dim) [1/s], row major: the affine part of a particle's motion."""
         return self.column("affine")
 
-    def state(self):
+    def state(self) -> Floats:
         """State of the law of each particle (n, largest number of state variables)."""
         return self.column("state")
 
-    def bodies(self):
+    def bodies(self) -> NDArray[np.intp]:
         """Index of the body of each particle (n,)."""
         return np.searchsorted(self._body_starts, self["id"], side="right") - 1
 
-    def _of_laws(self, name):
+    def _of_laws(self, name: str) -> Floats:
         material, values = self["material"], np.zeros(len(self.snapshot.labels))
         for m, law in enumerate(self.materials.laws):
             own = material == m

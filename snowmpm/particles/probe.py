@@ -1,14 +1,20 @@
 """Reading chosen particles, again and again, without copying all others."""
 
 import functools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
+from numpy.typing import NDArray
 
+from snowmpm.annotations import Floats
 from snowmpm.compiler import runtime
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import accessors
+
+if TYPE_CHECKING:
+    from snowmpm.particles.sorted_particles import SortedParticles
 
 NOWHERE = -1
 
@@ -43,7 +49,9 @@ class Probe:
     there (n,): not removed yet. What columns say of those that are gone means nothing.
     """
 
-    def __init__(self, store, chosen, total):
+    there: NDArray[np.bool_]
+
+    def __init__(self, store: "SortedParticles", chosen: NDArray[np.integer[Any]], total: int) -> None:
         """store: `SortedParticles`; chosen (n,): particle numbers; total: how many numbers there are."""
         self._store = store
         row_of = np.full(total, NOWHERE, np.int32)
@@ -54,7 +62,7 @@ class Probe:
         self._blocks = np.full((len(chosen), store.dim), np.iinfo(np.int32).min, np.int32)
         self.read()
 
-    def read(self):
+    def read(self) -> None:
         """Look again."""
         store = self._store
         self._blocks[:] = np.iinfo(np.int32).min
@@ -64,11 +72,11 @@ class Probe:
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min
 
-    def column(self, name, part=slice(None)):
+    def column(self, name: str, part: slice = slice(None)) -> Floats:
         """One column group of the particle table, float64, (n, size), of all or a part (slice) of the chosen ones."""
         return self._rows[part, self._store.layout.columns(name)].astype(np.float64)
 
-    def positions(self, part=slice(None)):
+    def positions(self, part: slice = slice(None)) -> Floats:
         """Scene coordinates [m], (n, dim), of all or a part (slice) of the chosen ones; NaN for those that are gone."""
         store = self._store
         cells = EDGE[store.dim] * self._blocks[part].astype(np.int64) + self.column("position", part)

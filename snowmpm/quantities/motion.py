@@ -15,6 +15,7 @@ A stop criterion must also check `has_moved`: before a release everything is at 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 MOVING_SPEED = 1.0
 """Speed above which snow counts as moving [m/s]."""
@@ -43,7 +44,7 @@ class Motion:
     peak_momentum: float
 
     @classmethod
-    def of(cls, mass, velocity, peak=0.0):
+    def of(cls, mass: ArrayLike, velocity: ArrayLike, peak: float = 0.0) -> "Motion":
         """Of particles: mass (n,) [kg], velocity (n, dim) [m/s]; peak: the largest total momentum before [kg m/s]."""
         speed = np.sqrt((np.asarray(velocity, np.float64) ** 2).sum(axis=1))
         mass = np.asarray(mass, np.float64)
@@ -52,21 +53,21 @@ class Motion:
         return cls(total, share, momentum, max(float(peak), momentum))
 
     @property
-    def momentum_share(self):
+    def momentum_share(self) -> float:
         """Total momentum over its largest value so far; 0 while the mean speed is below CREEP."""
         return self.total_momentum / self.peak_momentum if self.total_momentum > CREEP * self.mass else 0.0
 
     @property
-    def has_moved(self):
+    def has_moved(self) -> bool:
         """Whether the mean speed has ever been above CREEP."""
         return self.peak_momentum > CREEP * self.mass
 
     @property
-    def at_rest(self):
+    def at_rest(self) -> bool:
         """Whether the snow is at rest; also before it has moved."""
         return bool(at_rest(self.moving_share, self.momentum_share))
 
-    def row(self):
+    def row(self) -> dict[str, float]:
         """The numbers of the history, by name."""
         return {"moving_share": self.moving_share, "total_momentum": self.total_momentum,
                 "momentum_share": self.momentum_share}

@@ -4,9 +4,11 @@ import contextlib
 import itertools
 import time as clock
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, SimulationError, WriteError
 from snowmpm.io import FolderLock, Run, checkpoint
 from snowmpm.io.archive import write_text
@@ -17,6 +19,7 @@ from snowmpm.running.interruption import Interruption
 from snowmpm.running.recorder import Recorder
 from snowmpm.running.rest import StopAtRest
 from snowmpm.running.simulation import Simulation
+from snowmpm.scenes.schema import Scene
 from snowmpm.setup.taken_state import KEPT
 from snowmpm.stages import stage
 
@@ -39,7 +42,7 @@ class Progress:
     frames: int = 0
     wall: float = 0.0
     particle_steps: int = 0
-    audit: dict = field(default_factory=dict)
+    audit: dict[str, float] = field(default_factory=dict)
     """the last row of the history (`snowmpm.running.audit`)"""
 
 
@@ -51,7 +54,8 @@ class Phases:
     steps: float = 0.0
     output: float = 0.0
     processor: float = 0.0
-    started: tuple = field(default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
+    started: tuple[float, float] = field(
+        default_factory=lambda: (clock.perf_counter(), clock.process_time()), repr=False)
 
     def lap(self, name):
         """Add the time since the last lap to a part."""
@@ -75,7 +79,8 @@ class Phases:
             setattr(self, name, getattr(self, name) + value)
 
 
-def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=None):
+def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] | None = None, resume: bool = False,
+        overwrite: bool = True, approve: Callable[[Simulation], object] | None = None) -> Run:
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
     out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress`
@@ -92,7 +97,7 @@ def run(scene, out_dir, progress=None, resume=False, overwrite=True, approve=Non
             resume, overwrite = False, True
         saved = _saved(folder, scene) if resume else None
         simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
-        if resume:
+        if saved is not None:
             checkpoint.take_over(simulation, saved)
             if approve:
                 approve(simulation)

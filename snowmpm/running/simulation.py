@@ -3,9 +3,13 @@
 import copy
 import math
 import warnings
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from snowmpm.annotations import Floats, PathLike
 from snowmpm.compiler import lifetime
 from snowmpm.compiler.lifetime import in_turn
 from snowmpm.compiler.settings import compiling
@@ -13,15 +17,20 @@ from snowmpm.errors import InputError, SimulationError
 from snowmpm.forcing import Forcing
 from snowmpm.forcing.fields import AccelerationBy
 from snowmpm.glance import Glance, counted
+from snowmpm.materials import Law
 from snowmpm.particles.fields import ParticleFields
+from snowmpm.quantities.motion import Motion
 from snowmpm.running.audit import Audit
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
+from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
+from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
+from snowmpm.stepping.contract import Method
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
 
@@ -45,7 +54,16 @@ class Simulation(Glance):
     `ti.reset` and in a forked process.
     """
 
-    def __init__(self, scene, resumed=None, approve=None):
+    scene: Scene
+    model: Model
+    solver: Method
+    events: list[Any]
+    crack: CrackRecord | None
+    dt: float
+    dt_cause: str
+
+    def __init__(self, scene: Scene, resumed: PathLike | None = None,
+                 approve: "Callable[[Simulation], object] | None" = None) -> None:
         """resumed: run folder whose checkpoint provides the state. Then an initial stress "settle" is not relaxed
         again, and the state from another run (`initial.from`) is read from that folder.
 
@@ -54,13 +72,14 @@ class Simulation(Glance):
         with compiling():
             self._make(scene, resumed, approve)
 
-    def _make(self, scene, resumed, approve):
+    def _make(self, scene: Scene, resumed: PathLike | None, approve: "Callable[[Simulation], object] | None") -> None:
         self.scene = scene
         self.model = build(scene, resumed)
         self._start = lifetime.current()
         self.solver = self.model.solver()
         self.events = make_events(scene)
-        self.dt, self.dt_cause, self._first_dt = 0.0, "elastic", None
+        self.dt, self.dt_cause = 0.0, "elastic"
+        self._first_dt: float | None = None
         check_step(scene, self.solver)
         if approve:
             approve(self)
@@ -77,7 +96,7 @@ class Simulation(Glance):
         direction = None if scene.saw_test else self.model.direction
         self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions)
 
-    def _glance(self):
+    def _glance(self) -> tuple[str, dict[str, Any]]:
         scene = self.scene
         facts = {"time": f"{self.time:.6g} of {scene.end_time:g} s, {counted(self.solver.steps)} steps",
                  "particles": counted(self.n_particles),
@@ -86,40 +105,40 @@ class Simulation(Glance):
         return f"Simulation of {scene.name} ({scene.dimension}-D)", facts
 
     @property
-    def time(self):
+    def time(self) -> float:
         return self.solver.time
 
     @property
-    def n_particles(self):
+    def n_particles(self) -> int:
         """Number of particles in the domain now."""
         return self.solver.particles.count
 
     @property
-    def max_speed(self):
+    def max_speed(self) -> float:
         """Largest particle speed after the last step [m/s]."""
         return self.solver.extremes.speed
 
     @property
-    def motion(self):
+    def motion(self) -> Motion:
         """How much of the snow moved at the last audit, a frame or the start (`snowmpm.quantities.motion.Motion`)."""
         return self._audit.motion
 
     @property
     @in_turn
-    def particles(self):
+    def particles(self) -> ParticleFields:
         return ParticleFields(self.solver.particles, self.model.body_starts)
 
-    def law_of_body(self, body):
+    def law_of_body(self, body: int) -> Law:
         """Law of the body with this index, scaled to this grid."""
         return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
-    def numbers_of_body(self, body):
+    def numbers_of_body(self, body: int) -> tuple[int, int]:
         """First particle number of a body, and one past its last."""
         ends = [*self.model.body_starts, len(self.model.population.volumes)]
         return int(ends[body]), int(ends[body + 1])
 
     @in_turn
-    def step(self, until=None):
+    def step(self, until: float | None = None) -> None:
         """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
         for event in self.events:
             if not event.done:
@@ -144,27 +163,29 @@ class Simulation(Glance):
             self.crack.watch()
 
     @in_turn
-    def add_acceleration(self, function):
+    def add_acceleration(self, function: Callable[[Floats, Floats, float], ArrayLike]) -> None:
         """Add an acceleration that acts from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) returns
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not store it: add it again after restoring."""
         method = self.scene.solver.method
         require(self.scene, "forcing", "solver.method", method, what="for add_acceleration")
-        if self.solver.forcing is None:
-            self.solver.force(Forcing())
-        self.solver.forcing.fields.append(AccelerationBy(function))
+        forcing = self.solver.forcing
+        if forcing is None:
+            forcing = Forcing()
+            self.solver.force(forcing)
+        forcing.fields.append(AccelerationBy(function))
 
     @in_turn
-    def audit(self, particles=None):
+    def audit(self, particles: ParticleFields | None = None) -> dict[str, float]:
         """One row of the history: conserved quantities, energies, front, counters (`snowmpm.running.audit`)."""
         return {**self._audit.values(particles or self.particles), "dt": self.dt}
 
     @in_turn
-    def follow_loads(self):
+    def follow_loads(self) -> None:
         """Pass the loads of all events to the solver, in the order of the scene."""
         self.solver.set_loads([event.load for event in self.events if event.load is not None])
 
     @in_turn
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """All that a bitwise continuation needs, by name (`snowmpm.io.checkpoint`), as copies."""
         rest = {"events": [event.state() for event in self.events], "audit": self._audit.state(),
                 "body_starts": self.model.body_starts, "dt": self.dt, "dt_cause": self.dt_cause,
@@ -172,7 +193,7 @@ class Simulation(Glance):
         return {"solver": self.solver.state(), **copy.deepcopy(rest)}
 
     @in_turn
-    def restore(self, state):
+    def restore(self, state: Mapping[str, Any]) -> None:
         """Restore the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
         if not np.array_equal(state["body_starts"], self.model.body_starts):
             raise InputError(f"{self.scene.source}: bodies: not as many particles as when the run began")
@@ -185,7 +206,7 @@ class Simulation(Glance):
             self.crack.restore(state["crack"])
         self.dt, self.dt_cause = state["dt"], state["dt_cause"]
 
-    def _next_step(self):
+    def _next_step(self) -> tuple[float, str]:
         fixed = self.scene.solver.dt
         if fixed:
             limit, cause = self.solver.critical_dt()
@@ -194,15 +215,15 @@ class Simulation(Glance):
                                       f" is {rounded_down(limit)} s; leave solver.dt out for an adaptive step")
             return fixed, "fixed"
         dt, cause = self.solver.stable_dt()
-        self._first_dt = self._first_dt or dt
-        if not dt > COLLAPSE * self._first_dt:
+        first = self._first_dt = self._first_dt or dt
+        if not dt > COLLAPSE * first:
             raise SimulationError(f"the time step fell to {dt:.3g} s at t = {self.time:.6g} s, by the {cause} limit,"
-                                  f" from {self._first_dt:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
+                                  f" from {first:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
                                   " than anything real; lower solver.cfl or check the material")
         return dt, cause
 
     @in_turn
-    def settle(self):
+    def settle(self) -> None:
         """Relax to rest under gravity (`snowmpm.stepping.settling`). Raises SimulationError when it does not settle."""
         wanted = self.scene.initial.tolerance
         rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
@@ -212,7 +233,7 @@ class Simulation(Glance):
                                   f" weight, initial.tolerance = {wanted:g}; {self._fastest_body()};\nthe scene is not"
                                   " stable before its trigger, or wants a larger tolerance")
 
-    def _fastest_body(self):
+    def _fastest_body(self) -> str:
         """In words: which body moves most."""
         fields = self.particles
         speed = np.linalg.norm(fields["velocity"], axis=1)

@@ -6,9 +6,19 @@ all is a row of `snowmpm.methods.METHODS`.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snowmpm.annotations import Floats
+
+if TYPE_CHECKING:
+    from snowmpm.particles.contract import Particles
+    from snowmpm.particles.coordinates import Frame
+    from snowmpm.stepping.time_step import Extremes
 
 
 @dataclass(frozen=True)
@@ -21,9 +31,9 @@ class Totals:
     yielded in the last step.
     """
 
-    impulse: np.ndarray
-    weight_impulse: np.ndarray
-    momentum_gain: np.ndarray
+    impulse: Floats
+    weight_impulse: Floats
+    momentum_gain: Floats
     plastic_work: float = 0.0
     contact_work: float = 0.0
     yielding: int = 0
@@ -59,123 +69,122 @@ class Workload:
 class Method(ABC):
     """Particles with a clock, and a step of both. SI units, scene coordinates; per metre of width in 2-D."""
 
-    frame: object
-    """`particles.coordinates.Frame`: dim, dx [m], origin (dim,) [m], precision"""
-    particles: object
-    """`particles.contract.Particles`"""
+    frame: "Frame"
+    """dim, dx [m], origin (dim,) [m], precision"""
+    particles: "Particles"
     time: float
     """[s]; the run loop sets it to the time of a frame that a step has reached but for round-off"""
     steps: int
     """taken since time zero"""
-    gravity: np.ndarray
+    gravity: Floats
     """of the next step (dim,) [m/s2]"""
-    extremes: object
-    """`stepping.time_step.Extremes` of the last step"""
+    extremes: "Extremes"
+    """of the last step"""
     unconverged: int
     """return maps that failed since time zero"""
-    forcing: object = None
+    forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def step(self, dt):
+    def step(self, dt: float) -> None:
         """Advance by dt [s]. Raises SimulationError, with what `stable_dt` then says unchanged, when it fails."""
 
     @abstractmethod
-    def stable_dt(self):
+    def stable_dt(self) -> tuple[float, str]:
         """-> (step for now [s], what limits it)."""
 
     @abstractmethod
-    def critical_dt(self):
+    def critical_dt(self) -> tuple[float, str]:
         """-> (longest step that is not unstable now [s], what limits it)."""
 
-    def expected_dt(self):
+    def expected_dt(self) -> tuple[float, str]:
         """-> (step that a run takes about [s], what limits it)."""
         return self.stable_dt()
 
     @property
     @abstractmethod
-    def limits(self):
+    def limits(self) -> StepLimits:
         """`StepLimits`."""
 
     # ---- what acts on the particles ---------------------------------------------------------------------------
 
     @abstractmethod
-    def set_loads(self, loads):
+    def set_loads(self, loads: Sequence[tuple[ArrayLike, float, ArrayLike]]) -> None:
         """loads: [(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])] that act within their radius from now
         on, in place of those before."""
 
     @abstractmethod
-    def push(self, numbers, gain, mass):
+    def push(self, numbers: tuple[int, int], gain: Floats, mass: float) -> None:
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1], whose mass is
         `mass` [kg]; counts as a load."""
 
     @abstractmethod
-    def sever(self, line, radius, numbers, state):
+    def sever(self, line: Floats, radius: float, numbers: tuple[int, int], state: Sequence[float]) -> int:
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
         (k, dim - 1) [m]: no stress, and the law's severed `state`; -> how many."""
 
     @abstractmethod
-    def remove(self, gone):
+    def remove(self, gone: NDArray[np.bool_]) -> None:
         """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
 
-    def force(self, forcing):
+    def force(self, forcing: Any) -> None:
         """Let a `forcing.Forcing` act from now on."""
         raise NotImplementedError(f"{type(self).__name__} takes no forcing")
 
     # ---- settling ---------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def damp(self, kept):
+    def damp(self, kept: float) -> float:
         """Keep the share `kept` of all velocities in each step from now on, while an initial state settles: 1 ends it.
         -> the share of the impulses of terrain and sides that `totals` counts meanwhile: `kept` where damping takes its
         part of them, else 1."""
 
     @abstractmethod
-    def restart_clock(self):
+    def restart_clock(self) -> None:
         """Time zero is now: totals start again."""
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
     @property
     @abstractmethod
-    def totals(self):
+    def totals(self) -> Totals:
         """`Totals` as they are now."""
 
     @property
-    def obstacle_totals(self):
+    def obstacle_totals(self) -> Floats:
         """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
         the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
         dim = self.frame.dim
         return np.zeros((0, dim + (1 if dim == 2 else 3) + 1))
 
-    def second_moment(self):
+    def second_moment(self) -> float:
         """D [m2] of the kinetic energy m D C:C / 2 of the affine motion of a particle; 0 where it carries none."""
         return 0.0
 
-    def null_space_noise(self, energy):
+    def null_space_noise(self, energy: float) -> float:
         """Share of the kinetic energy [J] of the particles that the method cannot see."""
         return 0.0
 
     @property
     @abstractmethod
-    def memory(self):
+    def memory(self) -> int:
         """Bytes of everything but the particles."""
 
     @property
-    def workload(self):
+    def workload(self) -> Workload:
         """`Workload` of a step."""
         return Workload(self.particles.n_blocks)
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """All that a bitwise continuation needs, by name: numbers, arrays, lists and dictionaries of them."""
 
     @abstractmethod
-    def restore(self, state):
+    def restore(self, state: Mapping[str, Any]) -> None:
         """Take over the `state()` of a method of the same scene; loads are set apart.
 
         Raises InputError when it does not fit.

@@ -27,7 +27,7 @@ shear hold together and gain no energy up to |dt grad v| = 0.45 at least, and fi
 import math
 from dataclasses import dataclass
 
-from snowmpm.schemes import TRANSFERS
+from snowmpm.schemes import TRANSFERS, Transfer
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Critical:
     affine: float
     plain: float
 
-    def of(self, transfer):
+    def of(self, transfer: Transfer) -> float:
         """The one of a `schemes.Transfer`."""
         return self.affine if transfer.affine else self.plain
 
