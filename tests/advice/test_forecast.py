@@ -29,8 +29,7 @@ WARM_UP = 3
 STEPPING = ("scatter", "grid", "contact", "gather", "sort", "rest")
 PAGE = (ROOT / "scenes" / "gallery" / "README.md").read_text(encoding="utf-8")
 STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
-"""C of the pictures and of the measured runs, which are of before the step followed the state; 0.4 where none is
-given."""
+"""C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
 MISSED = {"microstructure": "30.3 % too short: pores and moving plates cost more than blocks and contact say"}
 """Scenes whose forecast misses by more than WITHIN: {name: what was seen}."""
 
@@ -43,7 +42,7 @@ def budget_of(name, settings=()):
 
 
 def drawn_with(name):
-    """Settings that make the steps of a scene those of its picture and of its measured run."""
+    """Settings that make the steps of a scene those of its picture."""
     scene = load_scene(name)
     own = scene.solver.cfl or scene.solver.dt or scene.solver.method == "sph"
     return () if own else (("solver.cfl", STEPS.get(name, 0.4)),)
@@ -81,7 +80,7 @@ def test_the_table_leaves_no_scene_out():
     for name in sorted(library())])
 def test_forecasts_are_right_within_thirty_per_cent(name):
     row = runs()[name]
-    assert forecast(budget_of(name, drawn_with(name)), row) == pytest.approx(measured(row), rel=WITHIN)
+    assert forecast(budget_of(name), row) == pytest.approx(measured(row), rel=WITHIN)
 
 
 @pytest.mark.parametrize("name", sorted(library()))

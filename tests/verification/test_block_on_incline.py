@@ -172,6 +172,7 @@ def test_sliding_flutters_as_elasticity_says(tilt, least):
     in; least: share of the growth that is left."""
     exact = flutter_of_finite_elements(MU)
     solver, plane = on_slope(APIC, np.radians(24.0), np.radians(tilt), MU, 0.3)
+    solver.cfl = 0.4  # with the step of a scene that gives none, 0.59, the second mode is 5.1 % slow for 5
     rows = []
     while solver.time < 0.04:
         before, dt = solver.impulse, solver.stable_dt()[0]
