@@ -9,9 +9,10 @@ from .precision import by_precision, larger
 
 @ti.func
 def ellipse_at(prm: ti.template(), p, deviator2, zeta, collapsed, straight: ti.template()):
-    """Ellipse of a state: w = p − c, half-axis r [Pa], 6G²/M² e:e, β, p₀ and v; it is w² + (1 + 2β) 6G²/M² e:e = r².
+    """Ellipse w² + (1 + 2β) 6G²/M² e:e = r² of a state.
 
-    straight: see `hardening_value`.
+    Returns w = p − c [Pa], the half-axis r [Pa], 6G²/M² e:e [Pa²], β, p₀ [Pa] and v.
+    p: pressure [Pa], compression positive; deviator2: e : e; straight: see `hardening_value`.
     """
     beta = ti.select(collapsed == 0.0, prm.beta, 0.0)
     value = hardening_value(prm.xi * zeta, prm.offset, straight)
@@ -21,22 +22,31 @@ def ellipse_at(prm: ti.template(), p, deviator2, zeta, collapsed, straight: ti.t
 
 @ti.func
 def is_outside(w, radius, shear2, beta):
-    """Whether a state yields: outside its ellipse by more than round-off."""
+    """Whether a state yields: it lies outside its ellipse by more than round-off. Arguments: from `ellipse_at`."""
     return w * w + (1.0 + 2.0 * beta) * shear2 > radius * radius * ti.static(1.0 + by_precision(*YIELD_TOLERANCE))
 
 
 @ti.func
 def return_problem(prm: ti.template(), p_trial, deviator2, zeta, collapsed, frozen: ti.template(),
                    straight: ti.template(), weak: ti.template()):  # fmt: skip
-    """What the return map has to solve, should the state yield.
+    """Whether a trial state yields, and the scalar problem in Δz that `return_to_ellipse` then has to solve.
 
-    deviator2: e : e of the trial Hencky strain. With Δz the plastic compaction of the step, ζ changes by Δz
-    (hardening), or by −α |Δz| while the bonds of a weak layer last (α > 0, collapsed = 0).
-    frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`. weak: whether α may be more
-    than 0; where it cannot, what belongs to it is not compiled.
+    Δz is the plastic volume loss of the step, compaction positive. It changes ζ by Δz (hardening), or by −α |Δz| while
+    the bonds of a weak layer last (α > 0, collapsed = 0).
+    p_trial: trial pressure [Pa], compression positive; deviator2: e : e of the trial Hencky strain; zeta, collapsed (0
+    or 1): state before the step. frozen: p₀ of the start of the step serves all of it. straight: see `hardening_value`.
+    weak: whether α may exceed 0; if not, what belongs to it is not compiled.
 
-    Returns 1 if the state yields, 1 if it is then separated, free of stress; ζ₀ and dζ/dΔz; `collapsed` after the step;
-    β, p_fixed, v at the start; side (+1 compacting, −1 dilating) and the Δz between which the answer lies.
+    Returns eleven numbers:
+
+        yielded, separated   1 or 0: the state yields; if it does, it is separated and free of stress
+        zeta0, rate          of ζ = ζ₀ + rate Δz
+        collapsed            1 or 0, after the step
+        beta                 β of the ellipse, 0 once the bonds are gone
+        p_fixed              part of p₀ that stays in the step [Pa]; all of it if frozen
+        value                v of p₀ = p_fixed + S v at `start`
+        side                 +1 compacting, −1 dilating
+        start, end           Δz between which the answer lies
     """
     K, alpha, per_K = prm.K, prm.alpha if ti.static(weak) else 0.0, prm.per_K
     w, radius, shear2, beta, p0, value = ellipse_at(prm, p_trial, deviator2, zeta, collapsed, straight)
@@ -69,7 +79,10 @@ def return_problem(prm: ti.template(), p_trial, deviator2, zeta, collapsed, froz
 
 @ti.func
 def internal_variables(prm: ti.template(), p_trial, p, zeta0, rate, collapsed, collapsed_new, frozen: ti.template()):
-    """ζ and `collapsed` of a state that yielded and came to p."""
+    """ζ and `collapsed` (0 or 1) after a step that yields and ends at the pressure p [Pa].
+
+    collapsed, collapsed_new: before the step, and as `return_problem` returns it.
+    """
     zeta = zeta0 + rate * ((p_trial - p) * prm.per_K)
     if ti.static(frozen):  # noqa: SIM102 (one is compile time)
         # ζ may have gone past the end of the bonds, which the surface of the start did not know
@@ -80,9 +93,10 @@ def internal_variables(prm: ti.template(), p_trial, p, zeta0, rate, collapsed, c
 
 @ti.func
 def critical_state_return(prm: ti.template(), p_trial, deviator2, zeta, collapsed, frozen: ti.template()):
-    """Return map in (p, q): p, factor on the deviator, ζ, collapsed, Newton iterations, and 1 if the state yields.
+    """Return map in (p, q) of a trial state. Arguments: see `return_problem`.
 
-    Arguments: see `return_problem`.
+    Returns p [Pa], the factor on the trial deviator, ζ, collapsed, Newton iterations (−1 if they did not converge), and
+    1 if the state yields, else 0.
     """
     yielded, separated, zeta0, rate, collapsed_new, beta, p_fixed, value, side, start, end = return_problem(
         prm, p_trial, deviator2, zeta, collapsed, frozen, "", True

@@ -163,6 +163,7 @@ def log_series(h):
 
 @ti.func
 def _log_in_plane(h):
+    """`log_series` in plane strain (4 entries), in closed form."""
     mean, half, out, shear = 0.5 * (h[0] + h[1]), 0.5 * (h[0] - h[1]), h[2], h[3]
     a, b, c = 1.0 + mean, 2.0 + mean + out, 2.0 + out
     ab, bc = a * b, b * c
@@ -183,6 +184,7 @@ def _log_in_plane(h):
 
 @ti.func
 def _log_in_space(h):
+    """`log_series` in space (6 entries), by a polynomial in the traceless part of h."""
     mean = trace(h) / 3.0
     scale = 1.0 + mean
     # X = (h − mean I) / scale is traceless; its two invariants and the two coefficients carry the scale
@@ -226,8 +228,9 @@ def hencky_strain(h):
 
 @ti.func
 def deviation_of_strain(deviator, volume, deviator2, factor):
-    """h = exp(2 ε) − I of the Hencky strain with deviator `factor` e and the given trace; deviator2: e : e.
+    """h = exp(2 ε) − I of a Hencky strain ε = `factor` e + (`volume` / 3) I.
 
+    deviator: e (4 or 6 entries, `symmetric`), traceless; volume: tr ε; deviator2: e : e. h has as many entries as e.
     The factor is apart because a return map knows it last: all products of e are formed while it is being found.
     """
     scale = 2.0 * factor
@@ -247,7 +250,7 @@ def deviation_of_strain(deviator, volume, deviator2, factor):
 
 @ti.func
 def deviation_of_small_strain(deviator, volume, deviator2, factor):
-    """`deviation_of_strain` in a straight line, and whether the strain is small enough for it to be right."""
+    """`deviation_of_strain` without a branch or a loop, and whether the strain is small enough for it to be right."""
     scale = 2.0 * factor
     share = ti.static(2.0 / 3.0) * volume
     h = exp_series(deviator, deviator2, scale, share, ti.static(by_precision(*WIDE_EXP_ORDER)))
@@ -268,6 +271,7 @@ def exp_series(deviator, deviator2, scale, share, order: ti.template()):
 
 @ti.func
 def _exp_in_plane(deviator, scale, share):
+    """`exp_series` in plane strain (4 entries), in closed form."""
     mean = (0.5 * scale) * (deviator[0] + deviator[1])
     half, shear = (0.5 * scale) * (deviator[0] - deviator[1]), scale * deviator[3]
     square = half * half + shear * shear
@@ -279,6 +283,7 @@ def _exp_in_plane(deviator, scale, share):
 
 @ti.func
 def _exp_in_space(deviator, deviator2, scale, share, order: ti.template()):
+    """`exp_series` in space (6 entries), by a polynomial in e."""
     scale2 = scale * scale
     j2 = 0.5 * scale2 * deviator2
     j3 = scale2 * scale * determinant(deviator)

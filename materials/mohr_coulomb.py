@@ -43,10 +43,12 @@ class MohrCoulombParameters(NamedTuple):
 
 @ti.func
 def mohr_coulomb_return(prm: ti.template(), strain, p_trial):
-    """Return map for principal values, tension positive, largest first.
+    """Return map in principal values, largest first. Stresses and strains are positive in tension.
 
-    strain: deviatoric principal Hencky strains of the trial state, p_trial [Pa].
-    Principal stresses [Pa], dissipation, opening at the apex beyond dilation, and 1 if the state yields.
+    strain: deviatoric principal Hencky strains (3,) of the trial state; p_trial: its pressure [Pa], positive in
+    compression.
+    Returns principal Kirchhoff stresses (3,) [Pa]; dissipation [J per m3 of reference volume]; the volume strain at the
+    apex beyond what flow dilates, 0 elsewhere; and 1 if the state yields, else 0.
     """
     G, sin_phi, sin_psi, apex = prm.G, prm.sin_phi, prm.sin_psi, prm.apex
     s = 2.0 * G * strain - p_trial

@@ -163,7 +163,10 @@ class Scene(Glance, Spec):
 
 
 def _with_choices(scene):
-    """The scene with the chosen values of numerical settings that it leaves open."""
+    """Copy of the scene with the values that the program chooses for keys of the solver left open (`choices`).
+
+    Returns the scene itself if there is nothing to choose.
+    """
     found = choices(scene)
     if not found:
         return scene

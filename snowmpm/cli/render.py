@@ -91,6 +91,7 @@ def render(
 
 
 def _draw_page(run, output, color, camera, quiet, others):
+    """Write an interactive page and print its path; others: {option: value} that a page refuses where given."""
     from snowmpm.render import render_page
 
     given = [name for name, value in others.items() if value not in (None, False)]
@@ -120,6 +121,10 @@ def draw(run, target, quiet=False, beside=None, **choices):
 
 
 def _pixels(size):
+    """(width, height) in pixels from text such as "1280x720".
+
+    Raises InputError where it does not fit this form, or is too small or too large to draw.
+    """
     match = re.fullmatch(r"(\d{1,5})[xX](\d{1,5})", size)
     if not match:
         raise InputError(f"--size {size}: must be WIDTHxHEIGHT in pixels, such as 1280x720")

@@ -62,7 +62,11 @@ def wanted(name):
 
 
 def apply(name, install):
-    """Apply a patch, once, by calling `install`; -> whether it is applied."""
+    """Apply the patch `name`, a key of GAINS, and return whether it is applied.
+
+    The first call of a name calls `install()`, unless SNOWMPM_PATCHES switches the patch off. If `install` raises one
+    of MISFITS, the patch is undone with a warning. Later calls only report.
+    """
     if name not in _patches:
         patch = _patches[name] = Patch(name)
         if not wanted(name):
@@ -88,7 +92,7 @@ def replace(name, owner, attribute, value, new=False):
 
 
 def leave_out(name, error):
-    """Undo a patch that does not fit this Taichi, and warn of it the first time."""
+    """Undo the patch `name`, which does not fit this Taichi, and warn the first time with `error` as the reason."""
     patch = _patches.setdefault(name, Patch(name))
     while patch.replaced:
         owner, attribute, before = patch.replaced.pop()
@@ -109,5 +113,5 @@ def is_applied(name):
 
 
 def reasons():
-    """Patches that are not applied, with the reason, by name."""
+    """{name: reason} of the patches that were tried or switched off and are not applied."""
     return {name: patch.reason for name, patch in _patches.items() if not patch.applied}

@@ -55,6 +55,10 @@ def start(backend: str = "auto", threads: int | None = None, fine_grained: bool 
 
 
 def _start(backend, threads):
+    """Call `ti.init` for "auto", "cpu" or "cuda", with `threads` CPU threads, by default one a core.
+
+    "auto" takes CUDA where there is a device, else the CPU.
+    """
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     lifetime.end_parents()
@@ -65,7 +69,10 @@ def _start(backend, threads):
 
 
 def _note(fine_grained, thread):
-    """Remember what runs and which thread started it, and prepare it."""
+    """Note the Taichi that runs in `_running`, with the thread that started it, and prepare it for the program.
+
+    fine_grained: as in `start`. Raises InputError for a backend that is neither CPU nor CUDA.
+    """
     config = impl.current_cfg()
     if config.arch not in (ti.cuda, ti.x64, ti.arm64):
         raise InputError(f"Taichi runs on {config.arch.name}, where a ti.init before has started it: snowmpm needs"
@@ -80,6 +87,7 @@ def _note(fine_grained, thread):
 
 
 def _say_what_differs(backend, threads):
+    """Warn where the Taichi that runs has another backend or number of threads than asked for."""
     asked = [f"backend {backend!r}"] * (backend not in ("auto", _running["backend"]))
     asked += [f"{threads} threads"] * (_running["backend"] == "cpu" and threads not in (None, _running["threads"]))
     if asked:
@@ -88,6 +96,7 @@ def _say_what_differs(backend, threads):
 
 
 def _after_fork():
+    """In a forked child: forget the parent's threads, and leave its Taichi alone."""
     forget_threads()
     if is_started():
         lifetime.part_after_fork(_running["thread"])
@@ -103,6 +112,7 @@ def free_cache(folder):
 
 
 def _has_cuda():
+    """Whether the CUDA driver loads and finds a device."""
     try:
         driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
     except OSError:
@@ -112,6 +122,7 @@ def _has_cuda():
 
 
 def _cores():
+    """Number of CPU cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 

@@ -10,15 +10,14 @@ from snowmpm.particles.store import accessors
 
 @functools.cache
 def sever_kernel(layout, real):
-    """Kernel that makes particles `first <= number < last` within `radius` of a line in plan stress-free and gives them
-    `state`. line (k, dim - 1): corners [cells from the origin]; radius [cells]; returns how many it cut."""
+    """Kernel `sever(...)` that cuts the bonds of the particles `first <= number < last` within `radius` of a line."""
     dim, edge = layout.dim, EDGE[layout.dim]
     access = accessors(layout)
     at = layout.offsets
 
     @ti.func
     def distance2(x, line: ti.template()):
-        """Squared distance in plan from a line of one or more corners."""
+        """Squared distance in plan [cells2] of x (dim,) from a line (k, dim - 1) of one or more corners."""
         best = ti.cast(1e30, real)
         for k in range(line.shape[0]):
             ahead, along, square = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
@@ -37,6 +36,11 @@ def sever_kernel(layout, real):
     def sever(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), line: ti.types.ndarray(dtype=real, ndim=2), radius: real, first: int,
               last: int, state: ti.types.ndarray(dtype=real, ndim=1), n_blocks: int) -> int:
+        """Make those particles stress-free, set the first entries of their state to `state`, and return how many.
+
+        reals, slot_offset, identity (number of each particle), start, coordinates: tables of the store. line
+        (k, dim - 1): corners in plan [cells from the origin]; radius: largest distance in plan [cells].
+        """
         hit, places = 0, access.places(reals, slot_offset)
         for b in range(n_blocks):
             for p in range(start[b], start[b + 1]):

@@ -63,12 +63,15 @@ def loads(scene):
 
 
 def load_of_end(scene):
-    """`Load` of the weak layer at the lower end of a column whose ends are normal to the slope; None for other columns.
+    """Estimated `Load` of the weak layer at the lower end of a column whose ends are normal to the slope.
 
-    The end face lacks the shear force tau D / 2 of an infinite slope. This force loads the end of a beam (the slab) on
-    springs (the weak layer, k = E' / t), so that
+    None for vertical ends, for a level column, and for a law without a strength.
+    The end face lacks the shear force tau D / 2 of an infinite slope. This force loads the end of a beam (the slab, D
+    thick) on springs (the weak layer, t thick, k = E' / t). The normal stress at the end is then
 
         sigma_end = sigma + tau D lambda,    lambda = (k / (4 B))^(1/4),   B the slab's stiffness in bending
+
+    with sigma and tau the stresses on an infinite slope. The shear stress stays tau.
     """
     test = scene.saw_test
     if test.ends == "vertical" or test.slope_angle == 0.0:
@@ -85,8 +88,11 @@ def load_of_end(scene):
 
 
 def overloaded(scene):
-    """The `Load`s that fail: those of the slope, or else that of the column's lower end; none for a scene without a saw
-    test."""
+    """List of the `Load`s that fail.
+
+    It holds those on an infinite slope; if none of them fails, that of the column's lower end. It is empty for a scene
+    without a saw test.
+    """
     if not scene.saw_test:
         return []
     found = [load for load in loads(scene) if load.share >= 1.0]

@@ -59,6 +59,7 @@ def take(scene, surface):
 
 
 def _take(scene, surface):
+    """`take`, with errors that do not say which scene and key they are about."""
     folder = Path(scene.base_dir) / Path(scene.initial.from_run).expanduser()
     folder = folder.parent if folder.suffix in (".vtkhdf", ".npz") else folder
     if not folder.is_dir():
@@ -96,6 +97,10 @@ def _take(scene, surface):
 
 
 def _check_setting(there, here, saved, surface):
+    """Raise InputError where dimension, method, spacing or terrain of two runs differ.
+
+    there, here: tables of the two scenes; saved: checkpoint of the run there; surface: terrain of the scene here.
+    """
     for key in ("dimension", "solver.method", "solver.dx"):
         was, now = ((t["solver"][key[7:]] if "." in key else t[key]) for t in (there, here))
         if was != now:
@@ -106,7 +111,10 @@ def _check_setting(there, here, saved, surface):
 
 
 def _terrain(tables):
-    """The keys of the terrain table that determine its shape."""
+    """Entries of a scene's terrain table that determine its shape; None without terrain.
+
+    A file is reduced to its name: the same terrain may lie in another folder.
+    """
     table = tables.get("terrain")
     if table is None:
         return None
@@ -115,8 +123,10 @@ def _terrain(tables):
 
 
 def _check_law(body, was, now):
-    """Lines on the differences between two tables of one material. Raises InputError for keys that its particles depend
-    on."""
+    """Lines on how the material table of a body differs, between `was` (the other run) and `now` (this scene).
+
+    Raises InputError where the law, the density or an elastic modulus differs: particles depend on them.
+    """
     if was["kind"] != now["kind"]:
         raise InputError(f"{body.name} has the law {was['kind']} there, and {now['kind']} in this scene")
     laws = [LAWS[table["kind"]].model_validate({k: v for k, v in table.items() if k != "card"}) for table in (was, now)]
@@ -130,7 +140,10 @@ def _check_law(body, was, now):
 
 
 def _particles(solver, dim, dx):
-    """Columns of the particles of a solver's state (n, size), in their rows, and positions [m, scene]."""
+    """{column: (n, size)} of the particles of a solver's `state()`, in its order, with "position" [m, scene].
+
+    dim: dimension; dx: spacing [m]. Columns are `COLUMNS`, in float64.
+    """
     reals = solver["reals"].astype(np.float64)
     layout = Layout(dim, reals.shape[1] - Layout(dim, 0).width)
     owner_block = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)

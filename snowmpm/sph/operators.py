@@ -38,14 +38,17 @@ LEAST_PIVOT = 1e-6
 
 
 def results(kind, dim):
-    """Numbers that an operator gives of each field."""
+    """Number of results that an operator has for each field and particle: dim for gradients, else 1."""
     return dim if kind in ("gradient", "corrected_gradient") else 1
 
 
 @functools.cache
 def operator_kernel(layout, real, width, kernel, radius, kind, parity):
-    """Kernel of one operator over the particles and their images. parity: of each field, the axes whose mirror turns
-    its sign. Dummies have no values."""
+    """Kernel that applies the operator `kind` over the particles and their mirror images.
+
+    width: lanes of a pack; kernel, radius [cells]: the smoothing. parity: for each field the axes whose mirror turns
+    its sign. Dummies have no values, and do not count.
+    """
     dim, n_fields = layout.dim, len(parity)
     pair, serial = pair_functions(layout), runs_serially()
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
@@ -64,6 +67,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
     @ti.func
     def add_run(pack: ti.template(), c, begin, end, moved: ti.template(), fields: ti.template(),
                 entries: ti.template(), reals: ti.template()):
+        """Add the neighbours entries[begin:end], seen by candidate c, to the sums of a pack."""
         sign = pair.signs(reals, c)
         for e in range(begin, end):
             j = entries[e]
@@ -89,6 +93,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
 
     @ti.func
     def conclude(pack: ti.template(), lane, row, out: ti.template()):
+        """Write the operator of one lane, from its sums, to out[row]."""
         m2 = ti.Matrix([[pack["m2"][a * dim + b][lane] for b in ti.static(range(dim))] for a in ti.static(range(dim))])
         m1, m0, back = read_lane(pack["m1"], lane), pack["m0"][0][lane], inverse(m2)
         for q in ti.static(range(n_fields)):
@@ -155,7 +160,7 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
 
 
 class Operators:
-    """Of one smoothing, on the particles of a solver and their neighbours as they are."""
+    """Operators with one smoothing kernel, on the particles of a solver and their present neighbours."""
 
     def __init__(self, rows, near, first_dummy, precision, width, kernel, radius):
         """rows: `Rows`; near: `Neighbourhood`; first_dummy: row from which on there are no values; kernel, radius
@@ -165,9 +170,12 @@ class Operators:
         self._smoothing = width, kernel, radius
 
     def of(self, kind, values, parity=None):
-        """One operator on `values` (n,) or (n, k) of the particles, in their order; -> (n, k, dim) of gradients
-        [1/cell], (n, k) of all others (Laplacians: [1/cell2]).
+        """Apply one operator to k fields on the particles, and return the result as a NumPy array.
 
+        kind: one of SLOPES or FILTERS. values (n,), which is k = 1, or (n, k): one row a particle, in the order of the
+        rows. parity: for each field the axes whose mirror turns its sign; none by default.
+        Returns (n, k, dim) for "gradient" and "corrected_gradient" [unit of the values per cell], (n, k) for all others
+        (Laplacians [per cell2], "coverage" [-], filters in the unit of the values).
         Raises ValueError before the particles have been sorted.
         """
         if not self._near.known:
@@ -182,7 +190,10 @@ class Operators:
         return out[:n].reshape(n, k, dim) if results(kind, dim) > 1 else out[:n]
 
     def write(self, kind, fields, out, parity):
-        """One operator on `fields`, vectors, into `out` (n, results)."""
+        """Apply the operator `kind` to `fields`, n vectors of k numbers, and write it to `out` (n, k * results).
+
+        parity: as in `of`, one entry a field.
+        """
         packs = self._near.packs
         operator_kernel(self._rows.layout, self._real, *self._smoothing, kind, tuple(parity))(
             packs.table, self._rows.moved, fields, out, *self._near.lists.arguments, self._first_dummy, packs.n,

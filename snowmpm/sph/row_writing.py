@@ -13,7 +13,10 @@ around it."""
 
 @functools.cache
 def row_functions(layout, row_layout, real, form, epsilon):
-    """`store_row(i, source, back, x, v, L, tau, ratio, volume, density, speed)`: what i shows its neighbours."""
+    """Taichi function `store_row(...)`, which writes what particle i shows its neighbours to row i of `source`.
+
+    form: of the momentum sum, which determines the measure of S; epsilon: factor of the artificial stress.
+    """
     dim, at, entries = layout.dim, row_layout.at, row_layout.entries
 
     @ti.func
@@ -32,7 +35,13 @@ def row_functions(layout, row_layout, real, form, epsilon):
 
     @ti.func
     def store_row(i, source: ti.template(), back, x, v, L, tau, ratio, volume, density, speed):
-        """back: K^-1; L: velocity gradient a cell; volume: reference volume in cells."""
+        """Write row i of `source` (`sph.rows`) from the state of particle i.
+
+        back: K^-1 (dim, dim), which multiplies S in a `full` layout only. x: position [cells, from its block]; v [m/s];
+        L: velocity gradient [m/s per cell]; tau: Kirchhoff stress [Pa]. ratio: J, present over reference volume, of
+        which `LARGEST_GROWTH` at most counts. volume: reference volume over cell volume; density: reference density
+        [kg/m3]; speed: of waves [m/s].
+        """
         row = ti.Vector.zero(real, row_layout.source_width)
         J = ti.min(ratio, LARGEST_GROWTH)
         scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J

@@ -71,13 +71,19 @@ class Smoothing:
         return self.constants[dim] / radius ** (dim + 2) * self.slope(s, t)
 
     def lattice_moment(self, radius, dim):
-        """- sum (W'/r) x^2 over the unit lattice; 1 for a kernel much wider than that."""
+        """Second moment - sum (W'/r) x^2 of the kernel's slope over the unit lattice; 1 for a wide kernel.
+
+        radius: support in lattice spacings; x: first coordinate of a lattice point.
+        """
         axis = np.arange(-math.ceil(radius), math.ceil(radius) + 1.0)
         points = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         return float(-(self.slope_over_r(np.linalg.norm(points, axis=1), radius, dim) * points[:, 0] ** 2).sum())
 
     def lattice_share(self, radius, dim, power):
-        """Share that (W(r) / W(1))^power of each pair has in `lattice_moment`: mean over the unit lattice."""
+        """Mean of (W(r) / W(1))^power over the unit lattice, weighted by each point's part of `lattice_moment`.
+
+        radius: support in lattice spacings.
+        """
         axis = np.arange(-math.ceil(radius), math.ceil(radius) + 1.0)
         points = np.stack(np.meshgrid(*[axis] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         points = points[(points**2).sum(axis=1) > 0.0]

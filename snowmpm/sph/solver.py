@@ -83,7 +83,10 @@ class SphSolver(Solver):
 
     @classmethod
     def of(cls, population, laws, options, *, body_friction, **setting):
-        """Of the scene's table solver.sph; all bodies are one continuum, without friction between them."""
+        """Solver with `options`, the scene's table solver.sph.
+
+        All bodies are one continuum: body_friction, between them, has no effect.
+        """
         return cls(population, laws, scheme=options, **setting)
 
     def _bind(self):
@@ -135,28 +138,32 @@ class SphSolver(Solver):
 
     @property
     def _place(self):
-        """Time [s] that obstacles are where they are at: while an initial state settles, nothing is set in motion."""
+        """Time [s] at which obstacles are placed; -1, before all motion, while an initial state settles."""
         return self.time if self.damping_factor == 1.0 else -1.0
 
     def kick(self, dt):
-        """Forces, and the velocities that they lead to."""
+        """First half of a step: change the velocities by the forces that act for dt [s]."""
         totals = self._forces.kick(dt, self.damping_factor, self._loads, self._n_loads)
         if totals is not None:
             self._loaded += self.boundary.add(totals, self._place)
 
     def regularise(self, dt):
-        """Smooth the elastic strains of the particles, where the scheme asks for it."""
+        """Smooth the elastic strains of the particles in a step of dt [s], if the scheme asks for it in this step."""
         if self._regularisation.due(self.steps + 1):
             self._regularisation.smooth(self.particles, self._operators.write,
                                         self.materials.wave_speed * dt / self.dx)
 
     def operate(self, kind, values, parity=None):
-        """One of the `sph.operators` on `values` of the particles, in their order (`Operators.of`)."""
+        """Apply one of the `sph.operators` to `values` (n,) or (n, k) of the particles; see `Operators.of`."""
         with runtime.precision(self.precision):
             return self._operators.of(kind, values, parity)
 
     def update(self, dt):
-        """Velocity gradients, stresses, places."""
+        """Second half of a step of dt [s]: velocity gradients, stresses and positions from the present velocities.
+
+        It changes the particles and their rows, not the velocities, and reads the report of the step.
+        Raises SimulationError if a particle is no longer finite.
+        """
         packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
         self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
@@ -177,7 +184,7 @@ class SphSolver(Solver):
 
     @property
     def _pushing_speed(self):
-        """Of the fastest obstacle [m/s]."""
+        """Speed of the fastest obstacle [m/s], 0 without one."""
         return max((obstacle.speed_at(self.time) for obstacle in self._obstacles), default=0.0)
 
     @property
@@ -201,7 +208,7 @@ class SphSolver(Solver):
                 self._grade()
 
     def _grade(self):
-        """The velocity gradient that the particles start with, which the damping of disorder takes for order."""
+        """Give the particles the gradient of their initial velocities, which the damping of disorder leaves alone."""
         self._graded, store = True, self.particles
         table, columns = store.table(), store.layout.columns
         velocity = table[:, columns("velocity")]
@@ -216,14 +223,14 @@ class SphSolver(Solver):
         self._near.forget()
 
     def _rebuild_lists(self):
-        """Lists for particles that lie in the order of their blocks."""
+        """Build the rows and lists of neighbours of particles that lie in the order of their blocks."""
         self._row_cache.write_rows()
         with runtime.precision(self.precision):
             self._near.begin(self.rows, self.particles.blocks, self._row_cache.current_rows, self._place)
         self._sum_up()
 
     def _sum_up(self):
-        """Room for the sums of each pack."""
+        """Make room for the sums and reports of each pack."""
         packs = self._near.packs
         self._forces.begin(self.particles.blocks, bool(self._n_loads))
         if self._reports is None or self._reports.shape[0] < packs.n:

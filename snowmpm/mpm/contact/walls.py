@@ -40,6 +40,7 @@ class Walls:
         return self.wall_distance(points)[0]
 
     def _allocate(self, slots):
+        """Array of (normal, distance) of the nodes of `slots` blocks, 4 numbers a node."""
         return ti.ndarray(ti.types.vector(4, self._real), (slots * self._n_nodes,))
 
     def slots(self, keys, coordinates):
@@ -57,7 +58,11 @@ class Walls:
         return slots
 
     def _learn(self, coordinates):
-        """Ask the surface about blocks not met before; -> their slots."""
+        """Ask the surface for normal and distance at the nodes of new blocks, and keep those of blocks near it.
+
+        coordinates (n, dim): of node blocks not met before. Returns their slots (n,); FREE where no node of a block is
+        within NEAR of the surface.
+        """
         dim, edge = self.dim, EDGE[self.dim]
         nodes = np.stack(np.meshgrid(*[np.arange(edge)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
         points = (edge * coordinates[:, None] + nodes).reshape(-1, dim)
@@ -72,6 +77,7 @@ class Walls:
         return slots
 
     def _append(self, walls):
+        """Put walls (k, nodes, 4) in the next k slots; an array that is too small is replaced."""
         first, end = self._used * self._n_nodes, (self._used + len(walls)) * self._n_nodes
         if end > self.array.shape[0]:
             old, self.array = self.array, self._allocate(2 * (self._used + len(walls)))
@@ -85,6 +91,7 @@ class Walls:
 
 @functools.cache
 def _copy_kernel(real):
+    """Kernel copy(source, target, first, n): copy the first n vectors of `source` to `target` from `first` on."""
     vec4 = ti.types.vector(4, real)
 
     @taichi_kernel

@@ -21,10 +21,11 @@ STEP = 1e-3
 
 
 def way_lost(place, kept):
-    """Error of the way that a grain `place` cells from the origin makes in 100 steps of STEP cells each.
+    """Relative error of the distance that a grain covers in 100 steps of STEP cells, `place` cells from the origin.
 
-    kept: "blocks", by the program, which keeps positions relative to blocks of cells; "float32", by positions in
-    coordinates of the scene; "mesh", the height of a terrain whose vertices are float32, over a cell.
+    kept: how positions are stored. "blocks": the program runs, in float32 relative to blocks of cells. "float32": in
+    scene coordinates. "mesh": no grain moves; the largest error [cells] of the heights of a terrain over a cell, stored
+    in float32.
     """
     far = place * DX
     if kept == "mesh":
@@ -47,15 +48,20 @@ def way_lost(place, kept):
 
 
 def strain_noise(strain, precision):
-    """Error of the stress of a flying square that is stretched by `strain`, over it: against the same at a strain of
-    1e-5 in double precision, which for small strains is the same but for its size."""
+    """Noise of the stress of a flying square that is stretched by `strain`, relative to that stress.
+
+    It is the standard deviation over the particles of the difference from a run at a strain of 1e-5 in float64, after
+    each stress is divided by its strain. precision: "f32" or "f64".
+    """
     return (_stretched(strain, precision) - _stretched(1e-5, "f64")).std()
 
 
 @functools.cache
 def _stretched(strain, precision):
-    """Stress over the modulus and the strain (n,) of a square of 8 cells that crosses a tenth of a cell in each of 100
-    steps, its velocity set in each of them."""
+    """xx stress over (modulus x strain), (n,), of a square of 8 cells a side after 100 steps.
+
+    In each step the square crosses a tenth of a cell, with velocities that are set to those of uniform stretching.
+    """
     x, volumes = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX)
     dt = 0.1 * DX / LAW.wave_speed()
     solver = free_solver(x + 0.37 * DX, volumes, LAW, Scheme("apic", precision=precision), DX, reach=20 * DX)
@@ -69,8 +75,11 @@ def _stretched(strain, precision):
 
 
 def apex_error(increment, law, return_map=None):
-    """Error of the mean stress on the way to the apex and beyond, over the strength there, in steps of `increment` of
-    volumetric strain; against steps of a thousandth of the way."""
+    """Largest error of the pressure on the way to the apex and beyond, relative to the strength there.
+
+    increment: volumetric strain of a step; the reference takes 1000 steps. law: "cap" (`CohesiveCamClay`, with its
+    return_map, "implicit" by default) or "cone" (`DruckerPrager`).
+    """
     if law == "cap":
         material = CohesiveCamClay(**SNOW, return_map=return_map or "implicit")
         end, size = 0.02, material.cohesion * material.p0
@@ -84,7 +93,7 @@ def apex_error(increment, law, return_map=None):
 
 
 def _pulled(material, end, steps):
-    """Mean pressure [Pa] along an extension with shear, steps + 1 of them."""
+    """Pressure [Pa], compression positive, (steps + 1,), along an extension with shear to a strain of `end`."""
     strain = np.linspace(0.0, end, steps + 1)
     F = [np.array([[np.exp(e), 0.5 * e, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) for e in strain]
     path = MaterialPoint(material, precision="f64").drive(np.array(F))

@@ -32,9 +32,14 @@ def exact_height(law, length, Y):
 
 
 def column(law, length, scheme, offset, angle, width=WIDTH, cells=CELLS, per_axis=2, free=False):
-    """-> solver, and the base and axes (2, 2) of the column. offset: of base and walls from a node [cells], for a
-    column along the grid; angle: by which the set-up is turned, of walls that are blocks [rad]; None: sides of the
-    domain. width: in cells. free: without walls, on a base that holds it, for a law with nu = 0 (turned only)."""
+    """Column of one law that stands on a base under its own weight: returns (solver, base (2,) [m], axes (2, 2)).
+
+    base: lower left corner; rows of axes: unit vectors along the base and up the column. length: height [m], of `cells`
+    cells; width [cells]; per_axis: particles a cell and axis; scheme: `Scheme`.
+    angle: None, or the angle [rad] by which column and gravity are turned. With None, base and walls are sides of the
+    domain, `offset` cells from a node. Otherwise they are blocks, and `offset` has no effect.
+    free: without walls, on a base that holds the column; for a turned one, and a law with nu = 0.
+    """
     dx = length / cells
     x, volumes = lattice([0.0, 0.0], [width * dx, length], dx, per_axis)
     if angle is None:
@@ -58,7 +63,7 @@ def column(law, length, scheme, offset, angle, width=WIDTH, cells=CELLS, per_axi
 
 
 def settle(solver, law, length):
-    """Damp the nodes until the column rests."""
+    """Advance the solver with damped nodes until the column of `length` [m] rests: 20 wave transits."""
     while solver.time < 20.0 * length / law.wave_speed():
         dt = solver.stable_dt()[0]
         solver.damping_factor = 1.0 - 0.1 * dt * law.wave_speed() / solver.dx
@@ -66,8 +71,12 @@ def settle(solver, law, length):
 
 
 def settled_errors(law, length, scheme, offset=0.0, angle=None, **how):
-    """Settle a `column`; -> where its particles were [cells from the foot on its left], errors of their heights over
-    the settlement, and of (sigma_yy, sigma_xx) over the pressure at the base (n, 2)."""
+    """Settle a `column` and compare it with the exact answer; further arguments go to `column`.
+
+    Returns where its n particles were at first (n, 2) [cells from the lower left corner, along its axes].
+    Returns besides errors of their heights (n,), over the settlement of the top, and errors of (sigma_yy, sigma_xx),
+    (n, 2), over the largest pressure.
+    """
     solver, base, axes = column(law, length, scheme, offset, angle, **how)
     states = ParticleStates(solver)
     place = (states.reference - base) @ axes.T
@@ -82,7 +91,9 @@ def settled_errors(law, length, scheme, offset=0.0, angle=None, **how):
 
 
 def column_errors(law, length, scheme, offset=0.0, angle=None, cells=CELLS, per_axis=2):
-    """Largest error of a height over the settlement, largest and root mean square errors of the stresses over the
-    pressure at the base."""
+    """Errors of a settled `column`, all relative: largest of a height, largest and root mean square of the stresses.
+
+    A height is relative to the settlement, a stress to the largest pressure (`settled_errors`).
+    """
     _, height, off = settled_errors(law, length, scheme, offset, angle, cells=cells, per_axis=per_axis)
     return np.abs(height).max(), np.abs(off).max(), np.sqrt((off**2).mean())
