@@ -37,7 +37,7 @@ def throw(scheme, speed, gap=0.0):
     energy that the wall took; gap: from the wall [m]."""
     positions, volumes = lattice([0.0, 0.0], [LENGTH, HIGH], DX)
     velocities = np.tile([-speed, 0.0], (len(positions), 1))
-    solver = MpmSolver(Population(positions + np.array([gap, 0.0]), volumes, 0, velocities), [LAW], dx=DX,
+    solver = MpmSolver(Population(positions + np.array([gap, 0.0]), volumes, 0, velocities), [LAW], dx=DX, cfl=0.4,
                        precision="f64", origin=np.zeros(2), lower=np.zeros(2), upper=np.array([2.0, HIGH]),
                        gravity=np.zeros(2), sides=[["separate", "open"], ["slip", "slip"]], **scheme.options)
     rows = []
@@ -57,7 +57,7 @@ def test_stress_on_the_wall(scheme, speed):
     time, stress, returned, taken = throw(scheme, speed)
     contact = 2.0 * LENGTH / LAW.wave_speed()
     mean = stress[(time > 0.2 * contact) & (time < 0.8 * contact)].mean()
-    assert mean == pytest.approx(exact, rel=0.001)  # a thirtieth of what M9 asks
+    assert mean == pytest.approx(exact, rel=0.001)  # a thirtieth of what M9 asks; 0.12 % with C = 0.59
     through_a_cell = np.cumsum(stress * np.diff(time, prepend=0.0))  # impulse; a node is stopped within a step
     later = np.interp(time + DX / LAW.wave_speed(), time, through_a_cell)
     assert ((later - through_a_cell) / (DX / LAW.wave_speed())).max() < 1.3 * exact

@@ -36,6 +36,9 @@ def sliding(slope, mu):
 def packed(tensor):
     return np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 2, 2], tensor[:, 0, 1]], axis=1)
 
+CFL = 0.4
+"""With the C of a scene that gives none, 0.59, a block slides within 0.5 %, and the second mode of flutter is 5.1 % slow."""
+
 
 def on_slope(scheme, slope, tilt, mu, reach):
     """-> solver of the block and the plane under it. slope, tilt: of gravity's against the plane, of the plane against
@@ -57,7 +60,7 @@ def on_slope(scheme, slope, tilt, mu, reach):
     return MpmSolver(Population(positions, volumes, 0, stress=turned[0], elastic=2.0 * turned[1]), [LAW], dx=DX,
                      precision="f64", origin=DX * np.floor(lower / DX), lower=lower, upper=upper,
                      gravity=-G * (np.sin(slope) * plane.along + np.cos(slope) * plane.normal), terrain=plane,
-                     terrain_contact="separate", terrain_friction=mu, **scheme.options), plane
+                     terrain_contact="separate", terrain_friction=mu, cfl=CFL, **scheme.options), plane
 
 
 def settle(solver, duration):
@@ -172,7 +175,6 @@ def test_sliding_flutters_as_elasticity_says(tilt, least):
     in; least: share of the growth that is left."""
     exact = flutter_of_finite_elements(MU)
     solver, plane = on_slope(APIC, np.radians(24.0), np.radians(tilt), MU, 0.3)
-    solver.cfl = 0.4  # with the step of a scene that gives none, 0.59, the second mode is 5.1 % slow for 5
     rows = []
     while solver.time < 0.04:
         before, dt = solver.impulse, solver.stable_dt()[0]
