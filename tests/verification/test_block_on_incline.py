@@ -37,7 +37,7 @@ def packed(tensor):
     return np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 2, 2], tensor[:, 0, 1]], axis=1)
 
 CFL = 0.4
-"""With the C of a scene that gives none, 0.59, a block slides within 0.5 %, and the second mode of flutter is 5.1 % slow."""
+"""With the C of a scene that gives none, 0.59, blocks slide within 0.5 %; the second mode of flutter is 5.1 % slow."""
 
 
 def on_slope(scheme, slope, tilt, mu, reach):
