@@ -215,7 +215,7 @@ def by_number(solver, name):
 def test_packs_agree_with_one_particle_at_a_time():
     packs, alone = (two_snows(precision="f64", atomic=atomic) for atomic in (False, True))
     for _ in range(60):
-        dt = packs.stable_dt()[0]
+        dt = 0.68 * packs.stable_dt()[0]  # C = 0.4: what yields together is what is compared
         packs.step(dt)
         alone.step(dt)
         assert packs.n_plastic == alone.n_plastic
@@ -226,7 +226,7 @@ def test_packs_agree_with_one_particle_at_a_time():
     for name in ("speed", "gradient", "elastic_deviation"):
         assert getattr(packs.extremes, name) == pytest.approx(getattr(alone.extremes, name), rel=1e-7)
     assert packs.plastic_work == pytest.approx(alone.plastic_work, rel=1e-7) and packs.plastic_work > 0.0
-    assert packs.particles.sorts == alone.particles.sorts >= 1 and packs.n_plastic >= 20
+    assert packs.particles.sorts == alone.particles.sorts >= 1 and packs.n_plastic > 20
 
 
 def test_the_same_bits_for_any_division_of_packs(monkeypatch):

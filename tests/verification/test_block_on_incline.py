@@ -36,8 +36,12 @@ def sliding(slope, mu):
 def packed(tensor):
     return np.stack([tensor[:, 0, 0], tensor[:, 1, 1], tensor[:, 2, 2], tensor[:, 0, 1]], axis=1)
 
-CFL = 0.4
-"""With the C of a scene that gives none, 0.59, blocks slide within 0.5 %; the second mode of flutter is 5.1 % slow."""
+SHORT = replace(APIC, cfl=0.4)
+
+
+def beyond(*case, reason):
+    """A case that the step of a scene without `cfl`, C = 0.59, misses."""
+    return pytest.param(*case, marks=pytest.mark.xfail(strict=True, reason=reason))
 
 
 def on_slope(scheme, slope, tilt, mu, reach):
@@ -60,7 +64,7 @@ def on_slope(scheme, slope, tilt, mu, reach):
     return MpmSolver(Population(positions, volumes, 0, stress=turned[0], elastic=2.0 * turned[1]), [LAW], dx=DX,
                      precision="f64", origin=DX * np.floor(lower / DX), lower=lower, upper=upper,
                      gravity=-G * (np.sin(slope) * plane.along + np.cos(slope) * plane.normal), terrain=plane,
-                     terrain_contact="separate", terrain_friction=mu, cfl=CFL, **scheme.options), plane
+                     terrain_contact="separate", terrain_friction=mu, cfl=scheme.cfl, **scheme.options), plane
 
 
 def settle(solver, duration):
@@ -92,7 +96,8 @@ def measured_acceleration(scheme, slope, tilt, duration, mu=MU):
 
 
 @pytest.mark.parametrize(("scheme", "tilt"), [
-    (APIC, 0), (APIC, 24), (APIC, 63), (FLIP, 24), (replace(APIC, kernel="cubic"), 24)], ids=str)
+    (SHORT, 0), (SHORT, 63), (APIC, 24), (FLIP, 24), (replace(APIC, kernel="cubic"), 24),
+    beyond(APIC, 0, reason="0.28 %"), beyond(APIC, 63, reason="0.46 %")], ids=str)
 def test_acceleration(scheme, tilt):
     slope = np.radians(24.0)
     assert sliding(slope, MU) == pytest.approx(1.58875771, rel=1e-8)
@@ -169,12 +174,14 @@ def flutter_of_finite_elements(mu, n=20):
     return unstable[np.argsort(unstable[:, 1])][:2]
 
 
-@pytest.mark.parametrize(("tilt", "least"), [(0, 0.8), (12, 0.6), (37, 0.25)])
-def test_sliding_flutters_as_elasticity_says(tilt, least):
+@pytest.mark.parametrize(("scheme", "tilt", "least"), [
+    (APIC, 0, 0.8), (SHORT, 12, 0.6), (APIC, 37, 0.25),
+    beyond(APIC, 12, 0.6, reason="second mode 5.1 % slow")], ids=str)
+def test_sliding_flutters_as_elasticity_says(scheme, tilt, least):
     """Force on the plane before the block first lifts off: two growing modes. Ten cells damp them, but feed no energy
     in; least: share of the growth that is left."""
     exact = flutter_of_finite_elements(MU)
-    solver, plane = on_slope(APIC, np.radians(24.0), np.radians(tilt), MU, 0.3)
+    solver, plane = on_slope(scheme, np.radians(24.0), np.radians(tilt), MU, 0.3)
     rows = []
     while solver.time < 0.04:
         before, dt = solver.impulse, solver.stable_dt()[0]
