@@ -64,7 +64,8 @@ class Model:
         InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
-        least = cell_for(snow.positions, snow.volumes, scene.solver.dx)
+        dx = scene.solver.dx
+        least = dx if scene.solver.in_plan else cell_for(snow.positions, snow.volumes, dx)
         try:
             return grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
@@ -149,8 +150,8 @@ class Model:
         contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
         chosen = scene.solver
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
-                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
-                  "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
+                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
+                  "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
         entry = METHODS[chosen.method]
         # By name: methods are slow to import, and a run has one of them
         build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
