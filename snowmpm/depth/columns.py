@@ -41,9 +41,11 @@ class Columns(Particles):
     def _fill(self, cells, reals, material, identity):
         real, numpy_real = DTYPES[self.precision]
         self.count = len(reals)
-        self.cells, self.material, self.identity = int_array(cells), int_array(material), int_array(identity)
-        self.reals = ti.ndarray(real, (max(1, self.count), reals.shape[1]))
+        self.material, self.identity = int_array(material), int_array(identity)
+        self.cells = ti.Vector.ndarray(2, ti.i32, max(1, self.count))
+        self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, self.count))
         if self.count:
+            self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
             self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
 
     def take(self, keep, gravity, taken=False):

@@ -43,7 +43,7 @@ def gather_kernel(real, stress, n_numbers, serial):
     def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
                density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(),
                bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
-               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(), dt: real,
+               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(), stride: int, dt: real,
                inverse_dx: real, g: real, centrifugal: real, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
@@ -52,30 +52,36 @@ def gather_kernel(real, stress, n_numbers, serial):
                     speed2, wave2, left, lifted = ti.cast(0.0, real), ti.cast(0.0, real), 0, 0
                     work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
                     for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
-                        cell = ti.Vector([cells[p, 0], cells[p, 1]])
-                        f = ti.Vector([reals[p, 0], reals[p, 1]])
-                        old = ti.Vector([reals[p, 2], reals[p, 3]])
+                        cell = cells[p]
+                        column = reals[p]
+                        f, old = ti.Vector([column[0], column[1]]), ti.Vector([column[2], column[3]])
                         wx, wy = weights(f[0]), weights(f[1])
                         dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
                         ddx, ddy = second_derivatives(f[0]), second_derivatives(f[1])
                         s, push, mean = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
                         bend = ti.Vector.zero(real, 3)
-                        middle = bed[cell[0] + MARGIN, cell[1] + MARGIN]
+                        under = (cell[0] + MARGIN) * stride + cell[1] + MARGIN
+                        middle = bed[under]
                         depth, rate = ti.cast(0.0, real), ti.cast(0.0, real)
                         for i in ti.static(range(3)):
                             row = lookup[0, cell[0] + (i - 1 + MARGIN)]
+                            # sums along y first: b, b', b'' of the ground, phi and phi', depth, beta, beta u
+                            ground, phi = ti.Vector.zero(real, 3), ti.Vector.zero(real, 2)
+                            snow, beta = ti.cast(0.0, real), ti.Vector.zero(real, 3)
                             for j in ti.static(range(3)):
-                                node = row + lookup[1, cell[1] + (j - 1 + MARGIN)]
-                                b = ti.cast(bed[cell[0] + (i - 1 + MARGIN), cell[1] + (j - 1 + MARGIN)] - middle, real)
-                                w = wx[i] * wy[j]
-                                along = ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
-                                s += b * along
-                                bend += b * ti.Vector([ddx[i] * wy[j], wx[i] * ddy[j], dx[i] * dy[j]])
-                                push += nodes[node, 0] * along
-                                depth += nodes[node, 1] * w
-                                exchange = nodes[node, 2] * w
-                                rate += exchange
-                                mean += exchange * ti.Vector([nodes[node, 3], nodes[node, 4]])
+                                values = nodes[row + lookup[1, cell[1] + (j - 1 + MARGIN)]]
+                                b = ti.cast(bed[under + (i - 1) * stride + (j - 1)] - middle, real)
+                                ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
+                                phi += values[0] * ti.Vector([wy[j], dy[j]])
+                                snow += values[1] * wy[j]
+                                share = values[2] * wy[j]
+                                beta += share * ti.Vector([1.0, values[3], values[4]])
+                            s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
+                            bend += ti.Vector([ddx[i] * ground[0], wx[i] * ground[2], dx[i] * ground[1]])
+                            push += ti.Vector([dx[i] * phi[0], wx[i] * phi[1]])
+                            depth += wx[i] * snow
+                            rate += wx[i] * beta[0]
+                            mean += wx[i] * ti.Vector([beta[1], beta[2]])
                         s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
                         metric = 1.0 + s.dot(s)
                         cosine = 1.0 / ti.sqrt(metric)
@@ -98,11 +104,11 @@ def gather_kernel(real, stress, n_numbers, serial):
                             left, at = left + 1, 0
                         numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
                         tau = stress(numbers, rho, rho * normal * thickness, speed, thickness)
-                        column = rho * thickness
-                        left_speed = ti.max(0.0, speed - dt * tau[0] / column) / (1.0 + dt * tau[1] / column)
+                        load = rho * thickness
+                        left_speed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
                         kept = left_speed / ti.max(speed, 1e-30)
                         new *= kept
-                        mass = ti.cast(rho * reals[p, 4], ti.f64)
+                        mass = ti.cast(rho * column[4], ti.f64)
                         work += 0.5 * mass * ti.cast(speed**2 - left_speed**2, ti.f64)
                         gained = new - old
                         for a in ti.static(range(2)):
@@ -123,11 +129,8 @@ def gather_kernel(real, stress, n_numbers, serial):
                                     cell[a] -= walls[a, 2]
                             elif at_node < 0.0 or at_node >= walls[a, 2]:
                                 left += 1
-                            cells[p, a] = cell[a]
-                            reals[p, a] = f[a]
-                            reals[p, 2 + a] = new[a]
-                        reals[p, 5] = depth * cosine
-                        reals[p, 6] = new.dot(s)
+                        cells[p] = cell
+                        reals[p] = ti.Vector([f[0], f[1], new[0], new[1], column[4], depth * cosine, new.dot(s)])
                     report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
                     report[segment, LEFT], report[segment, LIFTED] = left, lifted
                     report[segment, FRICTION_WORK] = work

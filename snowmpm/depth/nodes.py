@@ -56,9 +56,8 @@ def node_kernel(real, serial):
                     for copy in range(copies):
                         if (found >> copy) & 1:
                             place = copy * n_tiles * (TILE * TILE) + node
-                            for k in ti.static(range(TALLIES)):
-                                sums[k] += tallies[place, k]
-                                tallies[place, k] = 0.0
+                            sums += tallies[place]
+                            tallies[place] = ti.Vector.zero(real, TALLIES)
                     result = ti.Vector.zero(real, NODE)
                     if sums[0] > 0.0:
                         volume = sums[0]
@@ -69,7 +68,6 @@ def node_kernel(real, serial):
                         phi = g * ti.cast(cos2[node], real) * depth
                         kappa = damping * ti.sqrt(phi) / dx + mixing * closing
                         result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1]])
-                    for k in ti.static(range(NODE)):
-                        nodes[node, k] = result[k]
+                    nodes[node] = result
 
     return resolve

@@ -41,11 +41,12 @@ def scatter_kernel(real, shared, serial):
     """
 
     @ti.func
-    def add(tallies: ti.template(), place, k: ti.template(), value):
+    def add(tallies: ti.template(), place, values):
         if ti.static(shared):
-            ti.atomic_add(tallies[place, k], value)
+            for k in ti.static(range(TALLIES)):
+                ti.atomic_add(tallies[place][k], values[k])
         else:
-            tallies[place, k] = tallies[place, k] + value
+            tallies[place] = tallies[place] + values
 
     @taichi_kernel
     def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
@@ -57,13 +58,13 @@ def scatter_kernel(real, shared, serial):
                 first_node = 0 if ti.static(shared) else worker(worker_at) * n_nodes
                 for p in range(bounds[worker(worker_at)] * SEGMENT,
                                ti.min(bounds[worker(worker_at) + 1] * SEGMENT, n)):
-                    v = ti.Vector([reals[p, 2], reals[p, 3]])
-                    cell, f = moved(ti.Vector([cells[p, 0], cells[p, 1]]), ti.Vector([reals[p, 0], reals[p, 1]]),
-                                    half * inverse_dx * v)
-                    for a in ti.static(range(2)):
-                        cells[p, a] = cell[a]
-                        reals[p, a] = f[a]
-                    volume = reals[p, 4] / unit
+                    column = reals[p]
+                    v = ti.Vector([column[2], column[3]])
+                    cell, f = moved(cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
+                    cells[p] = cell
+                    column[0], column[1] = f[0], f[1]
+                    reals[p] = column
+                    volume = column[4] / unit
                     wx, wy = weights(f[0]), weights(f[1])
                     dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
                     for i in ti.static(range(3)):
@@ -73,11 +74,8 @@ def scatter_kernel(real, shared, serial):
                             place = first_node + node
                             share = volume * wx[i] * wy[j]
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
-                            add(tallies, place, 0, share)
-                            add(tallies, place, 3, along.dot(v))
-                            for a in ti.static(range(2)):
-                                add(tallies, place, 1 + a, share * v[a])
-                                add(tallies, place, 4 + a, along[a])
+                            add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
+                                                           along[1]]))
                             touched[place // (TILE * TILE)] = 1
 
     return scatter

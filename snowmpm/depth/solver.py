@@ -71,12 +71,12 @@ class DepthSolver(Method):
         grid, count = self.grid, max(1, self.particles.count)
         self._shared = runtime.fine_grained()
         self._copies = 1 if self._shared else scatter.WORKERS
-        self._tallies = ti.ndarray(real, (self._copies * grid.n_nodes, scatter.TALLIES))
+        self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * grid.n_nodes)
         self._tallies.fill(0.0)
         self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
-        self._nodes = ti.ndarray(real, (grid.n_nodes, NODE))
+        self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
         self._nodes.fill(0.0)
-        self._bed, self._cos2 = real_array(self.bed.heights), real_array(grid.flat(self.bed.cos2))
+        self._bed, self._cos2 = real_array(self.bed.heights.ravel()), real_array(grid.flat(self.bed.cos2))
         self._unit = float(population.volumes.mean())
         self._stress, numbers = friction.stress, np.atleast_2d(np.asarray(friction.numbers, float))
         self._numbers = real_array(numbers)
@@ -88,12 +88,17 @@ class DepthSolver(Method):
             walls[axis] = [*(name in ("slip", "symmetric") for name in sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
         self._walls = int_array(walls)
+        self._bounds, self._report = None, ()
         self._serial = runs_serially(COLUMN_STEP * count)
 
-    def _bounds(self):
-        segments = -(-self.particles.count // scatter.SEGMENT)
-        workers = min(max(1, segments), self._copies if not self._shared else max(1, segments))
-        return int_array(np.linspace(0, segments, workers + 1).round()), segments
+    def _shares(self):
+        """Bounds of the segments of columns that each worker takes, and an empty report of them."""
+        segments = max(1, -(-self.particles.count // scatter.SEGMENT))
+        if len(self._report) != segments:
+            workers = segments if self._shared else min(segments, scatter.WORKERS)
+            self._bounds = int_array(np.linspace(0, segments, workers + 1).round())
+            self._report = np.zeros((segments, gather.REPORT))
+        return self._bounds, self._report
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -101,8 +106,7 @@ class DepthSolver(Method):
         """Advance by dt [s]."""
         store, grid, options = self.particles, self.grid, self.options
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
-        bounds, segments = self._bounds()
-        report = np.zeros((max(1, segments), gather.REPORT))
+        bounds, report = self._shares()
         with runtime.precision(self.precision):
             scatter.scatter_kernel(real, self._shared, self._serial)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
@@ -112,7 +116,7 @@ class DepthSolver(Method):
                 options.damping, options.mixing, dt, self._copies, grid.n_tiles)
             gather.gather_kernel(real, self._stress, self._numbers.shape[1], self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes, self._bed,
-                self._place, self._numbers, report, bounds, self._walls, dt, 1.0 / grid.dx, g,
+                self._place, self._numbers, report, bounds, self._walls, self.bed.heights.shape[1], dt, 1.0 / grid.dx, g,
                 float(options.centrifugal), store.count)
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
