@@ -7,7 +7,8 @@ def real_keys(location, data):
     for i, part in enumerate(location):
         table = here if isinstance(here, dict) else {}
         union_member = isinstance(part, str) and (
-            (part.startswith("<") and part not in table) or (not after_tag and table.get("kind") == part)
+            (part.startswith("<") and part not in table)
+            or (not after_tag and part in (table.get("kind"), table.get("law")))
         )
         if union_member:
             after_tag = True
@@ -75,7 +76,7 @@ def _choose(schema, node, here):
         return node
     mapping = plain.get("discriminator", {}).get("mapping")
     if mapping:
-        kind = here.get("kind") if isinstance(here, dict) else None
+        kind = here.get(plain["discriminator"]["propertyName"]) if isinstance(here, dict) else None
         return {"$ref": mapping[kind]} if isinstance(kind, str) and kind in mapping else node
     if not isinstance(here, dict):
         return node

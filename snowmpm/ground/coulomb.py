@@ -1,0 +1,42 @@
+"""Coulomb friction of the ground."""
+
+from typing import Any, ClassVar, Literal, NamedTuple
+
+import taichi as ti
+
+from .cohesion import cohesive_stress
+from .law import FrictionLaw
+from .value import Coefficient, Stress
+
+
+class CoulombParameters(NamedTuple):
+    """What `Coulomb.stress` reads."""
+
+    mu: float  # friction coefficient [-]
+    tau0: float  # least shear stress [Pa]
+    cohesion: float  # C [Pa]
+
+
+class Coulomb(FrictionLaw):
+    """Coulomb friction: tau = tau0 + mu sigma + cohesive part (`cohesion.cohesive_stress`).
+
+    Independent of the speed: on a slope steeper than atan(mu) the flow never stops to accelerate.
+    """
+
+    PARAMETERS: ClassVar[Any] = CoulombParameters
+
+    law: Literal["coulomb"] = "coulomb"
+    mu: Coefficient
+    """friction coefficient [-]"""
+    tau0: Stress = 0.0
+    """least shear stress [Pa]"""
+
+    @staticmethod
+    @ti.func
+    def stress(prm: ti.template(), density, sigma, speed, depth):
+        """Dry part [Pa] and rate [Pa s/m], see `FrictionLaw`."""
+        return ti.Vector([prm.tau0 + prm.mu * sigma + cohesive_stress(prm.cohesion, prm.mu, sigma), 0.0])
+
+    @classmethod
+    def numbers(cls, values, gravity):
+        return CoulombParameters(values["mu"], values["tau0"], values["cohesion"])
