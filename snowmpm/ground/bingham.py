@@ -38,7 +38,8 @@ def excess_share(a):
     """
     ratio = a / (3.0 + a)
     s = ti.sqrt(1.0 + a / 3.0)
-    sine = (1.0 - ratio) * ti.sqrt(1.0 - ratio)
+    left = 3.0 / (3.0 + a)  # 1 - ratio
+    sine = left * ti.sqrt(left)
     # 1 - sine², without a difference of nearly equal numbers
     cosine = ti.sqrt(ratio * (3.0 - ratio * (3.0 - ratio)))
     psi = ti.atan2(cosine, sine) / 3.0

@@ -125,6 +125,9 @@ class Model:
         scene = self.scene
         given = scene.terrain.friction
         if isinstance(given, int | float):
+            most = Coulomb.limits()["mu"].most
+            if given > most:
+                raise InputError.at("terrain.friction", given, f"must be <= {most:g}", scene.source)
             law = Coulomb(mu=given)
         elif isinstance(given, ByVolume):
             law = law_for_volume(friction_card(given.card), self.release_volume)
@@ -174,9 +177,12 @@ class Model:
         entry = METHODS[chosen.method]
         contact = {}
         if scene.terrain:
-            plain = entry.capabilities.ground_friction == ("coulomb",)
-            contact = {"terrain_contact": scene.terrain.contact,
-                       "terrain_friction": self.friction.law.mu if plain else self.friction}
+            friction = scene.terrain.friction
+            if entry.capabilities.ground_friction != ("coulomb",):
+                friction = self.friction
+            elif not isinstance(friction, int | float):
+                friction = friction.mu
+            contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                   "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
                   "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
