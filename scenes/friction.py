@@ -21,7 +21,7 @@ BY_VOLUME = "by_volume"
 class ByVolume(Spec):
     """A law chosen among the classes of a card by the volume of the release (3-D)."""
 
-    law: Literal["by_volume"] = BY_VOLUME
+    law: Literal["by_volume"] = "by_volume"
     card: Annotated[str, Field(strict=True)]
     """friction card that lists the classes"""
 

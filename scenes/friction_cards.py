@@ -76,17 +76,16 @@ class FrictionCard(Spec):
         """
         found = []
         lowest = runout_altitude if ground is None or runout_altitude is not None else ground[0]
-        volume_matters = None in (lowest, self.any_volume_above) or lowest < self.any_volume_above
-        if volume is not None and volume not in self.volume and volume_matters:
+        high = lowest is not None and self.any_volume_above is not None and lowest >= self.any_volume_above
+        if volume is not None and volume not in self.volume and not high:
             found.append(f"the release has {volume:.4g} m3, and the class is for a volume {self.volume.said('m3')}")
         if lowest is not None and lowest not in self.runout_altitude:
             rests = "the flow rests at" if runout_altitude is not None else "no ground lies below"
             found.append(f"{rests} {lowest:.0f} m, and the class is for a run-out {self.runout_altitude.said('m')}")
-        if ground is not None:
-            band = self.altitude
-            if band.least is not None and ground[0] < band.least or band.below is not None and ground[1] > band.below:
-                found.append(f"the ground reaches from {ground[0]:.0f} to {ground[1]:.0f} m, and the class holds"
-                             f" {band.said('m')}")
+        band = self.altitude
+        if ground is not None and (ground[0] not in Band(least=band.least) or ground[1] not in Band(below=band.below)):
+            found.append(f"the ground reaches from {ground[0]:.0f} to {ground[1]:.0f} m, and the class holds"
+                         f" {band.said('m')}")
         return found
 
 
@@ -136,8 +135,9 @@ def with_friction_card(data: Any) -> Any:
     """Tables of a scene with the numbers of the friction card that its terrain names written out; the data given stays
     as it is. Numbers given beside `card` override the card's. Raises PydanticCustomError for an unknown card."""
     terrain = data.get("terrain") if isinstance(data, dict) else None
-    table = terrain.get("friction") if isinstance(terrain, dict) else None
-    name = table.get("card") if isinstance(table, dict) else None
+    if not isinstance(terrain, dict) or not isinstance(table := terrain.get("friction"), dict):
+        return data
+    name = table.get("card")
     if not isinstance(name, str):
         return data
     cards = friction_cards()

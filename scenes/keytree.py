@@ -3,18 +3,16 @@
 
 def real_keys(location, data):
     """Keys of an error's location, without pydantic's marks of union members."""
-    path, here, after_tag = [], data, True
+    path, here, after_kind = [], data, True
     for i, part in enumerate(location):
         table = here if isinstance(here, dict) else {}
-        union_member = isinstance(part, str) and (
-            (part.startswith("<") and part not in table)
-            or (not after_tag and part in (table.get("kind"), table.get("law")))
-        )
-        if union_member:
-            after_tag = True
+        if isinstance(part, str) and part.startswith("<") and part not in table:
+            continue  # the kind of the same table may follow
+        if isinstance(part, str) and not after_kind and part in (table.get("kind"), table.get("law")):
+            after_kind = True
             continue
         path.append(part)
-        after_tag = False
+        after_kind = False
         try:
             here = here[part]
         except (KeyError, IndexError, TypeError):

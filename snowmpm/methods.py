@@ -7,7 +7,6 @@ each of them for a row of every name.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-
 GROUND_LAWS = ("coulomb", "voellmy", "samos_at", "frictional_viscous", "bingham", "mu_i")
 """Names of the laws of ground friction (`snowmpm.ground`)."""
 

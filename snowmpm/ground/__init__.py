@@ -1,4 +1,4 @@
-"""Friction of the ground under a flow, as data: laws with their numbers, each with its shear stress as a Taichi function.
+"""Friction of the ground under a flow: laws as data, each with its shear stress as a Taichi function.
 
 A scene names a law in `[terrain.friction]`; `friction.GroundFriction` puts its numbers on the nodes of a grid.
 """
@@ -11,7 +11,7 @@ from .frictional_viscous import FrictionalViscous
 from .law import FrictionLaw
 from .mu_i import MuI
 from .samos_at import SamosAt
-from .value import Raster
+from .value import RasterValue
 from .voellmy import Voellmy
 
 GroundLaw = Coulomb | Voellmy | SamosAt | FrictionalViscous | Bingham | MuI
@@ -26,7 +26,7 @@ __all__ = [
     "FrictionalViscous",
     "GroundLaw",
     "MuI",
-    "Raster",
+    "RasterValue",
     "SamosAt",
     "Voellmy",
 ]

@@ -1,5 +1,6 @@
 """Bingham flow: a plug on a layer that shears at its yield stress."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -83,7 +84,7 @@ class Bingham(FrictionLaw):
         return ti.Vector([dry, strength * share[0] / (share[1] * moving)])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> BinghamParameters:
         return BinghamParameters(values["yield_stress"], values["viscosity"], values["cohesion"])
 
 

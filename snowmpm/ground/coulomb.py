@@ -1,5 +1,6 @@
 """Coulomb friction of the ground."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import taichi as ti
@@ -38,5 +39,5 @@ class Coulomb(FrictionLaw):
         return ti.Vector([prm.tau0 + prm.mu * sigma + cohesive_stress(prm.cohesion, prm.mu, sigma), 0.0])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> CoulombParameters:
         return CoulombParameters(values["mu"], values["tau0"], values["cohesion"])

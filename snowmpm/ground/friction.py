@@ -70,7 +70,7 @@ def on_nodes(law, system, x, y, *, base_dir=".", on_terrain=None, gravity=STANDA
 
 def _sampled(path, key, name, system, places, used):
     """Values of a raster at places; the nearest cell with data where a place that is not used has none."""
-    named = system_of(path, key)
+    named = system_of(path, key, f"values of {name}")
     points = np.column_stack(places)
     if system is not None and named is not None:
         points = system.carried(points, named)

@@ -1,5 +1,6 @@
 """Frictional-viscous ground: Coulomb friction under a flow that shears over its whole depth."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import taichi as ti
@@ -26,9 +27,9 @@ class FrictionalViscous(FrictionLaw):
 
         tau = tau0 + mu sigma + ((1 + 2m)/m)^m eta v^m / h^m + cohesive part (`cohesion.cohesive_stress`)
 
-    v is the mean speed over the depth h. Pastor et al. (2020), Coupled depth integrated two phase SPH models for fast landslides,
-    ALERT Doctoral School 2020, eqs. 61 to 63. m = 1 is a viscous fluid of tau = 3 eta v/h, m = 2 grains in collision:
-    (25/4) eta v²/h². m < 1, where the rate would have no limit at rest, is refused.
+    v is the mean speed over the depth h. Pastor et al. (2020), Coupled depth integrated two phase SPH models for fast
+    landslides, ALERT Doctoral School 2020, eqs. 61 to 63. m = 1 is a viscous fluid of tau = 3 eta v/h, m = 2 grains in
+    collision: (25/4) eta v²/h². m < 1, where the rate would have no limit at rest, is refused.
     """
 
     PARAMETERS: ClassVar[Any] = FrictionalViscousParameters
@@ -53,7 +54,7 @@ class FrictionalViscous(FrictionLaw):
         return ti.Vector([dry, prm.coefficient * ti.pow(shear, prm.exponent - 1.0) / height])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> FrictionalViscousParameters:
         m = values["exponent"]
         return FrictionalViscousParameters(values["mu"], m, ((1.0 + 2.0 * m) / m) ** m * values["viscosity"],
                                            values["tau0"], values["cohesion"])

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from .value import Limits, Raster, Stress
+from .value import Limits, RasterValue, Stress
 
 STANDARD_GRAVITY = 9.81
 """[m/s2]"""
@@ -75,13 +75,13 @@ class FrictionLaw(BaseModel):
 
     @property
     def values(self) -> dict[str, Any]:
-        """Parameter -> its number or `Raster`."""
+        """Parameter -> its number or `RasterValue`."""
         return {name: getattr(self, name) for name in self.limits()}
 
     @property
-    def rasters(self) -> dict[str, Raster]:
+    def rasters(self) -> dict[str, RasterValue]:
         """Parameters that are rasters."""
-        return {name: value for name, value in self.values.items() if isinstance(value, Raster)}
+        return {name: value for name, value in self.values.items() if isinstance(value, RasterValue)}
 
     def parameters(self, gravity: float = STANDARD_GRAVITY) -> Any:
         """PARAMETERS of a law whose parameters are all numbers. gravity [m/s2]: magnitude. ValueError beside rasters,

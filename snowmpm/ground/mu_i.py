@@ -1,5 +1,6 @@
 """μ(I) friction of the ground under dense granular flow."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -58,13 +59,13 @@ class MuI(FrictionLaw):
         return ti.Vector([dry, prm.gain * sigma / larger(speed + half_way, 1e-20)])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> MuIParameters:
         scale = 0.4 * values["I_0"] / (values["grain_diameter"] * np.sqrt(values["grain_density"]))
         return MuIParameters(values["mu_s"], values["mu_2"] - values["mu_s"], scale, values["tau0"],
                              values["cohesion"])
 
     @classmethod
-    def contradiction(cls, values):
+    def contradiction(cls, values: Mapping[str, Any]) -> str | None:
         if np.any(np.asarray(values["mu_2"]) < np.asarray(values["mu_s"])):
             return "mu_2 must not be below mu_s: friction would fall with the speed"
         return None

@@ -1,5 +1,6 @@
 """SamosAT friction, calibrated for Austrian hazard mapping."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import taichi as ti
@@ -65,6 +66,6 @@ class SamosAt(FrictionLaw):
         return ti.Vector([dry, density * speed * (1.0 / (profile * profile) - fluidised)])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> SamosAtParameters:
         return SamosAtParameters(values["mu"], values["Rs0"], 1.0 / values["kappa"], values["R"], values["B"],
                                  values["tau0"], values["cohesion"])

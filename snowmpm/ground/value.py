@@ -10,7 +10,7 @@ NUMBER, TABLE = "<number>", "<table>"
 """Marks of the two forms in the location of an error; no key of a scene can be equal to them."""
 
 
-class Raster(BaseModel):
+class RasterValue(BaseModel):
     """A raster of values in place of a number."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
@@ -36,14 +36,14 @@ class Limits:
 
 
 def _form(value: Any) -> str:
-    return TABLE if isinstance(value, dict | Raster) else NUMBER
+    return TABLE if isinstance(value, dict | RasterValue) else NUMBER
 
 
 def value(least: float, most: float) -> Any:
     """Type of a parameter with these limits; they are also found as `Limits` in the metadata of the field."""
     number = Annotated[float, Field(strict=True, ge=least, le=most, allow_inf_nan=False)]
     return Annotated[
-        Annotated[number, Tag(NUMBER)] | Annotated[Raster, Tag(TABLE)], Discriminator(_form), Limits(least, most)
+        Annotated[number, Tag(NUMBER)] | Annotated[RasterValue, Tag(TABLE)], Discriminator(_form), Limits(least, most)
     ]
 
 

@@ -1,5 +1,6 @@
 """Voellmy friction: Coulomb friction and a drag with the square of the speed."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import taichi as ti
@@ -21,8 +22,8 @@ class VoellmyParameters(NamedTuple):
 class Voellmy(FrictionLaw):
     """Voellmy friction: tau = tau0 + mu sigma + density g v²/xi + cohesive part (`cohesion.cohesive_stress`).
 
-    Voellmy (1955), Über die Zerstörungskraft von Lawinen, Schweizerische Bauzeitung 73; as in
-    RAMMS: Christen et al. (2010), doi:10.1016/j.coldregions.2010.04.005. With tau0 it is the VoellmyMinShear of AvaFrame.
+    Voellmy (1955), Über die Zerstörungskraft von Lawinen, Schweizerische Bauzeitung 73; as in RAMMS: Christen et al.
+    (2010), doi:10.1016/j.coldregions.2010.04.005. With tau0 it is the VoellmyMinShear of AvaFrame.
     On a plane at the angle a, a sheet of depth h tends to v² = xi h (sin a - mu cos a).
     """
 
@@ -44,5 +45,5 @@ class Voellmy(FrictionLaw):
         return ti.Vector([dry, density * prm.drag * speed])
 
     @classmethod
-    def numbers(cls, values, gravity):
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> VoellmyParameters:
         return VoellmyParameters(values["mu"], gravity / values["xi"], values["tau0"], values["cohesion"])

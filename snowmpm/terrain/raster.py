@@ -14,8 +14,8 @@ from snowmpm.terrain.reference_system import system_beside
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Heights z (ny, nx) [m], or other numbers, at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there is
-    no data.
+    """Heights z (ny, nx) [m], or other numbers, at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there
+    is no data.
 
     system: `ReferenceSystem` of x and y, in metres; None where the file names none.
     """
@@ -48,17 +48,14 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantit
     InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
     at all, or none inside the box.
     """
-    suffix = Path(path).suffix.lower()
     where = f"{key} = {str(path)!r}"
     elevated = quantity == ELEVATIONS
     if not elevated:
         elevation_unit = "m"  # as it is
-    if suffix == ".asc":
+    if _is_text(path, key, quantity):
         raster, told = _ascii(path, box, key, where, elevation_unit)
-    elif suffix in (".tif", ".tiff"):
-        raster, told = _geotiff(path, box, key, where, elevation_unit, quantity)
     else:
-        raise InputError.at(key, str(path), f"must be an .asc or .tif raster of {quantity}")
+        raster, told = _geotiff(path, box, key, where, elevation_unit, quantity)
     if not np.isfinite(raster.z).any():
         cut = "in the part that the scene uses" if box is not None else "(only no-data cells)"
         raise InputError.at(key, str(path), f"has no {'elevation' if elevated else quantity} {cut}")
@@ -69,9 +66,17 @@ def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantit
     return raster
 
 
-def system_of(path, key="terrain.file"):
+def _is_text(path, key, quantity):
+    """Whether a file is an .asc; InputError if it is no .tif either."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".asc", ".tif", ".tiff"):
+        raise InputError.at(key, str(path), f"must be an .asc or .tif raster of {quantity}")
+    return suffix == ".asc"
+
+
+def system_of(path, key="terrain.file", quantity=ELEVATIONS):
     """`ReferenceSystem`, in metres, of the raster in a .tif or .asc file; None where it names none. InputError."""
-    if Path(path).suffix.lower() == ".asc":
+    if _is_text(path, key, quantity):
         system = system_beside(path)
     else:
         with geotiff.opened(path, key) as source:
