@@ -78,7 +78,7 @@ def test_values_out_of_range_are_refused_where_they_are_used(folder, value, says
     wrong = VALUES.copy()
     wrong[0, 1] = value
     write(folder / "mu.asc", wrong)
-    with pytest.raises(InputError, match=f"terrain.friction.mu.file = 'mu.asc': {says}.*must be from 0 to 10"):
+    with pytest.raises(InputError, match=rf"terrain.friction.mu.file = 'mu.asc': {says}.*must be from 0 to 10"):
         on_nodes(LAW, None, [105.0, 115.0], [55.0, 55.0], base_dir=folder)
     numbers = on_nodes(LAW, None, [105.0, 115.0], [55.0, 55.0], base_dir=folder, on_terrain=[True, False])
     assert 0.0 <= numbers[0, 1] <= 10.0
@@ -108,8 +108,8 @@ def test_a_raster_in_another_projection_is_read_at_the_same_places(folder):
     # cells of 100 m around the corner, each with its own value
     values = np.arange(100.0).reshape(10, 10) / 100.0
     with rasterio.open(folder / "mu.tif", "w", driver="GTiff", width=10, height=10, count=1, dtype="float64",
-                       crs="EPSG:32633", transform=rasterio.transform.from_origin(*(there + [-500.0, 500.0]), 100.0,
-                                                                                  100.0)) as target:
+                       crs="EPSG:32633", transform=rasterio.transform.from_origin(there[0] - 500.0, there[1] + 500.0,
+                                                                                 100.0, 100.0)) as target:
         target.write(values[::-1], 1)
     rng = np.random.default_rng(1)
     places = corner + rng.uniform(-300.0, 300.0, (50, 2))

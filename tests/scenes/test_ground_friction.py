@@ -151,13 +151,14 @@ def test_what_is_wrong_is_said_in_two_lines(written, lines, says):
 
 def test_rasters_and_volumes_need_three_dimensions(written, tmp_path):
     (tmp_path / "mu.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n0.1 0.2\n0.3 0.4\n")
-    assert "exists only in a 3-D scene" in message(written('friction = { law = "coulomb", mu = { file = "mu.asc" } }', 2))
+    raster = 'friction = { law = "coulomb", mu = { file = "mu.asc" } }'
+    assert "exists only in a 3-D scene" in message(written(raster, 2))
     assert "exists only in a 3-D scene" in message(written('friction = { card = "samos_at_auto" }', 2))
 
 
 @pytest.mark.parametrize("method", ["mpm", "sph"])
 @pytest.mark.parametrize(("friction", "key"), [
-    ('{ card = "samos_at_small" }', 'terrain.friction.law = .samos_at.: needs solver.method = .*which has coulomb only'),
+    ('{ card = "samos_at_small" }', 'terrain.friction.law = .samos_at.: needs solver.method .*which has coulomb only'),
     ('{ card = "samos_at_auto" }', 'terrain.friction.law = .samos_at.: needs solver.method'),
     ('{ law = "coulomb", mu = 0.3, tau0 = 70.0 }', "terrain.friction.tau0 = 70.0: needs solver.method"),
     ('{ law = "coulomb", mu = 0.3, cohesion = 50.0 }', "terrain.friction.cohesion = 50.0: needs solver.method"),
