@@ -31,8 +31,8 @@ class Capabilities:
     """rasters as numbers of these laws"""
     obstacles: bool = True
     periodic: bool = True
-    initial_stress: bool = True
-    """initial.stress other than "none": particles carry a stress that forces follow from"""
+    initial_stress: tuple[str, ...] = ("none", "geostatic", "isotropic", "settle")
+    """values of initial.stress"""
     settling: bool = True
     """initial.stress = "settle": damped steps bring the particles to rest"""
     cuts: bool = True
@@ -48,6 +48,11 @@ class Capabilities:
     saw_test: bool = False
     grid: bool = False
     """a background grid: kernel, gradient, transfer and particles_per_cell of the scene's solver table choose it"""
+    plan: bool = False
+    """particles are columns in plan, over a ground that the builder gets as it is; they fill a cell in plan, and maps
+    are as fine as the grid, since each column counts in all the cells that it covers"""
+    usual_filling: int | None = None
+    """particles in a full cell of a scene that does not choose"""
     presets: bool = False
     """--fast and --accurate were measured for it"""
 
@@ -73,6 +78,9 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         separate_bodies=True, saw_test=True, grid=True, presets=True)),
+    MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
+        dimensions=(3,), obstacles=False, initial_stress=("none", "geostatic"), settling=False, cuts=False, loads=False,
+        forcing=False, plan=True, usual_filling=16), options="depth"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
 )}
 

@@ -68,7 +68,8 @@ class Model:
         InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
-        least = cell_for(snow.positions, snow.volumes, scene.solver.dx)
+        dx = scene.solver.dx
+        least = dx if scene.solver.in_plan else cell_for(snow.positions, snow.volumes, dx)
         try:
             return grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
@@ -184,8 +185,9 @@ class Model:
                 friction = friction.mu
             contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
-                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
-                  "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
+                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
+                  "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,
+                  "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
         # By name: methods are slow to import, and a run has one of them
         build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
         options = getattr(chosen, entry.options) if entry.options else chosen

@@ -22,8 +22,7 @@ def demands(scene):
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "periodic", True, "domain.boundary", "periodic"
-    if scene.initial.stress != "none":
-        yield "initial_stress", True, "initial.stress", scene.initial.stress
+    yield "initial_stress", scene.initial.stress, "initial.stress", scene.initial.stress
     if scene.initial.stress == "settle":
         yield "settling", True, "initial.stress", scene.initial.stress
     for i, event in enumerate(scene.events):

@@ -1,0 +1,137 @@
+"""From the nodes back to the columns: their equation of motion over one step.
+
+A column slides on the ground z = b(x): its velocity in plan w has the speed v^2 = |w|^2 + (w . s)^2, s = grad b, and
+
+    dw/dt = -(s (g + w.B w) + grad phi - s (s . grad phi)) / (1 + s^2) ... - friction,   B = grad grad b
+
+(Lagrange's equations of a mass point on a surface; M^-1 = I - s s / (1 + s^2) for the plan metric M = I + s s). The
+normal force of the ground per mass is N = cos (g + w.B w), where w.B w, the centrifugal term, is a choice. Friction
+(`snowmpm.ground`) acts against the speed, dry (A) and growing with it (K v):
+
+    v_new = max(0, v - dt A) / (1 + dt K)
+
+which stops a column without turning it back, holds one at rest, and has the right steady speed for any dt.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunks, is_worker, worker
+from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.scatter import SEGMENT, moved
+from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
+
+SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, LIFTED = 0, 1, 2, 3, 4, 6
+"""Columns of a segment's report: largest v^2 and c^2, columns that left, work taken by friction [J], impulse in plan of
+ground and pressure (2) [N s], columns that the ground would have to pull down."""
+REPORT = 7
+
+LEAST_DEPTH = 1e-3
+"""Depth [m] below which friction takes a column for this deep."""
+
+
+@functools.cache
+def gather_kernel(real, stress, n_numbers, serial):
+    """Kernel that takes all columns through the second half of a step.
+
+    stress: `snowmpm.ground` function of the friction law, of n_numbers parameters.
+    """
+
+    @taichi_kernel
+    def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
+               density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(),
+               bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
+               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(), dt: real,
+               inverse_dx: real, g: real, centrifugal: real, n: int):
+        ti.loop_config(serialize=serial)
+        for worker_at in range(chunks(bounds)):
+            if is_worker(worker_at):
+                for segment in range(bounds[worker(worker_at)], bounds[worker(worker_at) + 1]):
+                    speed2, wave2, left, lifted = ti.cast(0.0, real), ti.cast(0.0, real), 0, 0
+                    work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
+                    for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
+                        cell = ti.Vector([cells[p, 0], cells[p, 1]])
+                        f = ti.Vector([reals[p, 0], reals[p, 1]])
+                        old = ti.Vector([reals[p, 2], reals[p, 3]])
+                        wx, wy = weights(f[0]), weights(f[1])
+                        dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
+                        ddx, ddy = second_derivatives(f[0]), second_derivatives(f[1])
+                        s, push, mean = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
+                        bend = ti.Vector.zero(real, 3)
+                        middle = bed[cell[0] + MARGIN, cell[1] + MARGIN]
+                        depth, rate = ti.cast(0.0, real), ti.cast(0.0, real)
+                        for i in ti.static(range(3)):
+                            row = lookup[0, cell[0] + (i - 1 + MARGIN)]
+                            for j in ti.static(range(3)):
+                                node = row + lookup[1, cell[1] + (j - 1 + MARGIN)]
+                                b = ti.cast(bed[cell[0] + (i - 1 + MARGIN), cell[1] + (j - 1 + MARGIN)] - middle, real)
+                                w = wx[i] * wy[j]
+                                along = ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
+                                s += b * along
+                                bend += b * ti.Vector([ddx[i] * wy[j], wx[i] * ddy[j], dx[i] * dy[j]])
+                                push += nodes[node, 0] * along
+                                depth += nodes[node, 1] * w
+                                exchange = nodes[node, 2] * w
+                                rate += exchange
+                                mean += exchange * ti.Vector([nodes[node, 3], nodes[node, 4]])
+                        s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
+                        metric = 1.0 + s.dot(s)
+                        cosine = 1.0 / ti.sqrt(metric)
+                        # midpoint rule, since the ground's curvature makes the force depend on the velocity
+                        across = push - s * (s.dot(push) / metric)
+                        turn = bend[0] * old[0] ** 2 + bend[1] * old[1] ** 2 + 2.0 * bend[2] * old[0] * old[1]
+                        half = old - 0.5 * dt * (s * ((g + turn) / metric) + across)
+                        turn = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
+                        new = old - dt * (s * ((g + turn) / metric) + across)
+                        new += mean - rate * old
+                        speed = ti.sqrt(new.dot(new) + new.dot(s) ** 2)
+                        normal = cosine * (g + centrifugal * turn)
+                        if normal < 0.0:
+                            lifted += 1
+                            normal = ti.cast(0.0, real)
+                        thickness = ti.max(LEAST_DEPTH, depth * cosine)
+                        rho = ti.cast(density[material[p]], real)
+                        at = place[lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]]
+                        if at < 0:
+                            left, at = left + 1, 0
+                        numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
+                        tau = stress(numbers, rho, rho * normal * thickness, speed, thickness)
+                        column = rho * thickness
+                        left_speed = ti.max(0.0, speed - dt * tau[0] / column) / (1.0 + dt * tau[1] / column)
+                        kept = left_speed / ti.max(speed, 1e-30)
+                        new *= kept
+                        mass = ti.cast(rho * reals[p, 4], ti.f64)
+                        work += 0.5 * mass * ti.cast(speed**2 - left_speed**2, ti.f64)
+                        gained = new - old
+                        for a in ti.static(range(2)):
+                            impulse[a] += mass * ti.cast(gained[a], ti.f64)
+                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * new)
+                        speed2 = ti.max(speed2, left_speed**2)
+                        wave2 = ti.max(wave2, g * depth / metric)
+                        for a in ti.static(range(2)):
+                            at_node = ti.cast(cell[a], real) + f[a] + 0.5
+                            if walls[a, 0] == 1 and at_node < 0.0:
+                                cell[a], f[a], new[a] = -1 - cell[a], -f[a], -new[a]
+                            elif walls[a, 1] == 1 and at_node >= walls[a, 2]:
+                                cell[a], f[a], new[a] = 2 * walls[a, 2] - 1 - cell[a], -f[a], -new[a]
+                            elif walls[a, 3] == 1:
+                                if cell[a] < 0:
+                                    cell[a] += walls[a, 2]
+                                elif cell[a] >= walls[a, 2]:
+                                    cell[a] -= walls[a, 2]
+                            elif at_node < 0.0 or at_node >= walls[a, 2]:
+                                left += 1
+                            cells[p, a] = cell[a]
+                            reals[p, a] = f[a]
+                            reals[p, 2 + a] = new[a]
+                        reals[p, 5] = depth * cosine
+                        reals[p, 6] = new.dot(s)
+                    report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
+                    report[segment, LEFT], report[segment, LIFTED] = left, lifted
+                    report[segment, FRICTION_WORK] = work
+                    for a in ti.static(range(2)):
+                        report[segment, IMPULSE + a] = impulse[a]
+
+    return gather
