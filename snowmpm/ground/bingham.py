@@ -52,7 +52,9 @@ def excess_share(a):
 
 
 class Bingham(FrictionLaw):
-    """Bingham fluid in steady shear, tau = tau_y + eta dv/dz, with the speed averaged over the depth:
+    """A viscous fluid with a yield stress, in steady shear.
+
+    tau = tau_y + eta dv/dz, with the speed averaged over the depth:
 
         v = (tau h / (6 eta)) (1 - xi)² (2 + xi),   xi = tau_y / tau
 

@@ -19,9 +19,11 @@ class CoulombParameters(NamedTuple):
 
 
 class Coulomb(FrictionLaw):
-    """Coulomb friction: tau = tau0 + mu sigma + cohesive part (`cohesion.cohesive_stress`).
+    """Coulomb friction, in proportion to the normal stress.
 
-    Independent of the speed: on a slope steeper than atan(mu) the flow never stops to accelerate.
+        tau = tau0 + mu sigma + cohesive part (`cohesion.cohesive_stress`)
+
+    It does not depend on the speed: on a slope steeper than atan(mu) a flow accelerates for ever.
     """
 
     PARAMETERS: ClassVar[Any] = CoulombParameters

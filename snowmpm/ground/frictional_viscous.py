@@ -23,7 +23,9 @@ class FrictionalViscousParameters(NamedTuple):
 
 
 class FrictionalViscous(FrictionLaw):
-    """Frictional-viscous flow, tau(z) - s(z) = eta (dv/dz)^m with a strength s that grows linearly with the depth:
+    """Coulomb friction and a power law of viscosity that shears the flow over its whole depth.
+
+    With tau(z) - s(z) = eta (dv/dz)^m and a strength s that grows linearly with the depth:
 
         tau = tau0 + mu sigma + ((1 + 2m)/m)^m eta v^m / h^m + cohesive part (`cohesion.cohesive_stress`)
 

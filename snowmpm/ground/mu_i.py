@@ -24,7 +24,7 @@ class MuIParameters(NamedTuple):
 
 
 class MuI(FrictionLaw):
-    """μ(I) friction, averaged over the depth:
+    """Friction of dense granular flow, which grows with the shear rate, averaged over the depth.
 
         tau = tau0 + (mu_s + (mu_2 - mu_s) / (1 + I_0/I)) sigma + cohesive part (`cohesion.cohesive_stress`, mu_s)
         I = (5/2)(v/h) d √(density_s / sigma)

@@ -25,7 +25,7 @@ class SamosAtParameters(NamedTuple):
 
 
 class SamosAt(FrictionLaw):
-    """SamosAT friction:
+    """Coulomb friction that halves with the speed, and a drag with its square that falls with the depth.
 
         tau = tau0 + mu (1 + Rs0 / (Rs0 + Rs)) sigma + density v² / (ln(h/R)/kappa + B)²,   Rs = density v² / sigma
 

@@ -20,7 +20,9 @@ class VoellmyParameters(NamedTuple):
 
 
 class Voellmy(FrictionLaw):
-    """Voellmy friction: tau = tau0 + mu sigma + density g v²/xi + cohesive part (`cohesion.cohesive_stress`).
+    """Coulomb friction and a drag with the square of the speed.
+
+        tau = tau0 + mu sigma + density g v²/xi + cohesive part (`cohesion.cohesive_stress`)
 
     Voellmy (1955), Über die Zerstörungskraft von Lawinen, Schweizerische Bauzeitung 73; as in RAMMS: Christen et al.
     (2010), doi:10.1016/j.coldregions.2010.04.005. With tau0 it is the VoellmyMinShear of AvaFrame.

@@ -86,7 +86,7 @@ def test_values_out_of_range_are_refused_where_they_are_used(folder, value, says
 
 def test_values_that_contradict_each_other_are_refused(folder):
     law = MuI(mu_s=0.25, mu_2={"file": "mu.asc"}, grain_diameter=0.1, grain_density=400.0)
-    with pytest.raises(InputError, match="terrain.friction: mu_2 must not be below mu_s"):
+    with pytest.raises(InputError, match=r"terrain\.friction: mu_2 must not be below mu_s"):
         on_nodes(law, None, [105.0, 125.0], [55.0, 55.0], base_dir=folder)
     numbers = on_nodes(law, None, [105.0, 125.0], [55.0, 55.0], base_dir=folder, on_terrain=[False, True])
     assert numbers[1, 1] == pytest.approx(0.05)

@@ -3,6 +3,7 @@
 import re
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -259,6 +260,17 @@ def test_check_warns_of_a_class_that_does_not_fit(written):
     assert caution.key == "terrain.friction.card" and "samos_at_large: the release has 32 m3" in caution.says
     model = build(load_scene(written("friction = 0.3")))
     assert list(class_of_friction(SimpleNamespace(scene=model.scene, model=model))) == []
+
+
+def test_check_warns_of_altitude_on_a_raster_only():
+    law = friction_card("samos_at_small").friction
+    model = SimpleNamespace(friction=SimpleNamespace(law=law), release_volume=1e4,
+                            surface=SimpleNamespace(vertices=np.array([[0.0, 0.0, 1700.0], [9.0, 0.0, 2400.0]])))
+    for kind, count in (("dem", 1), ("mesh", 0)):
+        scene = SimpleNamespace(dimension=3, terrain=SimpleNamespace(kind=kind, friction=law))
+        found = list(class_of_friction(SimpleNamespace(scene=scene, model=model)))
+        assert len(found) == count
+        assert all("no ground lies below 1700 m" in caution.says for caution in found)
 
 
 def test_list_shows_classes_and_laws():

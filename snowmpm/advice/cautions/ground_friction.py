@@ -18,8 +18,8 @@ def class_of_friction(facts):
     if card is None:
         return
     heights = model.surface.vertices[:, -1]
-    # A plane or a profile has heights of its own
-    ground = (float(np.min(heights)), float(np.max(heights))) if model.surface.system is not None else None
+    # Heights of a raster are altitudes; those of a plane or a mesh begin anywhere
+    ground = (float(np.min(heights)), float(np.max(heights))) if terrain.kind == "dem" else None
     for doubt in card.doubts(volume=model.release_volume, ground=ground):
         yield Caution("", "terrain.friction.card", f"{model.friction.law.card}: {doubt}",
                       "name the class that fits, or calibrate (`snowmpm list` names the classes)")
