@@ -80,7 +80,7 @@ METHODS = {entry.name: entry for entry in (
         separate_bodies=True, saw_test=True, grid=True, presets=True)),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), obstacles=False, initial_stress=("none", "geostatic"), settling=False, cuts=False, loads=False,
-        forcing=False, plan=True, usual_filling=16), options="depth"),
+        forcing=False, plan=True, usual_filling=4), options="depth"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
 )}
 

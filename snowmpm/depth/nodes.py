@@ -40,31 +40,32 @@ def node_kernel(real, serial):
 
     @taichi_kernel
     def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), cos2: ti.types.ndarray(),
-                nodes: ti.types.ndarray(), g: real, dx: real, quantum: real, damping: real, mixing: real, dt: real,
+                nodes: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real, mixing: real, dt: real,
                 copies: int, n_tiles: int):
         ti.loop_config(serialize=serial)
         for tile in range(n_tiles):
             found = 0
             for copy in range(copies):
-                found += touched[copy * n_tiles + tile]
+                found += touched[copy * n_tiles + tile] << copy
             if found > 0:
                 for copy in range(copies):
                     touched[copy * n_tiles + tile] = 0
                 for inner in range(TILE * TILE):
                     node = tile * (TILE * TILE) + inner
-                    sums = ti.Vector.zero(ti.i64, TALLIES)
+                    sums = ti.Vector.zero(real, TALLIES)
                     for copy in range(copies):
-                        place = copy * n_tiles * (TILE * TILE) + node
-                        for k in ti.static(range(TALLIES)):
-                            sums[k] += tallies[place, k]
-                            tallies[place, k] = ti.cast(0, ti.i64)
+                        if (found >> copy) & 1:
+                            place = copy * n_tiles * (TILE * TILE) + node
+                            for k in ti.static(range(TALLIES)):
+                                sums[k] += tallies[place, k]
+                                tallies[place, k] = 0.0
                     result = ti.Vector.zero(real, NODE)
-                    if sums[0] > 0:
-                        volume = ti.cast(sums[0], real)
-                        depth = volume * quantum / (dx * dx)
-                        u = ti.Vector([ti.cast(sums[1 + a], real) / volume for a in ti.static(range(2))])
-                        gradient = ti.Vector([ti.cast(sums[4 + a], real) for a in ti.static(range(2))])
-                        closing = ti.max(0.0, (ti.cast(sums[3], real) - u.dot(gradient)) / volume) / dx
+                    if sums[0] > 0.0:
+                        volume = sums[0]
+                        depth = volume * unit / (dx * dx)
+                        u = ti.Vector([sums[1 + a] / volume for a in ti.static(range(2))])
+                        gradient = ti.Vector([sums[4 + a] for a in ti.static(range(2))])
+                        closing = ti.max(0.0, (sums[3] - u.dot(gradient)) / volume) / dx
                         phi = g * ti.cast(cos2[node], real) * depth
                         kappa = damping * ti.sqrt(phi) / dx + mixing * closing
                         result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1]])

@@ -2,8 +2,8 @@
 
     V_i = sum_p V_p w_ip,   M_i = sum_p V_p v_p w_ip,   R_i = sum_p V_p v_p . grad w_ip,   G_i = sum_p V_p grad w_ip
 
-Sums are of whole numbers, V_p w / `quantum`, so that they do not depend on the order of what is added, and so not on
-the number of threads: each has nodes of its own, on a GPU all add to the same.
+Columns are cut into `WORKERS` parts whatever the number of threads, each with nodes of its own, so that sums do not
+depend on that number; on a GPU all add to the same nodes by atomics.
 """
 
 import functools
@@ -16,10 +16,10 @@ from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.spline import first_derivatives, weights
 
 TALLIES = 6
-"""Numbers of a node: V, M (2), R dx, G dx (2), all over the quantum."""
+"""Numbers of a node: V, M (2), R dx, G dx (2), volumes over the mean one of a column."""
 
-QUANTUM_BITS = 36
-"""The quantum of volume is that of a mean column over 2 to this power."""
+WORKERS = 4
+"""Parts that columns are cut into on a CPU: more threads than these do not help."""
 
 SEGMENT = 128
 """Columns that one thread takes at a time; sums over them are reported together."""
@@ -42,16 +42,15 @@ def scatter_kernel(real, shared, serial):
 
     @ti.func
     def add(tallies: ti.template(), place, k: ti.template(), value):
-        amount = ti.cast(value, ti.i64)
         if ti.static(shared):
-            ti.atomic_add(tallies[place, k], amount)
+            ti.atomic_add(tallies[place, k], value)
         else:
-            tallies[place, k] = tallies[place, k] + amount
+            tallies[place, k] = tallies[place, k] + value
 
     @taichi_kernel
     def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
                 tallies: ti.types.ndarray(), touched: ti.types.ndarray(), bounds: ti.types.ndarray(),
-                half: real, inverse_dx: real, per_quantum: real, n_nodes: int, n: int):
+                half: real, inverse_dx: real, unit: real, n_nodes: int, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
             if is_worker(worker_at):
@@ -64,7 +63,7 @@ def scatter_kernel(real, shared, serial):
                     for a in ti.static(range(2)):
                         cells[p, a] = cell[a]
                         reals[p, a] = f[a]
-                    volume = reals[p, 4] * per_quantum
+                    volume = reals[p, 4] / unit
                     wx, wy = weights(f[0]), weights(f[1])
                     dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
                     for i in ti.static(range(3)):

@@ -70,14 +70,14 @@ class DepthSolver(Method):
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
         self._shared = runtime.fine_grained()
-        self._copies = 1 if self._shared else runtime.threads()
-        self._tallies = ti.ndarray(ti.i64, (self._copies * grid.n_nodes, scatter.TALLIES))
-        self._tallies.fill(0)
+        self._copies = 1 if self._shared else scatter.WORKERS
+        self._tallies = ti.ndarray(real, (self._copies * grid.n_nodes, scatter.TALLIES))
+        self._tallies.fill(0.0)
         self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
         self._nodes = ti.ndarray(real, (grid.n_nodes, NODE))
         self._nodes.fill(0.0)
         self._bed, self._cos2 = real_array(self.bed.heights), real_array(grid.flat(self.bed.cos2))
-        self._quantum = float(population.volumes.mean()) * 0.5**scatter.QUANTUM_BITS
+        self._unit = float(population.volumes.mean())
         self._stress, numbers = friction.stress, np.atleast_2d(np.asarray(friction.numbers, float))
         self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
@@ -106,9 +106,9 @@ class DepthSolver(Method):
         with runtime.precision(self.precision):
             scatter.scatter_kernel(real, self._shared, self._serial)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
-                1.0 / self._quantum, grid.n_nodes, store.count)
+                self._unit, grid.n_nodes, store.count)
             node_kernel(real, self._serial)(
-                self._tallies, self._touched, self._cos2, self._nodes, g, grid.dx, self._quantum,
+                self._tallies, self._touched, self._cos2, self._nodes, g, grid.dx, self._unit,
                 options.damping, options.mixing, dt, self._copies, grid.n_tiles)
             gather.gather_kernel(real, self._stress, self._numbers.shape[1], self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes, self._bed,
@@ -212,7 +212,7 @@ class DepthSolver(Method):
     def memory(self):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
-        return grid.n_nodes * (self._copies * 8 * scatter.TALLIES + NODE * real + 8 + 4) + self.bed.heights.size * 8
+        return grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4) + self.bed.heights.size * 8
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
