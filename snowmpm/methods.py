@@ -7,6 +7,9 @@ each of them for a row of every name.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+GROUND_LAWS = ("coulomb", "voellmy", "samos_at", "frictional_viscous", "bingham", "mu_i")
+"""Names of the laws of ground friction (`snowmpm.ground`)."""
+
 
 @dataclass(frozen=True)
 class Capabilities:
@@ -20,6 +23,12 @@ class Capabilities:
     precisions: tuple[str, ...] = ("f32", "f64")
     filling: int | None = None
     terrain: bool = True
+    ground_friction: tuple[str, ...] = ("coulomb",)
+    """laws of terrain.friction, of GROUND_LAWS"""
+    ground_cohesion: bool = False
+    """tau0 and cohesion of these laws, shear stress of the ground beside the friction"""
+    ground_rasters: bool = False
+    """rasters as numbers of these laws"""
     obstacles: bool = True
     periodic: bool = True
     initial_stress: tuple[str, ...] = ("none", "geostatic", "isotropic", "settle")
@@ -56,6 +65,8 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
     body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
+    terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", else a
+    `ground.friction.GroundFriction`.
     """
 
     name: str
