@@ -8,9 +8,10 @@ A column slides on the ground z = b(x): its velocity in plan w has the speed v^2
 normal force of the ground per mass is N = cos (g + w.B w), where w.B w, the centrifugal term, is a choice. Friction
 (`snowmpm.ground`) acts against the speed, dry (A) and growing with it (K v):
 
-    v_new = max(0, v - dt A) / (1 + dt K)
+    v_new = max(0, v - dt A) / (1 + dt K),   K at the speed before the step
 
-which stops a column without turning it back, holds one at rest, and has the right steady speed for any dt.
+which stops a column without turning it back, holds one at rest, has the right steady speed for any dt, and is of second
+order for drags with v^2.
 """
 
 import functools
@@ -22,6 +23,7 @@ from snowmpm.compiler.parallel import chunks, is_worker, worker
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.scatter import SEGMENT, moved
 from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
+from snowmpm.materials.parameters import named
 
 SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, LIFTED = 0, 1, 2, 3, 4, 6
 """Columns of a segment's report: largest v^2 and c^2, columns that left, work taken by friction [J], impulse in plan of
@@ -33,11 +35,13 @@ LEAST_DEPTH = 1e-3
 
 
 @functools.cache
-def gather_kernel(real, stress, n_numbers, serial):
+def gather_kernel(real, law, serial):
     """Kernel that takes all columns through the second half of a step.
 
-    stress: `snowmpm.ground` function of the friction law, of n_numbers parameters.
+    law: class of the friction law (`snowmpm.ground`).
     """
+    stress, names = law.stress, law.PARAMETERS
+    n_numbers = len(names._fields)
 
     @taichi_kernel
     def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
@@ -92,7 +96,7 @@ def gather_kernel(real, stress, n_numbers, serial):
                         turn = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
                         new = old - dt * (s * ((g + turn) / metric) + across)
                         new += mean - rate * old
-                        speed = ti.sqrt(new.dot(new) + new.dot(s) ** 2)
+                        speed, before = ti.sqrt(new.dot(new) + new.dot(s) ** 2), ti.sqrt(old.dot(old) + old.dot(s) ** 2)
                         normal = cosine * (g + centrifugal * turn)
                         if normal < 0.0:
                             lifted += 1
@@ -103,7 +107,7 @@ def gather_kernel(real, stress, n_numbers, serial):
                         if at < 0:
                             left, at = left + 1, 0
                         numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
-                        tau = stress(numbers, rho, rho * normal * thickness, speed, thickness)
+                        tau = stress(named(names, numbers), rho, rho * normal * thickness, before, thickness)
                         load = rho * thickness
                         left_speed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
                         kept = left_speed / ti.max(speed, 1e-30)

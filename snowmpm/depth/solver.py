@@ -36,7 +36,8 @@ class DepthSolver(Method):
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
                  sides):
-        """terrain: surface with `height`; friction: `snowmpm.ground` law with `stress`, `numbers`."""
+        """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
+        numbers."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] >= 0.0:
@@ -59,11 +60,8 @@ class DepthSolver(Method):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
-        from types import SimpleNamespace
-        from snowmpm.depth._coulomb_tmp import stress
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
-                   cfl=cfl, terrain=terrain, friction=SimpleNamespace(stress=stress, numbers=[terrain_friction, 0.0]),
-                   sides=sides)
+                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides)
 
     def _tables(self, friction, sides, population):
         """What kernels read beside the columns."""
@@ -78,7 +76,7 @@ class DepthSolver(Method):
         self._nodes.fill(0.0)
         self._bed, self._cos2 = real_array(self.bed.heights.ravel()), real_array(grid.flat(self.bed.cos2))
         self._unit = float(population.volumes.mean())
-        self._stress, numbers = friction.stress, np.atleast_2d(np.asarray(friction.numbers, float))
+        self._law, numbers = self._friction(friction)
         self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
         place[grid.nodes()[self.bed.holes]] = -1
@@ -90,6 +88,16 @@ class DepthSolver(Method):
         self._walls = int_array(walls)
         self._bounds, self._report = None, ()
         self._serial = runs_serially(COLUMN_STEP * count)
+
+    def _friction(self, friction):
+        """Class of the law, and its numbers: a row, or one a node."""
+        law, g = getattr(friction, "law", friction), -float(self.gravity[2])
+        law = friction if isinstance(law, str) else law
+        if not getattr(friction, "varies", False):
+            return type(law), np.array([law.parameters(g)], float)
+        x, y = np.moveaxis(self.grid.places(), -1, 0)
+        numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g)
+        return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
 
     def _shares(self):
         """Bounds of the segments of columns that each worker takes, and an empty report of them."""
@@ -114,7 +122,7 @@ class DepthSolver(Method):
             node_kernel(real, self._serial)(
                 self._tallies, self._touched, self._cos2, self._nodes, g, grid.dx, self._unit,
                 options.damping, options.mixing, dt, self._copies, grid.n_tiles)
-            gather.gather_kernel(real, self._stress, self._numbers.shape[1], self._serial)(
+            gather.gather_kernel(real, self._law, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes, self._bed,
                 self._place, self._numbers, report, bounds, self._walls, self.bed.heights.shape[1], dt, 1.0 / grid.dx, g,
                 float(options.centrifugal), store.count)
