@@ -8,8 +8,8 @@ from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.particles.population import Population
 from snowmpm.running.audit import Audit, occupied_and_emptied
-
-from .conftest import ICE, lattice
+from snowmpm.study.problems.schemes import lattice
+from tests.support.mpm_block import ICE
 
 
 def audit_of(solver):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from .conftest import SNOW
+from tests.support.mpm_block import SNOW
 
 
 def angular_momentum(solver):
