@@ -10,7 +10,7 @@ from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
 from tests.contract import method_examples as given
-from tests.resume.same_runs import assert_same
+from tests.support.same_runs import assert_same
 
 MIDDLE, END = 0.006, 0.015
 """[s] of the eventful scene: while both loads act; when a body was taken out, snow left its blocks and met the wall."""

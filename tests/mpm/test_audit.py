@@ -9,15 +9,8 @@ from snowmpm.particles.fields import ParticleFields
 from snowmpm.particles.population import Population
 from snowmpm.running.audit import Audit, occupied_and_emptied
 from snowmpm.study.problems.schemes import lattice
+from tests.support.audited import audit_of
 from tests.support.mpm_block import ICE
-
-
-def audit_of(solver):
-    fields = ParticleFields(solver.particles)
-    start = np.empty_like(fields["position"])
-    start[fields["id"]] = fields["position"]
-    direction = np.eye(solver.dim - 1)[0]
-    return Audit(solver, fields, direction, start)
 
 
 def spline(x):
