@@ -26,10 +26,10 @@ def front_error(dam, dx, time, rear, threshold):
     return front(x, depth, threshold) / dam.place(threshold, time) - 1.0
 
 
-@pytest.mark.parametrize(("dam", "rear", "gate"), [(RITTER, 6.0, 0.015), (STEEP, 8.0, 0.015)], ids=["D2", "D4"])
+@pytest.mark.parametrize(("dam", "rear", "gate"), [(RITTER, 6.0, 0.0125), (STEEP, 8.0, 0.018)], ids=["D2", "D4"])
 def test_depth_of_the_fan(dam, rear, gate):
     """First order, since slope and curvature of the depth jump at both ends of the fan. Seen at 20 cells of the
-    depth behind the dam: 1.1 and 1.3 %, orders of 0.84 and more."""
+    depth behind the dam: 1.1 and 1.5 %, orders of 0.82 and more."""
     errors = [dry_error(dam, dx, 1.0, rear) for dx in SPACINGS]
     assert errors[-1] < gate
     assert order(errors).min() > 0.8
