@@ -131,7 +131,7 @@ class Solver(Spec):
         default_factory=lambda: 4 if dimension() == 2 else 8
     )
     """mpm: particles in a full cell at the start; 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell; depth:
-    columns in a cell in plan, 16 when missing, so that they still overlap where the flow is a tenth as deep"""
+    columns in a cell in plan, 4 when missing"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9

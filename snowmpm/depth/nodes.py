@@ -25,50 +25,59 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.plan_grid import TILE
-from snowmpm.depth.scatter import TALLIES
+from snowmpm.depth.scatter import TALLIES, WATER
 
-NODE = 5
-"""Numbers of a node: phi, H, beta, u."""
+NODE = 6
+"""Numbers of a node: phi, H, beta, u (2), share of the wanted snow cover that there is."""
 
 
 @functools.cache
-def node_kernel(real, serial):
-    """Kernel that makes phi, H, beta and u (2) of the tallies of tiles that were touched, and clears these.
+def node_kernel(real, entrains, serial):
+    """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these.
 
-    copies: sets of tallies that are added up.
+    copies: sets of tallies that are added up. entrains: whether snow cover is taken up; then cover: mass left [kg] of
+    each node's cell, lowering: how far [m] the ground sinks where a kilogram is taken, under: the node's place in bed.
     """
 
     @taichi_kernel
     def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), cos2: ti.types.ndarray(),
-                nodes: ti.types.ndarray(), g: real, dx: real, quantum: real, damping: real, mixing: real, dt: real,
+                nodes: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
+                under: ti.types.ndarray(), bed: ti.types.ndarray(),
+                g: real, dx: real, unit: real, damping: real, mixing: real, dt: real,
                 copies: int, n_tiles: int):
         ti.loop_config(serialize=serial)
         for tile in range(n_tiles):
             found = 0
             for copy in range(copies):
-                found += touched[copy * n_tiles + tile]
+                found += touched[copy * n_tiles + tile] << copy
             if found > 0:
                 for copy in range(copies):
                     touched[copy * n_tiles + tile] = 0
                 for inner in range(TILE * TILE):
                     node = tile * (TILE * TILE) + inner
-                    sums = ti.Vector.zero(ti.i64, TALLIES)
+                    sums = ti.Vector.zero(real, TALLIES)
                     for copy in range(copies):
-                        place = copy * n_tiles * (TILE * TILE) + node
-                        for k in ti.static(range(TALLIES)):
-                            sums[k] += tallies[place, k]
-                            tallies[place, k] = ti.cast(0, ti.i64)
+                        if (found >> copy) & 1:
+                            place = copy * n_tiles * (TILE * TILE) + node
+                            sums += tallies[place]
+                            tallies[place] = ti.Vector.zero(real, TALLIES)
                     result = ti.Vector.zero(real, NODE)
-                    if sums[0] > 0:
-                        volume = ti.cast(sums[0], real)
-                        depth = volume * quantum / (dx * dx)
-                        u = ti.Vector([ti.cast(sums[1 + a], real) / volume for a in ti.static(range(2))])
-                        gradient = ti.Vector([ti.cast(sums[4 + a], real) for a in ti.static(range(2))])
-                        closing = ti.max(0.0, (ti.cast(sums[3], real) - u.dot(gradient)) / volume) / dx
+                    if sums[0] > 0.0:
+                        volume = sums[0]
+                        depth = volume * unit / (dx * dx)
+                        u = ti.Vector([sums[1 + a] / volume for a in ti.static(range(2))])
+                        gradient = ti.Vector([sums[4 + a] for a in ti.static(range(2))])
+                        closing = ti.max(0.0, (sums[3] - u.dot(gradient)) / volume) / dx
                         phi = g * ti.cast(cos2[node], real) * depth
                         kappa = damping * ti.sqrt(phi) / dx + mixing * closing
-                        result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1]])
-                    for k in ti.static(range(NODE)):
-                        nodes[node, k] = result[k]
+                        result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1], 0.0])
+                        if ti.static(entrains):
+                            wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
+                            if wanted > 0.0:
+                                taken = ti.min(wanted, cover[node])
+                                cover[node] -= taken
+                                bed[under[node]] -= taken * lowering[node]
+                                result[NODE - 1] = ti.cast(taken / wanted, real)
+                    nodes[node] = result
 
     return resolve

@@ -21,17 +21,17 @@ def sums_kernel(real):
                low_x: ti.f64, low_y: ti.f64, n: int):
         ti.loop_config(serialize=True)
         for p in range(n):
-            at = ti.Vector([(ti.cast(cells[p, 0], ti.f64) + reals[p, 0] + 0.5) * ratio - low_x,
-                            (ti.cast(cells[p, 1], ti.f64) + reals[p, 1] + 0.5) * ratio - low_y])
+            at = ti.Vector([(ti.cast(cells[p][0], ti.f64) + reals[p][0] + 0.5) * ratio - low_x,
+                            (ti.cast(cells[p][1], ti.f64) + reals[p][1] + 0.5) * ratio - low_y])
             cell = ti.cast(ti.floor(at), ti.i32)
             f = at - cell - 0.5
             wx, wy = weights(f[0]), weights(f[1])
-            speed2 = ti.cast(reals[p, 2] ** 2 + reals[p, 3] ** 2 + reals[p, 6] ** 2, ti.f64)
+            speed2 = ti.cast(reals[p][2] ** 2 + reals[p][3] ** 2 + reals[p][6] ** 2, ti.f64)
             for i in ti.static(range(3)):
                 for j in ti.static(range(3)):
                     row, column = cell[0] + i - 1, cell[1] + j - 1
                     if 0 <= row < sums.shape[0] and 0 <= column < sums.shape[1]:
-                        volume = wx[i] * wy[j] * reals[p, 4]
+                        volume = wx[i] * wy[j] * reals[p][4]
                         mass = volume * density[material[p]]
                         sums[row, column, 0] += volume
                         sums[row, column, 1] += mass

@@ -2,8 +2,8 @@
 
     V_i = sum_p V_p w_ip,   M_i = sum_p V_p v_p w_ip,   R_i = sum_p V_p v_p . grad w_ip,   G_i = sum_p V_p grad w_ip
 
-Sums are of whole numbers, V_p w / `quantum`, so that they do not depend on the order of what is added, and so not on
-the number of threads: each has nodes of its own, on a GPU all add to the same.
+Columns are cut into `WORKERS` parts whatever the number of threads, each with nodes of its own, so that sums do not
+depend on that number; on a GPU all add to the same nodes by atomics.
 """
 
 import functools
@@ -15,11 +15,18 @@ from snowmpm.compiler.parallel import chunks, is_worker, worker
 from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.spline import first_derivatives, weights
 
-TALLIES = 6
-"""Numbers of a node: V, M (2), R dx, G dx (2), all over the quantum."""
+TALLIES = 7
+"""Numbers of a node: V, M (2), R dx, G dx (2), volumes over the mean one of a column; mass of snow cover that columns
+over its cell would take up in the step, over that of a mean column of water [-]."""
 
-QUANTUM_BITS = 36
-"""The quantum of volume is that of a mean column over 2 to this power."""
+WORKERS = 4
+"""Parts that columns are cut into on a CPU: more threads than these do not help."""
+
+INTAKE = 7
+"""Place in the numbers of a column of the snow cover that it would take up [kg/s]."""
+
+WATER = 1000.0
+"""[kg/m3]"""
 
 SEGMENT = 128
 """Columns that one thread takes at a time; sums over them are reported together."""
@@ -34,37 +41,38 @@ def moved(cell, offset, way):
 
 
 @functools.cache
-def scatter_kernel(real, shared, serial):
-    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes.
+def scatter_kernel(real, shared, entrains, serial):
+    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. entrains: whether there is
+    snow cover to take up.
 
     shared: whether all threads add to the same nodes, by atomics.
     """
 
     @ti.func
-    def add(tallies: ti.template(), place, k: ti.template(), value):
-        amount = ti.cast(value, ti.i64)
+    def add(tallies: ti.template(), place, values):
         if ti.static(shared):
-            ti.atomic_add(tallies[place, k], amount)
+            for k in ti.static(range(TALLIES - 1)):
+                ti.atomic_add(tallies[place][k], values[k])
         else:
-            tallies[place, k] = tallies[place, k] + amount
+            tallies[place] = tallies[place] + values
 
     @taichi_kernel
     def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
                 tallies: ti.types.ndarray(), touched: ti.types.ndarray(), bounds: ti.types.ndarray(),
-                half: real, inverse_dx: real, per_quantum: real, n_nodes: int, n: int):
+                half: real, inverse_dx: real, unit: real, n_nodes: int, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
             if is_worker(worker_at):
                 first_node = 0 if ti.static(shared) else worker(worker_at) * n_nodes
                 for p in range(bounds[worker(worker_at)] * SEGMENT,
                                ti.min(bounds[worker(worker_at) + 1] * SEGMENT, n)):
-                    v = ti.Vector([reals[p, 2], reals[p, 3]])
-                    cell, f = moved(ti.Vector([cells[p, 0], cells[p, 1]]), ti.Vector([reals[p, 0], reals[p, 1]]),
-                                    half * inverse_dx * v)
-                    for a in ti.static(range(2)):
-                        cells[p, a] = cell[a]
-                        reals[p, a] = f[a]
-                    volume = reals[p, 4] * per_quantum
+                    column = reals[p]
+                    v = ti.Vector([column[2], column[3]])
+                    cell, f = moved(cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
+                    cells[p] = cell
+                    column[0], column[1] = f[0], f[1]
+                    reals[p] = column
+                    volume = column[4] / unit
                     wx, wy = weights(f[0]), weights(f[1])
                     dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
                     for i in ti.static(range(3)):
@@ -74,11 +82,15 @@ def scatter_kernel(real, shared, serial):
                             place = first_node + node
                             share = volume * wx[i] * wy[j]
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
-                            add(tallies, place, 0, share)
-                            add(tallies, place, 3, along.dot(v))
-                            for a in ti.static(range(2)):
-                                add(tallies, place, 1 + a, share * v[a])
-                                add(tallies, place, 4 + a, along[a])
+                            add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
+                                                           along[1], 0.0 * share]))
                             touched[place // (TILE * TILE)] = 1
+                    if ti.static(entrains):
+                        place = first_node + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
+                        wanted = 2.0 * half * column[INTAKE] / (WATER * unit)
+                        if ti.static(shared):
+                            ti.atomic_add(tallies[place][TALLIES - 1], wanted)
+                        else:
+                            tallies[place][TALLIES - 1] = tallies[place][TALLIES - 1] + wanted
 
     return scatter

@@ -21,12 +21,22 @@ def parameters(run):
         found["map cell"] = f"{digits(next(iter(run.maps.values())).cell)} m"
     friction = _at(scene, "terrain", "friction")
     if friction is not None:
-        found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else "by a law"
+        found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else _law(friction)
     snow = [str(law.get("card") or law.get("kind") or name) for name, law in (_at(scene, "materials") or {}).items()
             if isinstance(law, dict)]
     found["snow"] = ", ".join(dict.fromkeys(snow))
     found["version"] = f"snowmpm {made.get('version', '')}".strip()
     return {name: text for name, text in found.items() if text}
+
+
+def _law(friction):
+    """Friction of the ground by a law: its numbers, and the card that they began with."""
+    if not isinstance(friction, dict):
+        return "by a law"
+    numbers = ", ".join(f"{name} = {value:g}" for name, value in friction.items()
+                        if isinstance(value, int | float) and value)
+    card = f"{friction['card']}: " if friction.get("card") else ""
+    return f"{card}{friction.get('law', 'by a law')} {numbers}".strip()
 
 
 def _at(table, *keys):
