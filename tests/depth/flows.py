@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import numpy as np
 
-from snowmpm.depth._coulomb_tmp import stress
 from snowmpm.depth.snapshot import surface_heights
 from snowmpm.depth.solver import DepthSolver
+from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
 
@@ -29,12 +28,7 @@ def slope(angle):
 
 def coulomb(angle):
     """Friction of the ground at `angle` [degrees]."""
-    return voellmy(np.tan(np.radians(angle)), np.inf)
-
-
-def voellmy(mu, xi):
-    """Friction mu [-] and drag g v^2 / xi, xi [m/s2]."""
-    return SimpleNamespace(stress=stress, numbers=[mu, G / xi])
+    return Coulomb(mu=float(np.tan(np.radians(angle))))
 
 
 @dataclass(frozen=True)
@@ -45,7 +39,7 @@ class Ground:
     bed: Callable
     lower: tuple[float, float]
     upper: tuple[float, float]
-    friction: object = field(default_factory=lambda: coulomb(0.0))
+    friction: FrictionLaw = field(default_factory=lambda: coulomb(0.0))
     sides: tuple[list, list] = (OPEN, OPEN)
 
     def height(self, plan):

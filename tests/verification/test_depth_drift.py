@@ -3,7 +3,7 @@
 A sheet 1 m deep, of columns a little out of order, that moves at the speed Fr sqrt(g h) over level ground without
 friction, all sides periodic. Particles that feel each other through a grid, by forces that conserve energy and not
 momentum, are known to take what they lose from the drift when it is slower than waves, and to grow disordered ("finite-
-grid instability", Barnes and Chacon 2021, doi:10.1016/j.cpc.2020.107560).
+grid instability", as of particles in cells of a plasma, arXiv:2503.13697).
 """
 
 import numpy as np
