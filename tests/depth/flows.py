@@ -62,8 +62,8 @@ UNDAMPED = Options(damping=0.0, mixing=0.0)
 
 
 def lattice(lower, upper, spacing):
-    """Plan positions (n, 2) [m] in the middles of equal rectangles, near `spacing` (a number, or one of each axis) wide,
-    that fill a box, and the area of one [m2]."""
+    """Plan positions (n, 2) [m] in the middles of equal rectangles, near `spacing` (a number, or one of each axis)
+    wide, that fill a box, and the area of one [m2]."""
     size = np.subtract(upper, lower)
     n = np.maximum(1, np.round(size / spacing)).astype(int)
     axes = [lower[a] + (np.arange(n[a]) + 0.5) * size[a] / n[a] for a in (0, 1)]
@@ -114,8 +114,8 @@ def run_to(solver, time, dt=None):
 def depths(solver):
     """Plan positions (nx, ny, 2) and vertical depths (nx, ny) [m] of the nodes."""
     grid, store = solver.grid, solver.particles
-    cells, reals = store.cells.to_numpy()[: store.count].astype(int), store.reals.to_numpy()[: store.count].astype(float)
-    surface = surface_heights(grid, solver.bed, cells, reals)[grid.nodes()]
+    cells, reals = store.cells.to_numpy()[: store.count], store.reals.to_numpy()[: store.count]
+    surface = surface_heights(grid, solver.bed, cells.astype(int), reals.astype(float))[grid.nodes()]
     return grid.places(), surface / solver.bed.cos2
 
 

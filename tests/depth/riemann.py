@@ -1,7 +1,7 @@
 """Dams that break at x = 0, in one line of cells: columns in a channel, and the theory of shallow water.
 
-With g_z = g cos(zeta), m0 = g_z (tan zeta - tan delta), c = sqrt(g_z h0) on a plane at zeta with friction delta, x along
-it and h normal to it:
+With g_z = g cos(zeta), m0 = g_z (tan zeta - tan delta), c = sqrt(g_z h0) on a plane at zeta with friction delta, x
+along it and h normal to it:
 
     h = (2 c - x/t + m0 t/2)^2 / (9 g_z)  from  m0 t/2 - c  to  m0 t/2 + 2 c = x/t      (zeta = delta = 0: Ritter)
 

@@ -42,14 +42,14 @@ def test_depth_of_the_fan(dam, rear, gate):
     pytest.param(STEEP, 2.0, 0.05, 12.0, 0.05, marks=pytest.mark.slow),
     pytest.param(HELD, 2.0, 0.025, 9.0, 0.03, marks=pytest.mark.slow)])
 def test_front(dam, time, dx, rear, threshold):
-    """Within 1 %, by a depth of a twentieth of that behind the dam; on 22 degrees with friction of 25 of 0.03, since the
-    theory's tail moves backwards there, where friction holds ours, and so deepens all but the front."""
+    """Within 1 %, by a depth of a twentieth of that behind the dam; on 22 degrees with friction of 25 of 0.03, since
+    the theory's tail moves backwards there, where friction holds ours, and so deepens all but the front."""
     assert abs(front_error(dam, dx, time, rear, threshold)) < 0.01
 
 
 def test_friction_holds_the_tail():
     """On 22 degrees with friction of 25 the snow behind the fan lies still; the theory moves it backwards."""
-    x, depth, solver = HELD.broken(0.1, 1.0, 5.0)
+    _, _, solver = HELD.broken(0.1, 1.0, 5.0)
     velocity, place = solver.particles.column("velocity")[:, 0], solver.particles.positions()[:, 0]
     assert velocity.min() == 0.0
     assert (velocity[place < -3.5] == 0.0).all()

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from tests.depth.flows import (
-    OPEN,
     PERIODIC,
     UNDAMPED,
     USUAL,
     WALL,
-    Ground,
     G,
+    Ground,
     coulomb,
     flow,
     lattice,
