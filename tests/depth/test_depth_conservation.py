@@ -108,8 +108,10 @@ def test_no_snow_is_lost(sides):
     assert solver.particles.removed["count"] == 0
 
 
-@pytest.mark.parametrize("sides", [(OPEN, OPEN), pytest.param((WALL, WALL), marks=pytest.mark.xfail(
-    strict=True, reason="what walls give when they turn columns back is missing in the totals"))], ids=["open", "walls"])
+@pytest.mark.parametrize("sides", [
+    pytest.param((OPEN, OPEN), id="open"),
+    pytest.param((WALL, WALL), id="walls", marks=pytest.mark.xfail(
+        strict=True, reason="what walls give when they turn columns back is missing in the totals"))])
 def test_what_leaves_is_counted(sides):
     """On a slope: mass, momentum and the count of columns close."""
     ground = Ground(slope(20.0), (-3.0, -3.0), (5.0, 3.0), coulomb(10.0), sides)

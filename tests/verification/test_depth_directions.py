@@ -30,7 +30,7 @@ def depth_map(grid, plan, volumes):
     for i in (0, 1):
         for j in (0, 1):
             weight = np.abs(1 - i - share[:, 0]) * np.abs(1 - j - share[:, 1])
-            np.add.at(total, tuple((first + [i, j]).T), volumes * weight)
+            np.add.at(total, (first[:, 0] + i, first[:, 1] + j), volumes * weight)
     return total / grid.dx**2
 
 
