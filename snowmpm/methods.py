@@ -81,11 +81,11 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         separate_bodies=True, saw_test=True, grid=True, presets=True)),
+    MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         obstacles=False, initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth"),
-    MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
 )}
 
 

@@ -21,6 +21,8 @@ LEAST_SPEED = 1e-3
 
 
 class EntrainmentParameters(NamedTuple):
+    """Numbers of a snow cover and its law."""
+
     thickness: float  # of the cover, normal to the ground [m]
     density: float  # of the cover [kg/m3]
     number: float  # of the law

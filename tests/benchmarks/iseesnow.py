@@ -124,7 +124,8 @@ def main():
                  for name, values in found.items()]
         for row in rows:
             if row["case"] == case:
-                print(f"{row['program']:24s} s {row['runout']:5.0f} m, v95 {row['speed_95']:5.1f}, v99 {row['speed_99']:5.1f},"
+                print(f"{row['program']:24s} s {row['runout']:5.0f} m, v95 {row['speed_95']:5.1f},"
+                      f" v99 {row['speed_99']:5.1f},"
                       f" h99 {row['depth_99']:5.2f}, {row['speed_area'] / 1e4:5.1f} ha fast,"
                       f" {row['depth_area'] / 1e4:5.1f} ha deep")
     with open(out / "iseesnow.csv", "w", newline="", encoding="utf-8") as file:
