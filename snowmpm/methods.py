@@ -73,6 +73,18 @@ class MethodEntry:
     builder: str | Callable
     capabilities: Capabilities
     options: str | None = None
+    words: str = ""
+    """name in captions; the name in capitals when missing"""
+
+    @property
+    def title(self) -> str:
+        """Name in captions."""
+        return self.words or self.name.upper()
+
+    @property
+    def particles(self) -> str:
+        """What its particles are called."""
+        return "columns" if self.capabilities.plan else "particles"
 
 
 METHODS = {entry.name: entry for entry in (
@@ -81,7 +93,7 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, obstacles=False,
         initial_stress=("none", "geostatic"), settling=False, cuts=False, loads=False, forcing=False, plan=True,
-        usual_filling=4), options="depth"),
+        usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
 )}
 

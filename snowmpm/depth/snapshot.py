@@ -55,6 +55,10 @@ class ColumnSnapshot:
             return np.zeros((n, EMPTY[name]))
         return self._reals[:, [{"volume": 4, "depth": 5}[name]]]
 
+    def depth(self):
+        """Thickness of the snow where each column is, normal to the ground (n,) [m]."""
+        return self._reals[:, 5]
+
     def positions(self):
         """Scene coordinates [m] (n, 3): on the ground in plan, half of the snow's surface above it. With these, the
         potential energy of all columns is that of what they do to each other as well."""

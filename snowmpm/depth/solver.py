@@ -16,7 +16,9 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
 from snowmpm.depth.bed import Bed
+from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
+from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.nodes import NODE, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
@@ -160,10 +162,11 @@ class DepthSolver(Method):
         height = store.snapshot().positions()[:, 2] - store.snapshot()._ground()[0]
         return math.sqrt(-self.gravity[2] * 2.0 * float(height.max(initial=0.0)))
 
-    def _longest(self, share):
+    def _longest(self, share, speed=None):
         """dt and cause, with which neither a wave nor a column that speeds up with g crosses more than `share`
         cells."""
-        g, way, speed = -float(self.gravity[2]), share * self.grid.dx, self.extremes.speed
+        g, way = -float(self.gravity[2]), share * self.grid.dx
+        speed = self.extremes.speed if speed is None else speed
         advective = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
         elastic = way / max(self._wave, 1e-30)
         return (elastic, "elastic") if elastic < advective else (advective, "advective")
@@ -175,6 +178,22 @@ class DepthSolver(Method):
     def critical_dt(self):
         """-> (longest stable step [s], what limits it)."""
         return self._longest(CRITICAL_CFL)
+
+    def course(self, end_time, interval):
+        """`Course` of a run from now, by blocks that slide down from where columns are."""
+        store, grid = self.particles, self.grid
+        if store.count == 0:
+            return None
+        snapshot = store.snapshot()
+        chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
+        ground, slope, surface = (part[chosen] for part in snapshot._ground())
+        cosine = 1.0 / np.sqrt(1.0 + (slope**2).sum(axis=1))
+        position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
+        density = store.materials.density[snapshot.labels[chosen, 0]]
+        friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
+        blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
+                        np.maximum(LEAST_DEPTH, surface / cosine), density, self.options.centrifugal)
+        return run_blocks(blocks, lambda speed: self._longest(self.cfl, speed)[0], end_time, interval)
 
     @property
     def limits(self):
