@@ -26,15 +26,19 @@ class ByVolume(Spec):
     """friction card that lists the classes"""
 
 
+def rasters_exist(law: Any) -> Any:
+    """The law, whose rasters need a 3-D scene, and lie where the scene says."""
+    for name, raster in law.rasters.items():
+        require_dimension(3, f"a raster of {name}")
+        check_file(raster.file, f"{name}.file")
+    return law
+
+
 def _is_possible(law: Any) -> Any:
-    """Rasters and volumes exist in 3-D scenes only, and rasters lie where the scene says."""
     if isinstance(law, ByVolume):
         require_dimension(3, "a friction that follows from the volume of the release")
         return law
-    for name, raster in law.rasters.items():
-        require_dimension(3, "a raster of friction")
-        check_file(raster.file, f"{name}.file")
-    return law
+    return rasters_exist(law)
 
 
 Law = Annotated[Annotated[GroundLaw | ByVolume, Field(discriminator="law")], AfterValidator(_is_possible)]

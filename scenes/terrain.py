@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.scenes.entrainment import Entrainment
 from snowmpm.scenes.friction import Friction
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import FileName, Pair, Vector, require_dimension, zero_vector
@@ -30,6 +31,8 @@ class Ground(Contacting):
 
     friction: Friction = 0.3
     """Coulomb coefficient of slip and separate [-], or a table with a law of friction"""
+    entrainment: Entrainment | None = None
+    """snow cover that a flow takes up; method = "depth" only"""
 
 
 class Plane(Ground):

@@ -29,10 +29,12 @@ class Capabilities:
     """tau0 and cohesion of these laws, shear stress of the ground beside the friction"""
     ground_rasters: bool = False
     """rasters as numbers of these laws"""
+    entrainment: bool = False
+    """snow cover that the flow takes up"""
     obstacles: bool = True
     periodic: bool = True
-    initial_stress: tuple[str, ...] = ("none", "geostatic", "isotropic", "settle")
-    """values of initial.stress"""
+    initial_stress: tuple[str, ...] = ("geostatic", "isotropic", "settle")
+    """values of initial.stress beside "none" """
     settling: bool = True
     """initial.stress = "settle": damped steps bring the particles to rest"""
     cuts: bool = True
@@ -65,6 +67,7 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
     body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
+    terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", else a
     `ground.friction.GroundFriction`.
     """
@@ -90,11 +93,11 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         separate_bodies=True, saw_test=True, grid=True, presets=True)),
-    MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
-        dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, obstacles=False,
-        initial_stress=("none", "geostatic"), settling=False, cuts=False, loads=False, forcing=False, plan=True,
-        usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
+    MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
+        dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
+        obstacles=False, initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
+        plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}
 
 

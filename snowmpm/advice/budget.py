@@ -130,7 +130,8 @@ class Budget:
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))
-        rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers for each of the {entry.particles}", self.output))
+        rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a {entry.particles[:-1]}",
+                     self.output))
         rows.append(("start", "imports, build, kernels from the disk; the first time they are compiled", self.start))
         found = [Payment(*row, row[2] / self.total) for row in rows]
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)

@@ -164,9 +164,9 @@ def _columns(budget):
     if found:
         overrides, facts = found
         saved = budget.total - facts.budget.total
-        says = (f'"{PLAN}", with solver.dx = {facts.dx:g}: the flow is thin, and could be depth-averaged. In the valley of'
-                f" avalanche_on_raster, that changed: {in_words()}. Lost: all that happens within the depth, the laws of"
-                " the snow, and forces on obstacles")
+        says = (f'"{PLAN}", with solver.dx = {facts.dx:g}: the flow is thin, and could be depth-averaged. In the valley'
+                f" of avalanche_on_raster that changed: {in_words()}. Lost: all that happens within the depth, the laws"
+                " of the snow, and forces on obstacles")
         if saved > WORTH_SAYING * budget.total:
             yield Saving("solver.method", says, saved, saved / budget.total, overrides)
 

@@ -73,7 +73,8 @@ def _contents(run):
         facts["frames"] = f"{count(len(run))}, from {times[0]:g} to {times[-1]:g} s"
         first, last = run.n_points(0), run.n_points(len(run) - 1)
         method = method_of(run)
-        facts[method.particles if method else "particles"] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
+        name = method.particles if method else "particles"
+        facts[name] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
     else:
         facts["frames"] = "none yet"
     facts["bodies"] = list(run.provenance.get("bodies", []))

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
+from snowmpm.compiler.arrays import real_array
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.spline import smoothed
 from snowmpm.errors import InputError
@@ -16,8 +17,9 @@ class Bed:
 
     which moves the ground by dx^2 / 4 times its curvature.
 
-    heights (nx + 2 MARGIN, ny + 2 MARGIN) [m]: b_i, continued beyond the sides; cos2 (nx, ny): cos^2 of the slope at
-    the nodes; holes (nx, ny): cells without ground.
+    heights (nx + 2 MARGIN, ny + 2 MARGIN) [m]: b_i, continued beyond the sides, and `table`, the same in one row for
+    kernels, which may lower it; cos2 (nx, ny): cos^2 of the slope at the nodes at time zero; holes (nx, ny): cells
+    without ground.
     """
 
     def __init__(self, surface, grid):
@@ -29,6 +31,17 @@ class Bed:
         if self.holes.any():
             nearest = ndimage.distance_transform_edt(self.holes, return_distances=False, return_indices=True)
             z = z[tuple(nearest)]
-        self.heights = smoothed(np.pad(z, MARGIN, mode="reflect", reflect_type="odd"))
-        slope = np.stack(np.gradient(self.heights, grid.dx))[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
+        heights = smoothed(np.pad(z, MARGIN, mode="reflect", reflect_type="odd"))
+        slope = np.stack(np.gradient(heights, grid.dx))[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
         self.cos2 = 1.0 / (1.0 + (slope**2).sum(axis=0))
+        self._shape, self.table = heights.shape, real_array(heights.ravel())
+
+    @property
+    def stride(self):
+        """Places in the table from one column of nodes to the next."""
+        return self._shape[1]
+
+    @property
+    def heights(self):
+        """As they are now."""
+        return self.table.to_numpy().reshape(self._shape)

@@ -10,15 +10,16 @@ from snowmpm.depth.snapshot import ColumnProbe, ColumnSnapshot
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 
-SIZES = {"position": 2, "velocity": 2, "volume": 1, "depth": 1, "climb": 1}
+SIZES = {"position": 2, "velocity": 2, "volume": 1, "depth": 1, "climb": 1, "intake": 1}
 """Numbers of a column: offset from the node of its cell [cells], velocity in plan [m/s], volume [m3], thickness of the
-snow where it is, normal to the ground [m], and vertical speed of the last step [m/s]."""
+snow where it is, normal to the ground [m], vertical speed of the last step [m/s], and the snow
+cover that it would take up [kg/s]."""
 
-OFFSETS = {"position": 0, "velocity": 2, "volume": 4, "depth": 5, "climb": 6}
+OFFSETS = {"position": 0, "velocity": 2, "volume": 4, "depth": 5, "climb": 6, "intake": 7}
 
 
 class Columns(Particles):
-    """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 7): `SIZES`;
+    """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
     material, identity (n,): index of the material, number for life."""
 
     def __init__(self, population, laws, grid, bed, precision):
@@ -35,7 +36,8 @@ class Columns(Particles):
             reals[:, OFFSETS["climb"]] = self.snapshot().column("velocity")[:, 2]
             self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
         self.mass = float(self.masses().sum())
-        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(3)}
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
+                        "momentum": np.zeros(3)}
         self.sorts = 0
 
     def _fill(self, cells, reals, material, identity):
@@ -62,6 +64,12 @@ class Columns(Particles):
         self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], snapshot.labels[keep, 0],
                    snapshot.labels[keep, 1])
         self.sorts += 1
+
+    def gain(self, mass, height, gravity):
+        """Count snow cover that was taken up: its mass [kg], and its sum of mass times height [kg m]."""
+        self.mass += mass
+        self.removed["entrained"] += mass
+        self.removed["energy"] += height * gravity[2]
 
     def _table(self):
         return self.reals.to_numpy()[: self.count]

@@ -25,22 +25,25 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.plan_grid import TILE
-from snowmpm.depth.scatter import TALLIES
+from snowmpm.depth.scatter import TALLIES, WATER
 
-NODE = 5
-"""Numbers of a node: phi, H, beta, u."""
+NODE = 6
+"""Numbers of a node: phi, H, beta, u (2), share of the wanted snow cover that there is."""
 
 
 @functools.cache
-def node_kernel(real, serial):
-    """Kernel that makes phi, H, beta and u (2) of the tallies of tiles that were touched, and clears these.
+def node_kernel(real, entrains, serial):
+    """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these.
 
-    copies: sets of tallies that are added up.
+    copies: sets of tallies that are added up. entrains: whether snow cover is taken up; then cover: mass left [kg] of
+    each node's cell, lowering: how far [m] the ground sinks where a kilogram is taken, under: the node's place in bed.
     """
 
     @taichi_kernel
     def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), cos2: ti.types.ndarray(),
-                nodes: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real, mixing: real, dt: real,
+                nodes: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
+                under: ti.types.ndarray(), bed: ti.types.ndarray(),
+                g: real, dx: real, unit: real, damping: real, mixing: real, dt: real,
                 copies: int, n_tiles: int):
         ti.loop_config(serialize=serial)
         for tile in range(n_tiles):
@@ -67,7 +70,14 @@ def node_kernel(real, serial):
                         closing = ti.max(0.0, (sums[3] - u.dot(gradient)) / volume) / dx
                         phi = g * ti.cast(cos2[node], real) * depth
                         kappa = damping * ti.sqrt(phi) / dx + mixing * closing
-                        result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1]])
+                        result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1], 0.0])
+                        if ti.static(entrains):
+                            wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
+                            if wanted > 0.0:
+                                taken = ti.min(wanted, cover[node])
+                                cover[node] -= taken
+                                bed[under[node]] -= taken * lowering[node]
+                                result[NODE - 1] = ti.cast(taken / wanted, real)
                     nodes[node] = result
 
     return resolve

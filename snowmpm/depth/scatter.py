@@ -15,11 +15,18 @@ from snowmpm.compiler.parallel import chunks, is_worker, worker
 from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.spline import first_derivatives, weights
 
-TALLIES = 6
-"""Numbers of a node: V, M (2), R dx, G dx (2), volumes over the mean one of a column."""
+TALLIES = 7
+"""Numbers of a node: V, M (2), R dx, G dx (2), volumes over the mean one of a column; mass of snow cover that columns
+over its cell would take up in the step, over that of a mean column of water [-]."""
 
 WORKERS = 4
 """Parts that columns are cut into on a CPU: more threads than these do not help."""
+
+INTAKE = 7
+"""Place in the numbers of a column of the snow cover that it would take up [kg/s]."""
+
+WATER = 1000.0
+"""[kg/m3]"""
 
 SEGMENT = 128
 """Columns that one thread takes at a time; sums over them are reported together."""
@@ -34,8 +41,9 @@ def moved(cell, offset, way):
 
 
 @functools.cache
-def scatter_kernel(real, shared, serial):
-    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes.
+def scatter_kernel(real, shared, entrains, serial):
+    """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. entrains: whether there is
+    snow cover to take up.
 
     shared: whether all threads add to the same nodes, by atomics.
     """
@@ -43,7 +51,7 @@ def scatter_kernel(real, shared, serial):
     @ti.func
     def add(tallies: ti.template(), place, values):
         if ti.static(shared):
-            for k in ti.static(range(TALLIES)):
+            for k in ti.static(range(TALLIES - 1)):
                 ti.atomic_add(tallies[place][k], values[k])
         else:
             tallies[place] = tallies[place] + values
@@ -75,7 +83,14 @@ def scatter_kernel(real, shared, serial):
                             share = volume * wx[i] * wy[j]
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                             add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
-                                                           along[1]]))
+                                                           along[1], 0.0 * share]))
                             touched[place // (TILE * TILE)] = 1
+                    if ti.static(entrains):
+                        place = first_node + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
+                        wanted = 2.0 * half * column[INTAKE] / (WATER * unit)
+                        if ti.static(shared):
+                            ti.atomic_add(tallies[place][TALLIES - 1], wanted)
+                        else:
+                            tallies[place][TALLIES - 1] = tallies[place][TALLIES - 1] + wanted
 
     return scatter

@@ -31,11 +31,12 @@ class ColumnSnapshot:
             n, grid = len(self._cells), self._grid
             (wx, dx), (wy, dy) = (spline(self._reals[:, a]) for a in (0, 1))
             height, slope, surface = np.zeros(n), np.zeros((n, 2)), np.zeros(n)
+            heights = self._bed.heights
             level = surface_heights(grid, self._bed, self._cells, self._reals)
             for i in range(3):
                 for j in range(3):
                     at = self._cells[:, 0] + i - 1, self._cells[:, 1] + j - 1
-                    b, w = self._bed.heights[at[0] + MARGIN, at[1] + MARGIN], wx[:, i] * wy[:, j]
+                    b, w = heights[at[0] + MARGIN, at[1] + MARGIN], wx[:, i] * wy[:, j]
                     height += b * w
                     slope += b[:, None] * np.stack([dx[:, i] * wy[:, j], wx[:, i] * dy[:, j]], axis=1)
                     surface += w * level[grid.number(*at)]

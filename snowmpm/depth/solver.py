@@ -18,10 +18,12 @@ from snowmpm.depth import gather, scatter
 from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
+from snowmpm.depth.cover import Cover
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.nodes import NODE, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.ground.friction import GroundFriction
 from snowmpm.particles.coordinates import Frame
 from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import Extremes
@@ -37,9 +39,9 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides):
+                 sides, entrainment=None):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
-        numbers."""
+        numbers; entrainment: the same of a law of entrainment, or None."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] >= 0.0:
@@ -49,7 +51,7 @@ class DepthSolver(Method):
         self.bed = Bed(terrain, self.grid)
         self.particles = Columns(population, laws, self.grid, self.bed, precision)
         self.cfl = cfl or USUAL_CFL
-        self._tables(friction, sides, population)
+        self._tables(friction, entrainment, sides, population)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
@@ -58,14 +60,15 @@ class DepthSolver(Method):
 
     @classmethod
     def of(cls, population, laws, options, *, terrain, terrain_friction, sides, dx, precision, lower, upper, gravity,
-           cfl, **others):
+           cfl, terrain_entrainment=None, **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
-                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides)
+                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
+                   entrainment=terrain_entrainment)
 
-    def _tables(self, friction, sides, population):
+    def _tables(self, friction, entrainment, sides, population):
         """What kernels read beside the columns."""
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
@@ -76,9 +79,10 @@ class DepthSolver(Method):
         self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
         self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
         self._nodes.fill(0.0)
-        self._bed, self._cos2 = real_array(self.bed.heights.ravel()), real_array(grid.flat(self.bed.cos2))
+        self._cos2 = real_array(grid.flat(self.bed.cos2))
         self._unit = float(population.volumes.mean())
-        self._law, numbers = self._friction(friction)
+        self._law, numbers = self._on_ground(friction)
+        self.cover = Cover(grid, self.bed, *(self._on_ground(entrainment)[::-1] if entrainment else ()))
         self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
         place[grid.nodes()[self.bed.holes]] = -1
@@ -91,10 +95,9 @@ class DepthSolver(Method):
         self._bounds, self._report = None, ()
         self._serial = runs_serially(COLUMN_STEP * count)
 
-    def _friction(self, friction):
+    def _on_ground(self, friction):
         """Class of the law, and its numbers: a row, or one a node."""
-        law, g = getattr(friction, "law", friction), -float(self.gravity[2])
-        law = friction if isinstance(law, str) else law
+        law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
         if not getattr(friction, "varies", False):
             return type(law), np.array([law.parameters(g)], float)
         x, y = np.moveaxis(self.grid.places(), -1, 0)
@@ -114,22 +117,25 @@ class DepthSolver(Method):
 
     def step(self, dt):
         """Advance by dt [s]."""
-        store, grid, options = self.particles, self.grid, self.options
+        store, grid, cover, options = self.particles, self.grid, self.cover, self.options
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         bounds, report = self._shares()
         with runtime.precision(self.precision):
-            scatter.scatter_kernel(real, self._shared, self._serial)(
+            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
                 self._unit, grid.n_nodes, store.count)
-            node_kernel(real, self._serial)(
-                self._tallies, self._touched, self._cos2, self._nodes, g, grid.dx, self._unit,
+            node_kernel(real, cover.law is not None, self._serial)(
+                self._tallies, self._touched, self._cos2, self._nodes, cover.mass, cover.lowering, cover.under,
+                self.bed.table, g, grid.dx, self._unit,
                 options.damping, options.mixing, dt, self._copies, grid.n_tiles)
-            gather.gather_kernel(real, self._law, self._serial)(
-                store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes, self._bed,
-                self._place, self._numbers, report, bounds, self._walls, self.bed.heights.shape[1], dt, 1.0 / grid.dx, g,
-                float(options.centrifugal), store.count)
+            gather.gather_kernel(real, self._law, cover.law, self._serial)(
+                store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
+                self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
+                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.count)
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
+        if cover.law:
+            store.gain(report[:, gather.ENTRAINED].sum(), report[:, gather.HEIGHT].sum(), self.gravity)
         self.time += dt
         self.steps += 1
         if report[:, gather.LEFT].any():
@@ -186,7 +192,7 @@ class DepthSolver(Method):
             return None
         snapshot = store.snapshot()
         chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
-        ground, slope, surface = (part[chosen] for part in snapshot._ground())
+        _, slope, surface = (part[chosen] for part in snapshot._ground())
         cosine = 1.0 / np.sqrt(1.0 + (slope**2).sum(axis=1))
         position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
         density = store.materials.density[snapshot.labels[chosen, 0]]
@@ -243,7 +249,8 @@ class DepthSolver(Method):
     def memory(self):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
-        return grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4) + self.bed.heights.size * 8
+        return (grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4)
+                + self.bed.table.shape[0] * 8)
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -252,7 +259,8 @@ class DepthSolver(Method):
         return {"columns": self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes),
                 "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
                 "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
-                "start": self._start.copy(), "lifted": self.lifted}
+                "start": self._start.copy(), "lifted": self.lifted, "cover": self.cover.state(),
+                "ground": self.bed.table.to_numpy() if self.cover.law else np.zeros(0)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
@@ -263,6 +271,9 @@ class DepthSolver(Method):
         self._plan_impulse = np.array(state["plan_impulse"])
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
         self.lifted = state["lifted"]
+        self.cover.restore(state["cover"])
+        if self.cover.law:
+            self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 
 
 

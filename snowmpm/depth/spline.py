@@ -12,16 +12,19 @@ import taichi as ti
 
 @ti.func
 def weights(f):
+    """N at the three nodes (3,)."""
     return ti.Vector([0.5 * (0.5 - f) ** 2, 0.75 - f * f, 0.5 * (0.5 + f) ** 2])
 
 
 @ti.func
 def first_derivatives(f):
+    """dN/df at the three nodes (3,)."""
     return ti.Vector([f - 0.5, -2.0 * f, f + 0.5])
 
 
 @ti.func
 def second_derivatives(f):
+    """d2N/df2 at the three nodes (3,)."""
     one = 0.0 * f + 1.0  # of the type of f
     return ti.Vector([one, -2.0 * one, one])
 

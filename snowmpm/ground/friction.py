@@ -11,7 +11,7 @@ from snowmpm.errors import InputError
 from snowmpm.terrain.load import existing
 from snowmpm.terrain.raster import read_raster, system_of
 
-from .law import STANDARD_GRAVITY, FrictionLaw
+from .parametrised import STANDARD_GRAVITY, Parametrised
 
 EDGE = 1e-6
 """How far outside its outermost cells [cells] a place still belongs to a raster: round-off of coordinates."""
@@ -19,10 +19,10 @@ EDGE = 1e-6
 
 @dataclass(frozen=True)
 class GroundFriction:
-    """Law of friction of a scene's terrain. base_dir: folder that its files are relative to; system:
-    `ReferenceSystem` of the terrain, or None; source: what messages begin with."""
+    """Law of friction, or of entrainment, of a scene's terrain. base_dir: folder that its files are relative to;
+    system: `ReferenceSystem` of the terrain, or None; source: what messages begin with."""
 
-    law: FrictionLaw
+    law: Parametrised
     base_dir: Path
     system: Any = None
     source: str | None = None
@@ -56,14 +56,14 @@ def on_nodes(law, system, x, y, *, base_dir=".", on_terrain=None, gravity=STANDA
     values, limits = {}, law.limits()
     for name, value in law.values.items():
         if name in law.rasters:
-            key = f"terrain.friction.{name}.file"
+            key = f"{law.TABLE}.{name}.file"
             found = _sampled(existing(value.file, base_dir, key), key, name, system, (x, y), used)
             _check_range(found, limits[name], f"{key} = {value.file!r}", (x, y), used)
             value = np.clip(found, limits[name].least, limits[name].most)  # of places that nothing reaches
         values[name] = value
     if reason := law.contradiction({name: value if np.ndim(value) == 0 else value[used]
                                     for name, value in values.items()}):
-        raise InputError(f"terrain.friction: {reason}")
+        raise InputError(f"{law.TABLE}: {reason}")
     numbers = law.numbers(values, gravity)
     return np.stack([np.broadcast_to(np.asarray(number, float), x.shape) for number in numbers])
 

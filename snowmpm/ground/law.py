@@ -1,17 +1,12 @@
 """The contract of a friction law: what a method, a scene and a raster of its numbers may ask of it."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, model_validator
-
-from .value import Limits, RasterValue, Stress
-
-STANDARD_GRAVITY = 9.81
-"""[m/s2]"""
+from .parametrised import Parametrised
+from .value import Stress
 
 
-class FrictionLaw(BaseModel):
+class FrictionLaw(Parametrised):
     """Shear stress of the ground on a flow; frozen data, checked on construction, unknown keys refused.
 
     A law adds its own parameters, its name `law`, PARAMETERS, `numbers`, and one Taichi function:
@@ -36,10 +31,7 @@ class FrictionLaw(BaseModel):
     `rate` is negative only where a law weakens with speed (WEAKENS).
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
-    PARAMETERS: ClassVar[Any]
-    """NamedTuple class of the numbers that `stress` reads"""
+    TABLE: ClassVar[str] = "terrain.friction"
     WEAKENS: ClassVar[bool] = False
     """whether the shear stress may fall with the speed"""
 
@@ -55,43 +47,3 @@ class FrictionLaw(BaseModel):
     """cohesion C of the flowing snow [Pa]: adds (1 - mu) C (1 - exp(-sigma / C)); 0 to 100 dry, 100 to 300 wet"""
     card: str | None = None
     """name of the friction card that the numbers began with, kept as their provenance"""
-
-    @classmethod
-    def numbers(cls, values: Mapping[str, Any], gravity: float) -> tuple[Any, ...]:
-        """PARAMETERS of parameter values by name, numbers or arrays. gravity [m/s2]: magnitude."""
-        raise NotImplementedError
-
-    @classmethod
-    def contradiction(cls, values: Mapping[str, Any]) -> str | None:
-        """Why parameter values, each within its limits, do not go together; None if they do."""
-        return None
-
-    @classmethod
-    def limits(cls) -> dict[str, Limits]:
-        """Parameter -> its limits, in the order of declaration."""
-        found = {name: [entry for entry in info.metadata if isinstance(entry, Limits)]
-                 for name, info in cls.model_fields.items()}
-        return {name: entries[0] for name, entries in found.items() if entries}
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Parameter -> its number or `RasterValue`."""
-        return {name: getattr(self, name) for name in self.limits()}
-
-    @property
-    def rasters(self) -> dict[str, RasterValue]:
-        """Parameters that are rasters."""
-        return {name: value for name, value in self.values.items() if isinstance(value, RasterValue)}
-
-    def parameters(self, gravity: float = STANDARD_GRAVITY) -> Any:
-        """PARAMETERS of a law whose parameters are all numbers. gravity [m/s2]: magnitude. ValueError beside rasters,
-        whose numbers `GroundFriction.on_nodes` gives."""
-        if self.rasters:
-            raise ValueError(f"{', '.join(self.rasters)}: a raster has no one number")
-        return self.numbers(self.values, gravity)
-
-    @model_validator(mode="after")
-    def _consistent(self):
-        if not self.rasters and (reason := self.contradiction(self.values)):
-            raise ValueError(reason)
-        return self

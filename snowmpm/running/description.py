@@ -82,7 +82,7 @@ def describe(model, solver):
     leaves open, and why), "starts_from", "gravity", "forces" and "damping", in words."""
     scene, store, told = model.scene, solver.particles, _acting(model)
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
-    coming = forecast(scene, solver)
+    coming, kind = forecast(scene, solver), METHODS[scene.solver.method].particles
     steps = int(np.ceil(coming.steps))
     if coming.course:
         told["expected_end"] = f"at t = {coming.end:.3g} s, after at most {coming.course.speed:.0f} m/s"
@@ -90,7 +90,7 @@ def describe(model, solver):
     return {
         **told,
         "dimension": scene.dimension,
-        METHODS[scene.solver.method].particles: {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
+        kind: {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": store.mass,
         "blocks": store.n_blocks,
         "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory),

@@ -1,6 +1,5 @@
 """How many steps a run takes, and when it ends, before it runs."""
 
-import math
 from dataclasses import dataclass
 from typing import Any
 

@@ -186,7 +186,8 @@ class Recorder:
             return None
         path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
         mass, gone = float(self._simulation.particles["mass"].sum()), self._simulation.solver.particles.removed["mass"]
-        whole = {"release_mass": mass + gone, "deposit_mass": mass,
+        entrained = self._simulation.solver.particles.removed.get("entrained", 0.0)
+        whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
                              path[:, 2], whole, surface.height, release_plan(self._simulation.model))

@@ -184,6 +184,9 @@ class Model:
             elif not isinstance(friction, int | float):
                 friction = friction.mu
             contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
+            if scene.terrain.entrainment:
+                contact["terrain_entrainment"] = GroundFriction(scene.terrain.entrainment, scene.base_dir,
+                                                                self.surface.system, scene.source)
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                   "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                   "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

@@ -15,6 +15,8 @@ def demands(scene):
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
         yield from _of_friction(scene.terrain.friction)
+        if scene.terrain.entrainment:
+            yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
     for i, body in enumerate(scene.bodies):
@@ -22,7 +24,8 @@ def demands(scene):
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "periodic", True, "domain.boundary", "periodic"
-    yield "initial_stress", scene.initial.stress, "initial.stress", scene.initial.stress
+    if scene.initial.stress != "none":
+        yield "initial_stress", scene.initial.stress, "initial.stress", scene.initial.stress
     if scene.initial.stress == "settle":
         yield "settling", True, "initial.stress", scene.initial.stress
     for i, event in enumerate(scene.events):

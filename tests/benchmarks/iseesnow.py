@@ -1,4 +1,4 @@
-"""Depth-averaged avalanches beside thirteen programs (ISeeSnow, doi:10.5194/egusphere-2025-6053): run-out, peaks, areas.
+"""Depth-averaged avalanches beside thirteen programs (ISeeSnow, doi:10.5194/egusphere-2025-6053): run-out, peaks.
 
     python tests/benchmarks/iseesnow.py FOLDER [--case CoulombOnly|IdealizedTopo] [--dx 5] [-o OUT]
 
@@ -124,9 +124,10 @@ def main():
                  for name, values in found.items()]
         for row in rows:
             if row["case"] == case:
-                print(f"{row['program']:24s} s {row['runout']:7.0f}  v95 {row['speed_95']:6.1f} v99 {row['speed_99']:6.1f}"
-                      f" max {row['speed_max']:6.1f}  h99 {row['depth_99']:5.2f} max {row['depth_max']:6.2f}"
-                      f"  A(v) {row['speed_area'] / 1e4:6.1f} ha A(h) {row['depth_area'] / 1e4:6.1f} ha")
+                print(f"{row['program']:24s} s {row['runout']:5.0f} m, v95 {row['speed_95']:5.1f},"
+                      f" v99 {row['speed_99']:5.1f},"
+                      f" h99 {row['depth_99']:5.2f}, {row['speed_area'] / 1e4:5.1f} ha fast,"
+                      f" {row['depth_area'] / 1e4:5.1f} ha deep")
     with open(out / "iseesnow.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()

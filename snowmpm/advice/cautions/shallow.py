@@ -7,8 +7,8 @@ MOST_BEND = 0.2
 """Depth over radius of curvature of the ground, from which terms that the equations leave out are no longer small.
 Chosen: they neglect it against 1 (Savage and Hutter, 1991, doi:10.1007/BF01175958)."""
 STEEPEST = 60.0
-"""Slope [degrees] from which snow falls rather than slides. Chosen: a depth normal to the ground is then twice as deep in
-plan as it is thick."""
+"""Slope [degrees] from which snow falls rather than slides. Chosen: the snow is then twice as deep vertically as it is
+thick."""
 
 PLAN = [name for name, entry in METHODS.items() if entry.capabilities.plan]
 
