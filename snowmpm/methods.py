@@ -32,6 +32,10 @@ class Capabilities:
     entrainment: bool = False
     """snow cover that the flow takes up"""
     obstacles: bool = True
+    contacts: tuple[str, ...] = ("stick", "slip", "separate")
+    """values of terrain.contact"""
+    sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
+    """boundaries of the domain"""
     periodic: bool = True
     initial_stress: tuple[str, ...] = ("geostatic", "isotropic", "settle")
     """values of initial.stress beside "none" """
@@ -96,7 +100,8 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
-        obstacles=False, initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
+        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}
 

@@ -56,8 +56,13 @@ class ColumnSnapshot:
             return np.zeros((n, EMPTY[name]))
         return self._reals[:, [{"volume": 4, "depth": 5}[name]]]
 
+    def thickness(self):
+        """Of the snow where each column is, normal to the ground (n,) [m], from where all columns are now."""
+        _, slope, surface = self._ground()
+        return surface * np.sqrt(1.0 + (slope**2).sum(axis=1))
+
     def depth(self):
-        """Thickness of the snow where each column is, normal to the ground (n,) [m]."""
+        """The same as of the last step."""
         return self._reals[:, 5]
 
     def positions(self):

@@ -59,8 +59,8 @@ class DepthSolver(Method):
         self.restart_clock()
 
     @classmethod
-    def of(cls, population, laws, options, *, terrain, terrain_friction, sides, dx, precision, lower, upper, gravity,
-           cfl, terrain_entrainment=None, **others):
+    def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
+           terrain_friction=None, terrain_entrainment=None, **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
@@ -192,13 +192,11 @@ class DepthSolver(Method):
             return None
         snapshot = store.snapshot()
         chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
-        _, slope, surface = (part[chosen] for part in snapshot._ground())
-        cosine = 1.0 / np.sqrt(1.0 + (slope**2).sum(axis=1))
         position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
         density = store.materials.density[snapshot.labels[chosen, 0]]
         friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
-                        np.maximum(LEAST_DEPTH, surface / cosine), density, self.options.centrifugal)
+                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
         return run_blocks(blocks, lambda speed: self._longest(self.cfl, speed)[0], end_time, interval)
 
     @property
