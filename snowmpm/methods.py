@@ -32,6 +32,10 @@ class Capabilities:
     entrainment: bool = False
     """snow cover that the flow takes up"""
     obstacles: bool = True
+    contacts: tuple[str, ...] = ("stick", "slip", "separate")
+    """values of terrain.contact"""
+    sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
+    """boundaries of the domain"""
     periodic: bool = True
     initial_stress: tuple[str, ...] = ("geostatic", "isotropic", "settle")
     """values of initial.stress beside "none" """
@@ -76,6 +80,18 @@ class MethodEntry:
     builder: str | Callable
     capabilities: Capabilities
     options: str | None = None
+    words: str = ""
+    """name in captions; the name in capitals when missing"""
+
+    @property
+    def title(self) -> str:
+        """Name in captions."""
+        return self.words or self.name.upper()
+
+    @property
+    def particles(self) -> str:
+        """What its particles are called."""
+        return "columns" if self.capabilities.plan else "particles"
 
 
 METHODS = {entry.name: entry for entry in (
@@ -84,8 +100,9 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
-        obstacles=False, initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
-        plan=True, usual_filling=4), options="depth"),
+        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
+        plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}
 
 

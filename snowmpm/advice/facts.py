@@ -9,6 +9,7 @@ import numpy as np
 from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
+from snowmpm.running.forecast import forecast
 
 FARTHEST = 3
 """Largest distance of neighbouring bodies [cells]."""
@@ -126,10 +127,15 @@ class SceneFacts:
         """Approximate facts of a scene that differs only in settings or materials: the particles stay the same."""
         return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
 
+    @cached_property
+    def forecast(self):
+        """`Forecast` of the run."""
+        return forecast(self.scene, self.solver)
+
     @property
     def steps(self):
-        """Number of steps of the whole scene with the length of the first steps."""
-        return self.scene.end_time / (self.scene.solver.dt or self.solver.expected_dt()[0])
+        """Number of steps of the whole scene, most often with the length of the first steps."""
+        return self.forecast.steps
 
 
 def _close(cells):

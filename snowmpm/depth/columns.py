@@ -33,7 +33,8 @@ class Columns(Particles):
         self.densities = real_array(self.materials.density)
         self._fill(cell, reals, population.material, np.arange(self.count))
         if self.count:
-            reals[:, OFFSETS["climb"]] = self.snapshot().column("velocity")[:, 2]
+            now = self.snapshot()
+            reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
             self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,

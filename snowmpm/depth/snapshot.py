@@ -56,6 +56,15 @@ class ColumnSnapshot:
             return np.zeros((n, EMPTY[name]))
         return self._reals[:, [{"volume": 4, "depth": 5}[name]]]
 
+    def thickness(self):
+        """Of the snow where each column is, normal to the ground (n,) [m], from where all columns are now."""
+        _, slope, surface = self._ground()
+        return surface * np.sqrt(1.0 + (slope**2).sum(axis=1))
+
+    def depth(self):
+        """The same as of the last step."""
+        return self._reals[:, 5]
+
     def positions(self):
         """Scene coordinates [m] (n, 3): on the ground in plan, half of the snow's surface above it. With these, the
         potential energy of all columns is that of what they do to each other as well."""

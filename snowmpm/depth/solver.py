@@ -16,8 +16,10 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
 from snowmpm.depth.bed import Bed
+from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.cover import Cover
+from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.nodes import NODE, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
@@ -61,8 +63,8 @@ class DepthSolver(Method):
         self.restart_clock()
 
     @classmethod
-    def of(cls, population, laws, options, *, terrain, terrain_friction, sides, dx, precision, lower, upper, gravity,
-           cfl, terrain_entrainment=None, **others):
+    def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
+           terrain_friction=None, terrain_entrainment=None, **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
@@ -170,10 +172,11 @@ class DepthSolver(Method):
         height = store.snapshot().positions()[:, 2] - store.snapshot()._ground()[0]
         return math.sqrt(-self.gravity[2] * 2.0 * float(height.max(initial=0.0)))
 
-    def _longest(self, share, advective):
+    def _longest(self, share, advective, speed=None):
         """dt and cause, with which a wave crosses at most `share` cells, and a column that speeds up with g at most
-        `advective`."""
-        g, way, speed = -float(self.gravity[2]), advective * self.grid.dx, self.extremes.speed
+        `advective`; speed [m/s]: of the fastest, that of the last step when missing."""
+        g, way = -float(self.gravity[2]), advective * self.grid.dx
+        speed = self.extremes.speed if speed is None else speed
         advective = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
         elastic = share * self.grid.dx / max(self._wave, 1e-30)
         return (elastic, "elastic") if elastic < advective else (advective, "advective")
@@ -185,6 +188,20 @@ class DepthSolver(Method):
     def critical_dt(self):
         """-> (longest stable step [s], what limits it)."""
         return self._longest(CRITICAL_CFL, CRITICAL_CFL)
+
+    def course(self, end_time, interval):
+        """`Course` of a run from now, by blocks that slide down from where columns are."""
+        store, grid = self.particles, self.grid
+        if store.count == 0:
+            return None
+        snapshot = store.snapshot()
+        chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
+        position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
+        density = store.materials.density[snapshot.labels[chosen, 0]]
+        friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
+        blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
+                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
+        return run_blocks(blocks, lambda speed: self._longest(self.cfl, self._advective, speed)[0], end_time, interval)
 
     @property
     def limits(self):

@@ -69,9 +69,10 @@ class Audit:
     as in saw tests, nor in a periodic domain, where snow comes back.
     """
 
-    def __init__(self, solver, fields, direction, start_positions):
+    def __init__(self, solver, fields, direction, start_positions, plan=False):
         """solver: a `stepping.contract.Method`; direction: (dim - 1,) or None; start_positions: (n, dim) by particle
-        number."""
+        number; plan: whether cells are those of a grid in plan."""
+        self._axes = slice(0, -1) if plan else slice(None)
         self._solver = solver
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
@@ -149,7 +150,8 @@ class Audit:
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
-        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - frame.origin) / frame.dx)
+        cells = ((x - frame.origin) / frame.dx)[:, self._axes]
+        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied(cells)
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last, since it may have to sort the particles and remove some
         motion = row["kinetic_energy"] + row["affine_energy"]

@@ -14,6 +14,7 @@ def demands(scene):
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
+        yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
         yield from _of_friction(scene.terrain.friction)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
@@ -22,6 +23,8 @@ def demands(scene):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+    for name, boundary in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
+        yield "sides", boundary, f"domain.boundary.{name}", boundary
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "periodic", True, "domain.boundary", "periodic"
     if scene.initial.stress != "none":

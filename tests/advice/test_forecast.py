@@ -64,7 +64,8 @@ def runs():
 def forecast(budget, row):
     """Seconds of the part of a run that a row of the table is of, its start left out. Who can say when a state has
     settled? Of settling steps only the cost is foretold here, not the number."""
-    steps = budget.facts.steps * float(row["part"]) / float(row["end_time"])
+    end = min(float(row["end_time"]), budget.facts.forecast.end)
+    steps = budget.facts.steps * min(1.0, float(row["part"]) / end)
     settling = float(row["settling_steps"]) * sum(budget.stages(settling=True).values())
     return settling + steps * budget.step() + float(row["frames"]) / budget.frames * budget.output
 

@@ -6,6 +6,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     ground_friction,
     layers,
     round_off,
+    shallow,
     sph_sums,
     standing,
     time_steps,
