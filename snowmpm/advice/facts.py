@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from snowmpm.advice.breaking import breaking_between
 from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
@@ -126,10 +127,23 @@ class SceneFacts:
         """Approximate facts of a scene that differs only in settings or materials: the particles stay the same."""
         return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
 
-    @property
+    @cached_property
     def steps(self):
-        """Number of steps of the whole scene with the length of the first steps."""
-        return self.scene.end_time / (self.scene.solver.dt or self.solver.expected_dt()[0])
+        """Number of steps of the whole scene."""
+        return self.steps_until(self.scene.end_time)
+
+    def steps_until(self, time):
+        """Number of steps until a time [s], with the length of the first steps, shorter while bonds break."""
+        long = self.scene.solver.dt or self.solver.expected_dt()[0]
+        short = self.scene.solver.dt or self.solver.expected_dt(breaking=True)[0]
+        if short == long:
+            return time / long
+        begin, end = self._breaking
+        return time / long + max(0.0, min(end, time) - begin) * (1.0 / short - 1.0 / long)
+
+    @cached_property
+    def _breaking(self):
+        return breaking_between(self.scene)
 
 
 def _close(cells):

@@ -52,9 +52,6 @@ def throw(scheme, speed, gap=0.0):
 
 
 CASES = [(scheme, speed) for scheme in (APIC, FLIP, replace(APIC, kernel="cubic"), AFLIP) for speed in SPEEDS]
-CASES = [case for case in CASES if case != (AFLIP, 5.0)] + [
-    (replace(AFLIP, cfl=0.4), 5.0),
-    pytest.param(AFLIP, 5.0, marks=pytest.mark.xfail(strict=True, reason="0.12 % with C = 0.59, which no cfl gives"))]
 
 
 @pytest.mark.parametrize(("scheme", "speed"), CASES, ids=str)
