@@ -156,6 +156,11 @@ def in_scenes():
     found |= fitted(runs, lambda run: run.ns("rest"), {"call": lambda run: 1.0, "watched": lambda run: run.watched})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
+    written = [run for run in runs if run.frames]
+    frames = fitted(written, lambda run: run.ns("output", a="frames"), {
+        "obstacle": lambda run: run.crowd.obstacles,
+        **{("fixed", dim): lambda run, dim=dim: run.dim == dim for dim in (2, 3)},
+        **{("audit", dim): lambda run, dim=dim: (run.dim == dim) * run.crowd.n for dim in (2, 3)}})
     for dim in (2, 3):
         for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
             if of == dim:
@@ -167,12 +172,10 @@ def in_scenes():
         yield "sort", dim, "f32", "", np.median([run.ns("sort") / run.crowd.n for run in own])
         yield "call", dim, "f32", "mpm", calls
         yield "call", dim, "f32", "sph", calls
-        written = [run for run in own if run.frames]
-        parts = fitted(written, lambda run: run.ns("output", a="frames"), {
-            "fixed": lambda run: 1.0, "audit": lambda run: run.crowd.n})
-        yield "frame", dim, "f32", "fixed", parts["fixed"]
-        yield "frame", dim, "f32", "audit", parts["audit"]
+        yield "frame", dim, "f32", "fixed", frames["fixed", dim]
+        yield "frame", dim, "f32", "audit", frames["audit", dim]
         yield "frame", dim, "f32", "number", 0.0
+        yield "frame", dim, "f32", "obstacle", frames["obstacle"]
         begun = fitted(own, lambda run: 1e9 * run.start / run.slow, {
             "fixed": lambda run: 1.0, "particle": lambda run: run.crowd.n})
         yield "start", dim, "f32", "fixed", begun["fixed"]
