@@ -3,8 +3,8 @@
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
 Needs figures/mpm_step.csv and figures/stress_update.csv for the bulk, and the table of `scene_runs.py` for what real
-scenes add to it. Steps of SPH: median of ten. Columns: the least of fifty steps, of many and of few, brought to the speed
-of the machine of the table. All by the processor time of one thread. --only: measure these rows, keep the table's
+scenes add to it. Steps of SPH: median of ten. Columns: the least of fifty steps, of many and of few, brought to the
+speed of the table's machine. All by the processor time of one thread. --only: measure these rows, keep the table's
 others.
 """
 
@@ -95,7 +95,7 @@ def sph():
 
 
 def columns():
-    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane, and
+    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane;
     ns of a step of hardly any."""
     for precision in ("f32", "f64"):
         many, few = (_least_step(side, precision) for side in (FIELD, 4))
