@@ -1,6 +1,6 @@
 """Method, domain and output of a scene."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -144,13 +144,20 @@ class Solver(Spec):
     depth: Depth = Field(default_factory=Depth)
     """of method = "depth" """
 
+    @model_validator(mode="before")
+    @classmethod
+    def _usual_filling(cls, given: Any) -> Any:
+        """With as many particles a cell as its method takes, where the scene does not choose."""
+        if isinstance(given, dict) and "particles_per_cell" not in given:
+            entry = METHODS.get(given.get("method")) if isinstance(given.get("method"), str) else None
+            if entry and entry.capabilities.usual_filling:
+                return {**given, "particles_per_cell": entry.capabilities.usual_filling}
+        return given
+
     @property
     def filling(self) -> int:
         """Particles in a full cell at the start."""
-        able = METHODS[self.method].capabilities
-        if able.usual_filling and "particles_per_cell" not in self.model_fields_set:
-            return able.usual_filling
-        return able.filling or self.particles_per_cell
+        return METHODS[self.method].capabilities.filling or self.particles_per_cell
 
     def spacing(self, dimension: int) -> float:
         """Mean distance of particles at the start [m], in plan if they are columns."""

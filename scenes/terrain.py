@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.scenes.dams import Dam
 from snowmpm.scenes.entrainment import Entrainment
 from snowmpm.scenes.friction import Friction
 from snowmpm.scenes.regions import PlanBox
@@ -95,6 +96,8 @@ class Dem(Ground):
     """unit of its elevations; when missing that of the file, or metres if the file names none"""
     attribution: str | None = None
     """credit of the data, printed on pictures and maps"""
+    dams: tuple[Dam, ...] = ()
+    """ridges that are raised on it"""
 
     @model_validator(mode="after")
     def _is_3d(self):

@@ -29,7 +29,11 @@ from snowmpm.stepping.contract import Method, StepLimits, Totals
 from snowmpm.stepping.time_step import Extremes
 
 USUAL_CFL, CRITICAL_CFL = 0.5, 1.0
-"""Cells that a wave or a column crosses in a step: of a scene that gives none, and at most."""
+"""Cells that a wave crosses in a step: of a scene that gives none, and at most."""
+
+USUAL_ADVECTIVE = 0.9
+"""Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of a real avalanche are the
+same to 0.3 % with 0.25."""
 
 COLUMN_STEP = 60e-9
 """Time of a step [s] a column on one thread, to choose how loops are handed out."""
@@ -50,7 +54,7 @@ class DepthSolver(Method):
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid)
         self.particles = Columns(population, laws, self.grid, self.bed, precision)
-        self.cfl = cfl or USUAL_CFL
+        self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         self._tables(friction, entrainment, sides, population)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
@@ -168,22 +172,22 @@ class DepthSolver(Method):
         height = store.snapshot().positions()[:, 2] - store.snapshot()._ground()[0]
         return math.sqrt(-self.gravity[2] * 2.0 * float(height.max(initial=0.0)))
 
-    def _longest(self, share, speed=None):
-        """dt and cause, with which neither a wave nor a column that speeds up with g crosses more than `share`
-        cells."""
-        g, way = -float(self.gravity[2]), share * self.grid.dx
+    def _longest(self, share, advective, speed=None):
+        """dt and cause, with which a wave crosses at most `share` cells, and a column that speeds up with g at most
+        `advective`; speed [m/s]: of the fastest, that of the last step when missing."""
+        g, way = -float(self.gravity[2]), advective * self.grid.dx
         speed = self.extremes.speed if speed is None else speed
         advective = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
-        elastic = way / max(self._wave, 1e-30)
+        elastic = share * self.grid.dx / max(self._wave, 1e-30)
         return (elastic, "elastic") if elastic < advective else (advective, "advective")
 
     def stable_dt(self):
         """-> (step for now [s], what limits it)."""
-        return self._longest(self.cfl)
+        return self._longest(self.cfl, self._advective)
 
     def critical_dt(self):
         """-> (longest stable step [s], what limits it)."""
-        return self._longest(CRITICAL_CFL)
+        return self._longest(CRITICAL_CFL, CRITICAL_CFL)
 
     def course(self, end_time, interval):
         """`Course` of a run from now, by blocks that slide down from where columns are."""
@@ -197,7 +201,7 @@ class DepthSolver(Method):
         friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
                         np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
-        return run_blocks(blocks, lambda speed: self._longest(self.cfl, speed)[0], end_time, interval)
+        return run_blocks(blocks, lambda speed: self._longest(self.cfl, self._advective, speed)[0], end_time, interval)
 
     @property
     def limits(self):

@@ -4,7 +4,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from same_runs import assert_same_runs, run_with_signal
 
 import snowmpm
 from snowmpm.io import Run
@@ -13,6 +12,7 @@ from snowmpm.running.rest import rested
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.library import library
 from snowmpm.scenes.stop import ends_at_rest
+from tests.support.same_runs import assert_same_runs, run_with_signal
 
 SCENE = Path(__file__).with_name("at_rest.toml")
 HOLD = 0.4
