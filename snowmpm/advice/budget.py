@@ -87,7 +87,8 @@ class Budget:
 
     def frames_at(self, particles):
         """Seconds of all frames with the number of particles multiplied by this factor."""
-        return self._python * self.frames * costs.frame(particles * self.n, self.numbers, self.facts.dim)
+        one = costs.frame(particles * self.n, self.numbers, self.facts.dim, self.crowd.obstacles)
+        return self._python * self.frames * one
 
     @property
     def start(self):

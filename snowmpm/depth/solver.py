@@ -32,7 +32,7 @@ USUAL_CFL, CRITICAL_CFL = 0.5, 1.0
 """Cells that a wave crosses in a step: of a scene that gives none, and at most."""
 
 USUAL_ADVECTIVE = 0.9
-"""Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of a real avalanche are the
+"""Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of an avalanche are the
 same to 0.3 % with 0.25."""
 
 COLUMN_STEP = 60e-9

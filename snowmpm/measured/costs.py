@@ -154,10 +154,12 @@ def step(scheme, crowd, settling=False):
     return sum(stages(scheme, crowd, settling).values())
 
 
-def frame(particles, numbers, dimension):
-    """Seconds of a frame of particles with so many numbers each, beside their positions, audit included."""
+def frame(particles, numbers, dimension, obstacles=0):
+    """Seconds of a frame of particles with so many numbers each, beside their positions, audit included; obstacles:
+    whose poses and loads it has."""
     found = table()
-    return 1e-9 * (found["frame", dimension, "f32", "fixed"] + particles * (
+    fixed = found["frame", dimension, "f32", "fixed"] + obstacles * found["frame", dimension, "f32", "obstacle"]
+    return 1e-9 * (fixed + particles * (
         found["frame", dimension, "f32", "audit"] + (numbers + 3) * found["frame", dimension, "f32", "number"]))
 
 

@@ -1,4 +1,4 @@
-"""What a scene may not ask of the depth-averaged method: two lines at most, which name key, value and what is allowed."""
+"""What a scene may not ask of the depth-averaged method: two lines at most, with key, value and what is allowed."""
 
 import numpy as np
 import pytest
