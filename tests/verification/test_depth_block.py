@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from snowmpm.ground import Coulomb, Voellmy
-from tests.depth.flows import OPEN, UNDAMPED, USUAL, WALL, G, Ground, flow, lattice, order, run_to, slope
+from tests.support.depth_flows import OPEN, UNDAMPED, USUAL, WALL, G, Ground, flow, lattice, order, run_to, slope
 
 VOELLMY = [
     (0.155, 1750.0, 1.0, 35.0, {5.0: (18.304677, None), 10.0: (None, 163.515438), 20.0: (None, 435.816827)}),

@@ -9,7 +9,19 @@ grid instability", as of particles in cells of a plasma, arXiv:2503.13697).
 import numpy as np
 import pytest
 
-from tests.depth.flows import PERIODIC, UNDAMPED, USUAL, G, Ground, energy, flat, flow, lattice, momentum, run_to
+from tests.support.depth_flows import (
+    PERIODIC,
+    UNDAMPED,
+    USUAL,
+    G,
+    Ground,
+    energy,
+    flat,
+    flow,
+    lattice,
+    momentum,
+    run_to,
+)
 
 DX, CELLS = 0.2, 16
 
