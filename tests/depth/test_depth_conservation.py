@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.depth.flows import (
+from tests.support.depth_flows import (
     DENSITY,
     OPEN,
     PERIODIC,
