@@ -12,6 +12,7 @@ from .conventions import tensile_apex
 from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
+from .return_tangent import pyramid_returns, stiffest_over_elastic
 from .spectral import compose, eigen_of_deviator
 from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
@@ -169,6 +170,11 @@ class MohrCoulomb(Law):
     @property
     def tensile_strength(self) -> float:
         return self.tensile_apex
+
+    @property
+    def tangent_over_elastic(self) -> float:
+        s, t = (float(np.sin(np.radians(angle))) for angle in (self.friction_angle, self.dilation_angle))
+        return stiffest_over_elastic(self.bulk_modulus, self.shear_modulus, pyramid_returns(s, t))
 
     @property
     def friction_exceeds_dilation(self) -> bool:
