@@ -109,8 +109,9 @@ def test_shorter_steps_do_not_pay_where_nothing_breaks(rows, kind):
     assert np.nanmedian(work_to_the_same_error(rows, kind, "C = 0.4")) > 1.5
 
 
-@pytest.mark.parametrize("kind", [missed("elastic", "1.7 in the column, where strains are large and the program takes"
-                                                    " C = 0.4 as well"), "granular", missed("impact", f"0.9: {BY_CHANCE}")])
+@pytest.mark.parametrize("kind", [
+    missed("elastic", "1.7 in the column, where strains are large and the program takes C = 0.4 as well"), "granular",
+    missed("impact", f"0.9: {BY_CHANCE}")])
 def test_very_short_steps_pay_nowhere_else(rows, kind):
     assert all(not ratio < 2.5 for ratio in work_to_the_same_error(rows, kind, "C = 0.2"))
 
