@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from .arrays import Array
+from .conventions import tensile_apex
 from .hypoplastic_calibration import (
     coefficients,
     lateral_rate,
@@ -143,7 +144,7 @@ class RateLaw(Law):
     @property
     def tensile_apex(self) -> float:
         """c cot φ [Pa]: the isotropic tension that intact bonds carry."""
-        return float(self.cohesion / np.tan(np.radians(self.friction_angle)))
+        return float(tensile_apex(self.cohesion, self.friction_angle))
 
     @property
     def tensile_strength(self) -> float:

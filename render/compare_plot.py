@@ -9,14 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from snowmpm.annotations import Numbers, PathLike
-from snowmpm.render.figure import check_ending, plain, prefixed, save
-from snowmpm.render.history_plot import COLOURS, LEGEND
-
-KNOWN = "#11161c"
-"""Colour of what is known from elsewhere."""
-
-DASHES = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1, 1.2)))
-"""Line styles of what a panel shows beside each other of one run."""
+from snowmpm.render.figure import DASHES, INK, check_ending, plain, prefixed, save, titled
+from snowmpm.render.history_plot import LEGEND, colour_of
 
 PANEL = (5.6, 3.5)  # inches
 ENERGIES = {"kinetic_energy": "kinetic", "potential_energy": "potential, lost", "plastic_work": "plastic work"}
@@ -72,7 +66,7 @@ def comparison_figure(comparison, dpi=130):
     rows = -(-len(panels) // columns)
     figure = Figure(figsize=(PANEL[0] * columns, PANEL[1] * (rows + 1) + 0.6), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
-    figure.suptitle(comparison.title, fontsize=13, fontweight="bold", color=KNOWN)
+    figure.suptitle(comparison.title, fontsize=13, fontweight="bold", color=INK)
     cells = figure.add_gridspec(rows + 1, columns)
     _draw_profiles(figure.add_subplot(cells[0, :]), comparison)
     for i, draw in enumerate(panels):
@@ -82,41 +76,31 @@ def comparison_figure(comparison, dpi=130):
     return figure
 
 
-def _colour(i):
-    return COLOURS[i % len(COLOURS)]
-
-
-def _named(axes, title, x, y):
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-
-
 def _draw_profiles(axes, comparison):
     for i, run in enumerate(comparison.runs):
         if i == 0:
             axes.fill_between(*run.first, np.min(run.first[1]), color="0.94", lw=0)
             axes.plot(*run.first, color="0.7", lw=1.0, label="at the start")
-        axes.plot(*run.profile, color=_colour(i), lw=1.8, label=run.label)
+        axes.plot(*run.profile, color=colour_of(i), lw=1.8, label=run.label)
     if comparison.known_profile:
         label, s, height = comparison.known_profile
-        axes.plot(s, height, color=KNOWN, lw=1.4, ls="--", label=label)
+        axes.plot(s, height, color=INK, lw=1.4, ls="--", label=label)
     for name, unit, low, high, _ in comparison.numbers:
         if name == "run-out" and unit == "m":
-            axes.axvline(0.5 * (low + high), color=KNOWN, lw=1.2, ls="--", label="run-out, measured in experiments")
+            axes.axvline(0.5 * (low + high), color=INK, lw=1.2, ls="--", label="run-out, measured in experiments")
     reach = max(np.ptp(run.profile[0]) for run in comparison.runs)
     rise = max(np.max(run.first[1]) - min(np.min(run.profile[1]), np.min(run.first[1])) for run in comparison.runs)
     if reach < 12.0 * max(rise, 1e-12) and rise < 1.2 * reach:
         axes.set_aspect("equal", adjustable="datalim")
     axes.legend(**LEGEND)
-    _named(axes, f"surface at {comparison.moment:.4g} s", comparison.along, "height  [m]")
+    titled(axes, f"surface at {comparison.moment:.4g} s", comparison.along, "height  [m]")
 
 
 def _draw_fronts(axes, comparison):
     for i, run in enumerate(comparison.runs):
-        axes.plot(run.history["time"], run.history["front"], color=_colour(i), lw=1.8, label=run.label)
+        axes.plot(run.history["time"], run.history["front"], color=colour_of(i), lw=1.8, label=run.label)
     axes.legend(**LEGEND)
-    _named(axes, "front of 99.5 % of what moved", "time  [s]", "from the first centre  [m]")
+    titled(axes, "front of 99.5 % of what moved", "time  [s]", "from the first centre  [m]")
 
 
 def _draw_energies(axes, comparison):
@@ -125,10 +109,10 @@ def _draw_energies(axes, comparison):
     scale, unit = prefixed(*(values for *_, values in drawn), unit="J")
     names = [name for name in ENERGIES if any(name == one for _, one, _, _ in drawn)]
     for i, name, time, values in drawn:
-        axes.plot(time, values / scale, color=_colour(i), lw=1.5, ls=DASHES[names.index(name)])
+        axes.plot(time, values / scale, color=colour_of(i), lw=1.5, ls=DASHES[names.index(name)])
     styles = [Line2D([], [], color="0.35", ls=DASHES[k], label=ENERGIES[name]) for k, name in enumerate(names)]
     axes.legend(handles=styles, **LEGEND)
-    _named(axes, "energy", "time  [s]", f"[{unit}{'/m' if comparison.width else ''}]")
+    titled(axes, "energy", "time  [s]", f"[{unit}{'/m' if comparison.width else ''}]")
 
 
 def _energy(history, name):
@@ -142,12 +126,12 @@ def _draw_line(axes, comparison):
     for i, run in enumerate(comparison.runs):
         for name, (place, stress) in run.line.items():
             pair = (stress / scale, place) if upright else (place, stress / scale)
-            axes.plot(*pair, color=_colour(i), lw=1.5, ls=DASHES[names.index(name)])
+            axes.plot(*pair, color=colour_of(i), lw=1.5, ls=DASHES[names.index(name)])
     styles = [Line2D([], [], color="0.35", ls=DASHES[k], label=name) for k, name in enumerate(names)]
     axes.legend(handles=styles, **LEGEND)
     stress_label, place_label = f"compressive stress  [{unit}]", "height  [m]" if upright else "x  [m]"
     labels = (stress_label, place_label) if upright else (place_label, stress_label)
-    _named(axes, f"stress on {comparison.line} at {comparison.moment:.4g} s", *labels)
+    titled(axes, f"stress on {comparison.line} at {comparison.moment:.4g} s", *labels)
 
 
 def _draw_curve(axes, comparison):
@@ -156,12 +140,12 @@ def _draw_curve(axes, comparison):
     if closed:
         axes.fill(x, y, color="0.75", lw=0, label="what is known")
     else:
-        axes.plot(x, y, color=KNOWN, lw=1.4, ls="--", label="what is known", zorder=3)
+        axes.plot(x, y, color=INK, lw=1.4, ls="--", label="what is known", zorder=3)
     for i, run in enumerate(comparison.runs):
         if run.measured is not None:
-            axes.plot(*run.measured, color=_colour(i), lw=1.6, label=run.label)
+            axes.plot(*run.measured, color=colour_of(i), lw=1.6, label=run.label)
     axes.legend(**LEGEND)
-    _named(axes, "against what is known", x_label, y_label)
+    titled(axes, "against what is known", x_label, y_label)
 
 
 def _draw_numbers(axes, comparison):
@@ -171,14 +155,14 @@ def _draw_numbers(axes, comparison):
         middle = 0.5 * (low + high)
         width = max((high - low) / abs(middle), 0.004)
         axes.barh(k, width, left=1.0 - 0.5 * width, height=0.7, color="0.8", lw=0)
-        axes.plot([1.0, 1.0], [k - 0.35, k + 0.35], color=KNOWN, lw=1.2)
+        axes.plot([1.0, 1.0], [k - 0.35, k + 0.35], color=INK, lw=1.2)
         for i, value in enumerate(measured):
-            axes.plot(value / middle, k + 0.5 * ((i + 0.5) / len(measured) - 0.5), "o", color=_colour(i), ms=6)
+            axes.plot(value / middle, k + 0.5 * ((i + 0.5) / len(measured) - 0.5), "o", color=colour_of(i), ms=6)
     axes.set_yticks(range(len(numbers)), [name for name, *_ in numbers])
     axes.set_ylim(len(numbers) - 0.4, -0.6)
     axes.use_sticky_edges = False  # of the bars: a band that fills the panel has no end
     axes.margins(x=0.15)
-    _named(axes, "numbers over what is known", "measured / known", "")
+    titled(axes, "numbers over what is known", "measured / known", "")
 
 
 def _beside_a_scale(comparison):

@@ -15,6 +15,11 @@ from snowmpm.draft import draft
 from snowmpm.errors import InputError
 
 ENDINGS = (".png", ".pdf", ".svg")
+INK = "#11161c"
+"""Colour of titles, and of what is known from elsewhere."""
+
+DASHES = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (5, 1.2, 1, 1.2)))
+"""Line styles of what a panel shows beside each other of one run."""
 
 
 def check_ending(output: PathLike) -> None:
@@ -30,6 +35,13 @@ def plain(axes: Axes) -> None:
     axes.set_axisbelow(True)
     axes.xaxis.set_major_locator(MaxNLocator(6))
     axes.tick_params(labelsize=9, color="0.5")
+
+
+def titled(axes: Axes, title: str, x: str, y: str) -> None:
+    """Title of a panel, and labels of its axes."""
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
 
 
 def prefixed(*values: ArrayLike, unit: str = "Pa") -> tuple[float, str]:

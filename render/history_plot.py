@@ -81,6 +81,11 @@ def history_figure(run, dpi=130):
     return figure
 
 
+def colour_of(i: int) -> str:
+    """Colour of the i-th of several runs."""
+    return COLOURS[i % len(COLOURS)]
+
+
 def _named(axes, title, label):
     axes.set_title(title, loc="left", fontsize=10)
     axes.set_ylabel(label)

@@ -11,13 +11,11 @@ from matplotlib.figure import Figure
 from snowmpm.annotations import PathLike
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import THEORIES, compared
-from snowmpm.render.figure import check_ending, plain, save
-from snowmpm.render.history_plot import COLOURS, LEGEND
+from snowmpm.render.figure import DASHES, INK, check_ending, plain, save, titled
+from snowmpm.render.history_plot import LEGEND, colour_of
 from snowmpm.render.saw_test_plot import USUAL, local_speed
 
-KNOWN = "#11161c"
 ENERGIES = {"plastic_work": "plastic work", "kinetic_energy": "kinetic", "elastic_energy": "elastic"}
-DASHES = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)))
 NUMBERS = {"critical_length": ("critical length", "m", 1.0), "crack_speed": ("crack speed", "m/s", 1.0),
            "collapse_height": ("collapse height", "mm", 1e3), "fracture_energy": ("fracture energy", "J/m²", 1.0)}
 
@@ -49,7 +47,7 @@ def saw_tests_figure(tests, dpi=130):
     figure = Figure(figsize=(16.5, 8.2), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     figure.suptitle(" and ".join(dict.fromkeys(test.run.name.replace("_", " ") for test in tests)), fontsize=13,
-                    fontweight="bold", color=KNOWN)
+                    fontweight="bold", color=INK)
     for axes, draw in zip(figure.subplots(2, 3).ravel(), (_way, _speed, _numbers, _settlement, _work, _energies),
                           strict=True):
         plain(axes)
@@ -57,24 +55,14 @@ def saw_tests_figure(tests, dpi=130):
     return figure
 
 
-def _colour(i):
-    return COLOURS[i % len(COLOURS)]
-
-
-def _named(axes, title, x, y):
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-
-
 def _way(axes, tests):
     for i, test in enumerate(tests):
         saw = test.run.saw_test
-        axes.plot(saw["time"], saw["tip"], color=_colour(i), lw=1.8, label=f"{test.label}: crack")
-        axes.plot(saw["time"], saw["saw"], color=_colour(i), lw=1.0, ls=":",
+        axes.plot(saw["time"], saw["tip"], color=colour_of(i), lw=1.8, label=f"{test.label}: crack")
+        axes.plot(saw["time"], saw["saw"], color=colour_of(i), lw=1.0, ls=":",
                   label=f"saw, {saw.about['saw_speed']:g} m/s")
     axes.legend(**LEGEND)
-    _named(axes, "tip of the crack, and the saw", "time  [s]", "along the column  [m]")
+    titled(axes, "tip of the crack, and the saw", "time  [s]", "along the column  [m]")
 
 
 def _speed(axes, tests):
@@ -83,16 +71,16 @@ def _speed(axes, tests):
         saw, found = test.run.saw_test, test.found
         own = np.isfinite(saw["arrival"]) & (saw["x"] > (found.get("critical_length") or 0.0))
         x, speed = local_speed(saw["x"][own], saw["arrival"][own], 2.0 * saw.about["slab_thickness"])
-        axes.plot(x, speed, color=_colour(i), lw=1.8, label=test.label)
+        axes.plot(x, speed, color=colour_of(i), lw=1.8, label=test.label)
         wave = found["theory"].get("collapse_wave_speed")
         if wave and any(one.theory.measured == "crack_speed" for one in compared(found, saw.about["slope_angle"])):
-            axes.axhline(wave, color=_colour(i), lw=1.0, ls="--", label=f"collapse wave: {wave:.0f} m/s")
+            axes.axhline(wave, color=colour_of(i), lw=1.0, ls="--", label=f"collapse wave: {wave:.0f} m/s")
             top = max(top, wave)
         if len(speed):
             top = max(top, float(np.percentile(speed, USUAL)))
     axes.set_ylim(0.0, 1.4 * top)
     axes.legend(loc="upper left", **LEGEND)
-    _named(axes, "speed over two slab thicknesses", "crack length  [m]", "[m/s]")
+    titled(axes, "speed over two slab thicknesses", "crack length  [m]", "[m/s]")
 
 
 def _numbers(axes, tests):
@@ -108,20 +96,20 @@ def _numbers(axes, tests):
         for i, (test, value) in enumerate(zip(tests, values, strict=True)):
             y = k + 0.7 * ((i + 0.5) / len(tests) - 0.5)
             if value:
-                axes.barh(y, value / largest, height=0.6 / len(tests), color=_colour(i))
+                axes.barh(y, value / largest, height=0.6 / len(tests), color=colour_of(i))
                 axes.text(0.01, y, f"{scale * value:.3g} {unit}", fontsize=8, va="center", color="white",
                           fontweight="bold")
             for one in compared(test.found, test.run.saw_test.about["slope_angle"]):
                 if one.theory.measured == name:
                     axes.plot(min(one.predicted / largest, 1.9), y, marker=_marker(one.theory), ls="", ms=6,
-                              color=KNOWN, mfc="white")
+                              color=INK, mfc="white")
     for theory in THEORIES:
-        axes.plot([], [], marker=_marker(theory), ls="", color=KNOWN, mfc="white", label=theory.label)
+        axes.plot([], [], marker=_marker(theory), ls="", color=INK, mfc="white", label=theory.label)
     axes.set_yticks(range(len(labels)), labels)
     axes.set_ylim(len(labels) + 1.2, -0.6)
     axes.set_xlim(0.0, 2.0)
     axes.legend(loc="lower right", **{**LEGEND, "fontsize": 7})
-    _named(axes, "measured (bars), theories (signs; at 1.9: 1.9 and more)", "over the largest measured", "")
+    titled(axes, "measured (bars), theories (signs; at 1.9: 1.9 and more)", "over the largest measured", "")
 
 
 def _marker(theory):
@@ -131,31 +119,31 @@ def _marker(theory):
 def _settlement(axes, tests):
     for i, test in enumerate(tests):
         saw = test.run.saw_test
-        axes.plot(saw["x"], -1e3 * saw["settlement"][-1], color=_colour(i), lw=1.8,
+        axes.plot(saw["x"], -1e3 * saw["settlement"][-1], color=colour_of(i), lw=1.8,
                   label=f"{test.label}, {saw['time'][-1]:.3g} s")
     axes.legend(**LEGEND)
-    _named(axes, "deflection of the slab at the end", "along the column  [m]", "normal to the slope  [mm]")
+    titled(axes, "deflection of the slab at the end", "along the column  [m]", "normal to the slope  [mm]")
 
 
 def _work(axes, tests):
     for i, test in enumerate(tests):
         saw = test.run.saw_test
-        axes.plot(saw["x"], saw["fracture_energy"], color=_colour(i), lw=1.8, label=test.label)
+        axes.plot(saw["x"], saw["fracture_energy"], color=colour_of(i), lw=1.8, label=test.label)
         energy = test.found["theory"].get("fracture_energy")
         if energy:
-            axes.axhline(energy, color=_colour(i), lw=1.0, ls="--", label=f"work of collapse: {energy:.2f} J/m²")
+            axes.axhline(energy, color=colour_of(i), lw=1.0, ls="--", label=f"work of collapse: {energy:.2f} J/m²")
     axes.set_ylim(bottom=0.0)
     axes.legend(**LEGEND)
-    _named(axes, "energy until the strength was gone", "along the column  [m]", "[J/m²]")
+    titled(axes, "energy until the strength was gone", "along the column  [m]", "[J/m²]")
 
 
 def _energies(axes, tests):
     width = "/m" if tests[0].run.dimension == 2 else ""
     for i, test in enumerate(tests):
         history = test.run.history
-        for name, dashes in zip(ENERGIES, DASHES, strict=True):
+        for name, dashes in zip(ENERGIES, DASHES, strict=False):
             if name in history:
-                axes.plot(history["time"], history[name], color=_colour(i), lw=1.5, ls=dashes,
+                axes.plot(history["time"], history[name], color=colour_of(i), lw=1.5, ls=dashes,
                           label=ENERGIES[name] if i == 0 else None)
     axes.legend(**LEGEND)
-    _named(axes, "energy", "time  [s]", f"[J{width}]")
+    titled(axes, "energy", "time  [s]", f"[J{width}]")

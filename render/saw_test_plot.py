@@ -18,7 +18,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import FLAT, compared
 from snowmpm.io.saw_words import outcome, set_up
-from snowmpm.render.figure import check_ending, plain, save
+from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227")
 LEGEND = {"fontsize": 8, "edgecolor": "none", "framealpha": 0.8, "borderpad": 0.2}
@@ -56,19 +56,13 @@ def saw_test_figure(run, dpi=130, theories=None):
     title = run.name.replace("_", " ")
     figure.suptitle(f"{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
                     f" weak layer {1e3 * about['weak_layer_thickness']:g} mm{words}",
-                    fontsize=12, fontweight="bold", color="#11161c")
+                    fontsize=12, fontweight="bold", color=INK)
     cells = figure.subplots(2, 4).ravel()
     panels = (_space_time, _speed, _energy, _lengths, _deflection, _settlement, _slip, _words)
     for axes, draw in zip(cells, panels, strict=True):
         plain(axes)
         draw(figure, axes, test, found)
     return figure
-
-
-def _named(axes, title, x, y):
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
 
 
 def _window(test):
@@ -100,7 +94,7 @@ def _space_time(figure, axes, test, found):
     axes.set_ylim(*_window(test))
     axes.grid(False)
     axes.legend(loc="lower right", **LEGEND)
-    _named(axes, "crack in space and time", "along the column  [m]", "time  [s]")
+    titled(axes, "crack in space and time", "along the column  [m]", "time  [s]")
 
 
 def _speed(figure, axes, test, found):
@@ -127,7 +121,7 @@ def _speed(figure, axes, test, found):
     axes.set_ylim(0.0, 1.45 * top)  # room for the legend
     axes.set_xlim(0.0, test.about["length"])
     axes.legend(loc="upper left", ncols=2, **{**LEGEND, "fontsize": 7})
-    _named(axes, "speed of the crack", "crack length  [m]", "[m/s]")
+    titled(axes, "speed of the crack", "crack length  [m]", "[m/s]")
 
 
 def local_speed(x, arrival, window):
@@ -153,7 +147,7 @@ def _energy(figure, axes, test, found):
     axes.set_xlim(0.0, test.about["length"])
     axes.set_ylim(bottom=0.0)
     axes.legend(**LEGEND)
-    _named(axes, "energy that the crack takes", "along the column  [m]", "[J/m²]")
+    titled(axes, "energy that the crack takes", "along the column  [m]", "[J/m²]")
 
 
 def _lengths(figure, axes, test, found):
@@ -175,7 +169,7 @@ def _lengths(figure, axes, test, found):
     axes.set_yticks([])
     axes.set_ylim(max(len(rows), 1) - 0.5, -0.7)
     axes.set_xlim(0.0, 1.25 * max([*rows.values(), 1e-3]))
-    _named(axes, "critical length, and theories of it", "cut  [m]", "")
+    titled(axes, "critical length, and theories of it", "cut  [m]", "")
 
 
 def _words(figure, axes, test, found):
@@ -208,19 +202,19 @@ def _deflection(figure, axes, test, found):
         axes.plot(test["tip"][row], 0.0, "v", ms=5, color=TIP, clip_on=False)
     axes.set_xlim(0.0, test.about["length"])
     axes.legend(loc="lower right", title="time; ▼ tip", title_fontsize=8, **LEGEND)
-    _named(axes, "deflection of the slab", "along the column  [m]", "displacement normal to the slope  [mm]")
+    titled(axes, "deflection of the slab", "along the column  [m]", "displacement normal to the slope  [mm]")
 
 
 def _settlement(figure, axes, test, found):
     _over_time(axes, test, 1e3 * test["settlement"])
     axes.invert_yaxis()
-    _named(axes, "settlement of points of the slab", "time  [s]", "normal to the slope  [mm]")
+    titled(axes, "settlement of points of the slab", "time  [s]", "normal to the slope  [mm]")
 
 
 def _slip(figure, axes, test, found):
     scale, unit = (1e-3, "mm") if np.nanmax(np.abs(test["slip"])) < 0.1 else (1.0, "m")
     _over_time(axes, test, test["slip"] / scale)
-    _named(axes, "displacement along the slope", "time  [s]", f"in the saw's way  [{unit}]")
+    titled(axes, "displacement along the slope", "time  [s]", f"in the saw's way  [{unit}]")
 
 
 def _over_time(axes, test, lines):

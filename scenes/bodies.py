@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from snowmpm.scenes.shapes import BodyShape, ObstacleShape
 from snowmpm.scenes.space import LIST, NUMBER, FileName, Vector, by_type, dimension, zero_vector
-from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, check_period, refuse
 from snowmpm.scenes.terrain import Touching
 
 
@@ -78,8 +78,7 @@ class Motion(Spec):
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self):
-        if self.stop is not None and self.stop <= self.start:
-            raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        check_period(self.start, self.stop)
         if self.stop is not None and 2.0 * self.ramp > self.stop - self.start:
             raise refuse(f"must be at most half of the time from start to stop, {self.stop - self.start:g}", "ramp",
                          self.ramp)

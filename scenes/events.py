@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from snowmpm.scenes.space import Vector
-from snowmpm.scenes.spec import NonNegative, Positive, Spec, refuse
+from snowmpm.scenes.spec import NonNegative, Positive, Spec, check_period, refuse
 
 
 class Cut(Spec):
@@ -49,8 +49,7 @@ class Load(Spec):
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self):
-        if self.stop is not None and self.stop <= self.start:
-            raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        check_period(self.start, self.stop)
         return self
 
     @model_validator(mode="after")

@@ -8,7 +8,7 @@ from snowmpm.scenes.formula import Formula
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import NUMBER, TEXT, FileName, Vector, by_type, dimension
-from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
+from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, check_period, refuse
 
 Value = Annotated[Annotated[Number, NUMBER] | Annotated[Formula, TEXT], by_type(NUMBER, TEXT)]
 
@@ -21,8 +21,7 @@ class _Timed(Spec):
 
     @model_validator(mode="after")
     def _ends_after_it_starts(self):
-        if self.stop is not None and self.stop <= self.start:
-            raise refuse(f"must be after start = {self.start:g}", "stop", self.stop)
+        check_period(self.start, self.stop)
         return self
 
 

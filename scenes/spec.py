@@ -82,3 +82,9 @@ def refuse(allowed, key=None, value=None):
     `key` is then relative to that table.
     """
     return PydanticCustomError("scene_check", "{allowed}", {"allowed": allowed, "key": key, "value": value})
+
+
+def check_period(start, stop):
+    """Raise an error unless `stop` [s], None for never, is after `start`."""
+    if stop is not None and stop <= start:
+        raise refuse(f"must be after start = {start:g}", "stop", stop)

@@ -9,13 +9,8 @@ from pathlib import Path
 
 import pytest
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from tests.support.project import PROJECT, ROOT
 
-ROOT = Path(__file__).parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 FOLDERS = {
     "snowmpm": "snowmpm",
     "snowmpm.materials": "materials",
@@ -28,14 +23,15 @@ GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glan
           "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "terrain", "seeding", "solids", "forcing", "saw_test"}
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
                               "quantities")},
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
-    "scenes": {*GROUND, "materials"},
+    "ground": {*GROUND, "materials", "terrain"},
+    "scenes": {*GROUND, "materials", "ground"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -73,6 +69,7 @@ FORBIDDEN = {
     **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},
+    "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
@@ -210,3 +207,17 @@ def test_no_absolute_path_and_no_machine():
         if path.is_file() and not skipped & set(path.relative_to(ROOT).parts) and path != Path(__file__).resolve():
             found = pattern.search(path.read_text(encoding="utf-8", errors="replace"))
             assert not found, f"{path.relative_to(ROOT)} names {found[0]}"
+
+
+def test_tests_share_through_support_alone():
+    """No test takes anything from another test or a conftest: what two of them need is in `tests/support`."""
+    wrong = []
+    for path in (ROOT / "tests").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Import | ast.ImportFrom):
+                continue
+            names = [getattr(node, "module", None) or "", *(alias.name for alias in node.names)]
+            last = {name.split(".")[-1] for name in names}
+            wrong += [f"{path.relative_to(ROOT)}: {name}" for name in last
+                      if name == "conftest" or name.startswith("test_")]
+    assert not wrong

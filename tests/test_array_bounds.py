@@ -42,7 +42,7 @@ def test_the_check_itself():
         run_checked("""
 import taichi as ti
 from snowmpm import start
-from tests.past_the_end import past_the_end
+from tests.support.past_the_end import past_the_end
 start("cpu")
 past_the_end(ti.ndarray(ti.i32, (4,)))
 """)

@@ -9,7 +9,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from tests.test_architecture import PROJECT, ROOT
+from tests.support.project import PROJECT, ROOT
 
 
 def script(name):

@@ -9,7 +9,7 @@ from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.results.map_grid import MapGrid, grid_for
 from snowmpm.results.maps import FLOW_SHARE, GRAINS, PeakMaps, cell_for
-from tests.mpm.conftest import lattice
+from snowmpm.study.problems.schemes import lattice
 
 
 def test_a_block_that_slides_over_the_map():

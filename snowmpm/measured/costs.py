@@ -134,6 +134,8 @@ def stages(scheme, crowd, settling=False):
 
 def bulk(scheme, crowd):
     """ns of transfers and laws in full blocks of the benchmarks. Where nothing yields, a return map is a trial."""
+    if METHODS[scheme.method].capabilities.plan:
+        return crowd.n * transfers(scheme)  # columns have no stress
     kinds = {kind: "elastic" if crowd.rests and kind.endswith("cam_clay") else kind for kind in crowd.particles}
     return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
 

@@ -10,6 +10,13 @@ from snowmpm.quantities.quantity import Quantity
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
 
+MOVING_SHARE = Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
+                        f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
+                        f"{100 * REST_MOMENTUM:g} % or less.", MOTION)
+MOMENTUM_SHARE = Quantity("momentum_share", "momentum, of its peak", "share", "Total momentum over its largest value "
+                          f"so far; 0 while the mean speed is below {100 * CREEP:g} cm/s.", MOTION)
+
+
 HISTORY = (
     Quantity("mass", "mass in the domain", "kg", "Mass of all particles in the domain.", AUDIT),
     Quantity("momentum_x", "momentum along x", "kg m/s", "Sum of m v along x.", AUDIT),
@@ -49,6 +56,8 @@ HISTORY = (
              AUDIT),
     Quantity("taken_mass", "mass that was taken out", "kg", "The part of removed_mass that a cut or a removal took.",
              AUDIT),
+    Quantity("entrained_mass", "snow cover taken up", "kg", "Mass of snow cover that the flow took up since the start.",
+             AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",
@@ -58,12 +67,9 @@ HISTORY = (
     Quantity("dt", "time step", "s", "Length of the last step.", AUDIT),
     Quantity("steps", "steps", "1", "Steps since the start.", AUDIT),
     Quantity("particles", "particles", "1", "Particles in the domain.", AUDIT),
-    Quantity("moving_share", "still moving", "share", f"Share of the mass in the domain that is faster than "
-             f"{MOVING_SPEED:g} m/s. At rest: {100 * REST_SHARE:g} % or less, and momentum_share at "
-             f"{100 * REST_MOMENTUM:g} % or less.", MOTION),
+    MOVING_SHARE,
     Quantity("total_momentum", "total momentum", "kg m/s", "Sum of m |v|.", MOTION),
-    Quantity("momentum_share", "momentum, of its peak", "share", "Total momentum over its largest value so far; 0 "
-             f"while the mean speed is below {100 * CREEP:g} cm/s.", MOTION),
+    MOMENTUM_SHARE,
 )
 
 RASTERS = (
@@ -103,8 +109,8 @@ NUMBERS = (
              "area.", HAZARD),
     Quantity("flow_depth", "least depth of a flow", "m", "A tenth of the mean release depth: what is thinner counts as "
              "scattered grains.", HAZARD),
-    HISTORY[-3],  # moving_share
-    HISTORY[-1],  # momentum_share
+    MOVING_SHARE,
+    MOMENTUM_SHARE,
     Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
              "terrain, over the mass at the start.", HAZARD),
     Quantity("top", "height of the release's top", "m", "Height of the highest ground under the release.", HAZARD, 1),

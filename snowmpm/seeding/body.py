@@ -26,7 +26,7 @@ class Seeds(NamedTuple):
 
 
 def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape",
-              cut=None):
+              cut=None, columns=False):
     """Fill a body with particles.
 
     shape_spec: object with `kind` and that kind's attributes
@@ -39,16 +39,19 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     rng: numpy Generator; the same state gives the same particles.
     base_dir: folder of relative files; key: name of the shape in messages.
     cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite without a cut.
+    columns: particles are columns of snow, `particles_per_cell` of them in a cell in plan; a layer has one over another
+    nowhere.
 
     The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
     InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
     """
     if sampling not in SAMPLINGS:
         raise InputError.at("solver.sampling", sampling, f"must be one of {', '.join(SAMPLINGS)}")
-    spacing = dx / particles_per_cell ** (1.0 / dim)
+    spacing = dx / particles_per_cell ** (1.0 / (2 if columns else dim))
     if shape_spec.kind == "layer":
         positions, volumes = layer_seeds(
-            shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key
+            shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key,
+            columns=columns
         )
         seeds = Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
         return seeds if cut is None else _within(seeds, *cut)

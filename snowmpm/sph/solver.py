@@ -240,8 +240,8 @@ class SphSolver(Solver):
         """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act on particles."""
         before = bool(getattr(self, "_n_loads", 0))
         super().set_loads(loads)
-        if bool(self._n_loads) != before:
-            self._near.forget()  # packs that loads push want a tally
+        if bool(self._n_loads) != before and self._near.known:
+            self._sum_up()  # packs that loads push want a tally; the lists stay, as in a run that is resumed
 
     # ---- reading ----------------------------------------------------------------------------------------------
 

@@ -103,6 +103,11 @@ class Method(ABC):
         """-> (step that a run takes about [s], what limits it); breaking: while bonds of a weak layer break."""
         return self.stable_dt()
 
+    def course(self, end_time: float, interval: float) -> Any:
+        """How a run from now to end_time [s], with a frame every interval [s], will go (`depth.blocks.Course`); None
+        where no more is known than its first steps."""
+        return None
+
     @property
     @abstractmethod
     def limits(self) -> StepLimits:

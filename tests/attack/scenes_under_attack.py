@@ -3,6 +3,8 @@
 import shutil
 from pathlib import Path
 
+from tests.support.slope_scene import SQUARE, raster_text, slope_scene
+
 BLOCK = """
 name = "block"
 dimension = 2
@@ -26,34 +28,7 @@ material = "snow"
 shape = { kind = "box", min = [0.2, 0.0], max = [0.6, 0.4] }
 """
 
-SLOPE = """
-name = "slope"
-dimension = 3
-end_time = 0.02
-[solver]
-dx = 1.0
-[terrain]
-{terrain}
-[materials.snow]
-kind = "elastic"
-density = 300.0
-youngs_modulus = 1e5
-poisson_ratio = 0.2
-[[bodies]]
-name = "release"
-material = "snow"
-shape = {{ kind = "layer", top = 2.0, region = {region} }}
-"""
-
-GRID = """ncols 12
-nrows 12
-xllcorner 0
-yllcorner 0
-cellsize 1
-NODATA_value -9999
-""" + "\n".join(" ".join(f"{5 - 0.4 * i:g}" for i in range(12)) for _ in range(12)) + "\n"
-
-SQUARE = "{ x = [2, 8], y = [2, 8] }"
+GRID = raster_text([[5.0 - 0.4 * i for i in range(12)]] * 12)
 
 
 def block(folder, more="", **changed):
@@ -67,7 +42,7 @@ def block(folder, more="", **changed):
 
 def on_terrain(folder, file, kind, region=SQUARE):
     """scene.toml of a layer on the terrain in a file."""
-    return written(folder / "scene.toml", SLOPE.format(terrain=f'kind = "{kind}"\nfile = "{file}"', region=region))
+    return written(folder / "scene.toml", slope_scene(file, kind, region))
 
 
 def on_region(folder, file):

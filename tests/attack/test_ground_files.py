@@ -8,7 +8,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from scenes_under_attack import GRID, SLOPE, SQUARE, of_voxels, on_region, on_terrain, written
+from scenes_under_attack import GRID, of_voxels, on_region, on_terrain, written
 
 BILLION = 4_000_000_000
 NESTED = "[" * 100_000
@@ -231,7 +231,6 @@ def test_geotiff_of_terabytes(withstood, tmp_path):
                        dtype="float32", tiled=True, sparse_ok=True, bigtiff=True,
                        transform=rasterio.transform.from_origin(0, 12, 1, 1)):
         pass
-    text = SLOPE.format(terrain='kind = "dem"\nfile = "ground.tif"', region=SQUARE)
-    written(tmp_path / "scene.toml", text)
+    on_terrain(tmp_path, "ground.tif", "dem")
     withstood("new", "own", "--terrain", "ground.tif", code=2)
     withstood("check", "scene.toml", code=(0, 2))

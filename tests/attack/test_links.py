@@ -5,11 +5,11 @@ import shutil
 
 import pytest
 from scenes_under_attack import block, written
-from test_run_files import good_run, journal
 
 from snowmpm import draft
 from snowmpm.io import archive
 from snowmpm.io.journal import PATCH, Journal, open_own
+from tests.support.good_run import good_run, journal
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="of systems with links")
 

@@ -4,25 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-THREE = """
-name = "three"
-dimension = 3
-end_time = 0.1
-[solver]
-dx = 1.0
-[terrain]
-kind = "{kind}"
-file = "{file}"
-[materials.snow]
-kind = "elastic"
-density = 300.0
-youngs_modulus = 1e5
-poisson_ratio = 0.2
-[[bodies]]
-name = "release"
-material = "snow"
-shape = {{ kind = "layer", top = 2.0, region = {region} }}
-"""
+from tests.support.slope_scene import SQUARE, raster_text, slope_scene
 
 
 @pytest.fixture
@@ -141,9 +123,9 @@ def test_wrong_usage(call, arguments):
     assert result.err
 
 
-def scene(folder, kind="mesh", file="slope.stl", region="{ x = [2, 8], y = [2, 8] }"):
+def scene(folder, kind="mesh", file="slope.stl", region=SQUARE):
     path = folder / "three.toml"
-    path.write_text(THREE.format(kind=kind, file=file, region=region))
+    path.write_text(slope_scene(file, kind, region, end_time=0.1))
     return path
 
 
@@ -154,9 +136,7 @@ def slope(folder):
 
 
 def raster(folder, value):
-    header = "ncols 12\nnrows 12\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
-    rows = np.full((12, 12), value)
-    (folder / "alps.asc").write_text(header + "\n".join(" ".join(f"{v:g}" for v in row) for row in rows) + "\n")
+    (folder / "alps.asc").write_text(raster_text(np.full((12, 12), value)))
 
 
 def test_a_good_slope_is_accepted(call, tmp_path):

@@ -16,7 +16,7 @@ import snowmpm
 from snowmpm.cli.errors import guarded
 from snowmpm.draft import draft
 from snowmpm.running.interruption import Interruption
-from tests.usual_signals import HANDLERS, usual_signals
+from tests.support.usual_signals import HANDLERS, usual_signals
 
 HERE = Path(__file__).parent
 RUN = ["run", str(HERE.parent / "resume" / "killed.toml"), "--backend", "cpu", "--threads", "1", "--set", "end_time=9"]

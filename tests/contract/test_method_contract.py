@@ -5,7 +5,6 @@ import ast
 from pathlib import Path
 
 import pytest
-import strict
 
 import snowmpm
 from snowmpm.advice.report import advise
@@ -14,13 +13,12 @@ from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.running.failure import diagnose
-from snowmpm.scenes.schema import Scene
+from snowmpm.scenes.numerics import Output
 from snowmpm.setup.model import Model
 from snowmpm.sph.solver import SphSolver
 from snowmpm.stepping.contract import Method
-
-WEAK = {"kind": "anticrack_cam_clay", "density": 200.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
-        "critical_slope": 1.0, "cohesion": 0.3, "hardening": 0.5, "p0": 2e4, "softening": 0.5}
+from tests.contract import strict
+from tests.contract.method_examples import able, eventful, resting, scene
 
 
 @pytest.fixture
@@ -31,52 +29,34 @@ def used(monkeypatch):
     return found
 
 
-SOFT = {"kind": "elastic", "density": 200.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
+def written(scene, end_time, interval, fields=("velocity", "p")):
+    """A scene that ends then, with frames."""
+    return scene.model_copy(update={"end_time": end_time, "output": Output(interval=interval, fields=fields)})
 
 
-def blocks(method, dimension, **changes):
-    """Two blocks on a floor; what a run can have of events, forces, obstacles and output."""
-    across = [] if dimension == 2 else [0.0]
-    size = [] if dimension == 2 else [0.4]
-    shape = {"kind": "box", "min": [0.0, *across, 0.0], "max": [0.4, *size, 0.4]}
-    other = {"kind": "box", "min": [0.8, *across, 0.0], "max": [1.2, *size, 0.4]}
-    flat = {f"{axis}_{end}": "slip" for axis in "yz"[3 - dimension:] for end in ("min",)}
-    tables = {
-        "name": "blocks", "dimension": dimension, "end_time": 0.008, "seed": 1,
-        "solver": {"method": method, "dx": 0.2, "precision": "f64"},
-        "output": {"interval": 0.004, "fields": ["velocity", "p"]},
-        "domain": {"min": [-1.0, *across, 0.0], "max": [3.0, *size, 2.0],
-                   "boundary": {**flat, **({"y_max": "slip"} if dimension == 3 else {})}},
-        "materials": {"weak": WEAK if dimension == 2 else SOFT},
-        "bodies": [{"name": "one", "material": "weak", "shape": shape},
-                   {"name": "two", "material": "weak", "shape": other}],
-        "initial": {"stress": "settle", "tolerance": 10.0}}
-    return Scene.model_validate({**tables, **changes})
+ASKED_OF_ALL = ("step", "totals", "state", "restore", "stable_dt")
+ASKED_FOR = {"cuts": "sever", "loads": "push", "removal": "remove", "obstacles": "obstacle_totals"}
 
 
-HAPPENS = {
-    "events": [{"kind": "cut", "body": "one", "path": [[0.0, 0.2], [0.4, 0.2]], "start": 0.001},
-               {"kind": "load", "body": "one", "centre": [0.2, 0.3], "radius": 0.3, "force": [0.0, -10.0]},
-               {"kind": "load", "body": "one", "force": [0.0, -10.0]},
-               {"kind": "remove", "body": "two", "start": 0.002}],
-    "obstacles": [{"name": "wall", "shape": {"kind": "box", "min": [1.6, 0.0], "max": [1.8, 1.0]}}],
-    "forces": [{"kind": "acceleration", "value": ["0.1", "0.0"]}],
-}
-
-
-@pytest.mark.parametrize("method", ["mpm", "sph"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_run_asks_for_nothing_else(method, used, tmp_path):
     """With events, forces, an obstacle and checkpoints; resumed to a later end."""
-    snowmpm.run(blocks(method, 2, **HAPPENS, end_time=0.004), tmp_path)
-    run = snowmpm.run(blocks(method, 2, **HAPPENS), tmp_path, resume=True)
-    assert run.complete and run.times[-1] == pytest.approx(0.008)
-    asked = ("step", "sever", "push", "remove", "set_loads", "damp", "totals", "state", "restore", "obstacle_totals")
+    snowmpm.run(written(eventful(method), 0.006, 0.006), tmp_path)
+    run = snowmpm.run(written(eventful(method), 0.012, 0.006), tmp_path, resume=True)
+    assert run.complete and run.times[-1] == pytest.approx(0.012)
+    asked = *ASKED_OF_ALL, *(name for capability, name in ASKED_FOR.items() if getattr(able(method), capability))
     assert {f"Method.{name}" for name in asked} <= used
 
 
-@pytest.mark.parametrize("method", ["mpm", "sph"])
+@pytest.mark.parametrize("method", [name for name in METHODS if able(name).settling])
+def test_settling_asks_for_nothing_else(method, used):
+    assert snowmpm.Simulation(resting(method)).time == 0.0
+    assert {"Method.damp", "Method.restart_clock"} <= used
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if 3 in able(name).dimensions])
 def test_maps_and_advice_ask_for_nothing_else(method, used, tmp_path):
-    scene = blocks(method, 3, initial={"stress": "none"}, end_time=0.002, output={"interval": 0.001})
+    scene = written(eventful(method, 3, events=[]), 0.002, 0.001)
     assert "peak_depth" in snowmpm.run(scene, tmp_path).maps
     assert "Particles.sums_in_plan" in used
     advice = advise(scene)
@@ -94,13 +74,13 @@ def test_a_saw_test_asks_for_nothing_else(used):
 
 
 def test_a_failure_asks_for_nothing_else(used):
-    simulation = snowmpm.Simulation(blocks("mpm", 2))
+    simulation = snowmpm.Simulation(scene("mpm"))
     assert diagnose(simulation.scene.solver, simulation.solver, 1e-4) is None
     assert 'looks like "' in diagnose(simulation.scene.solver, simulation.solver, 1.0)
 
 
 def test_more_than_the_contract_is_out_of_reach(used):
-    solver = snowmpm.Simulation(blocks("mpm", 2, initial={"stress": "none"})).solver
+    solver = snowmpm.Simulation(scene("mpm")).solver
     with pytest.raises(AssertionError, match="grid is not of the contract Method"):
         getattr(solver, "grid", None)
     with pytest.raises(AssertionError, match="reals is not of the contract Particles"):

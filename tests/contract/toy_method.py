@@ -16,7 +16,7 @@ from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.stepping.method import Solver
 from snowmpm.stepping.time_step import Extremes
 
-CFL, CRITICAL = 0.4, 0.9
+CFL, CRITICAL, LONGEST = 0.4, 0.9, 1.0
 
 
 class Sliding(Solver):
@@ -83,7 +83,7 @@ class Sliding(Solver):
         self.extremes = Extremes(speed=float(np.linalg.norm(v, axis=1).max(initial=0.0)))
 
     def stable_dt(self):
-        """A share of a cell at the present speed, or in free fall from rest."""
+        """A share of a cell at the present speed, or in free fall from rest; a second at most."""
         return self._longest(self.cfl), "advective"
 
     def critical_dt(self):
@@ -91,9 +91,9 @@ class Sliding(Solver):
         return self._longest(CRITICAL), "advective"
 
     def _longest(self, share):
-        g = max(float(np.linalg.norm(self.gravity)), 1e-30)
+        fall = 2.0 * max(float(np.linalg.norm(self.gravity)), 1e-30) * share * self.dx
         speed = self.extremes.speed
-        return (math.sqrt(speed**2 + 2.0 * g * share * self.dx) - speed) / g
+        return min(LONGEST, 2.0 * share * self.dx / (math.sqrt(speed**2 + fall) + speed))
 
     def set_loads(self, loads):
         """Loads act on points."""

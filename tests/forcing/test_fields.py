@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError, SimulationError
-from tests.forcing.stage import METHODS, SNOW, centre, mean_velocity, run, stage
+from tests.support.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
 
 G, WATER = 9.81, 1000.0
 

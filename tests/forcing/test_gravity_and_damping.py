@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.forcing.stage import METHODS, SNOW, centre, mean_velocity, run, stage
+from tests.support.forced_block import METHODS, SNOW, centre, mean_velocity, run, stage
 
 G = 9.81
 

@@ -12,25 +12,8 @@ import trimesh
 from snowmpm import Run
 from snowmpm.errors import InputError
 from snowmpm.io import RunWriter
+from tests.support.slope_scene import RING, SCENE, raster_text, slope_scene
 
-SCENE = """
-name = "hostile"
-dimension = 3
-end_time = 0.1
-[solver]
-dx = {dx}
-[materials.snow]
-kind = "elastic"
-density = 300.0
-youngs_modulus = 1e5
-poisson_ratio = 0.2
-[[bodies]]
-name = "release"
-material = "snow"
-shape = {shape}
-{terrain}
-"""
-LAYER = '{{ kind = "layer", top = 2.0, region = {} }}'
 WORDS = [b"nan", b"inf", b"-1", b"0", b"1e308", b"1e-308", b"99999999999999999999", b"4294967295", b"x", b"", b"[",
          b"{", b"null", b"-9999", b"2147483648", b"\x00", b"\xff\xfe"]
 
@@ -39,15 +22,12 @@ def scene_of(file, dx=1.0):
     """A scene that takes its terrain, its region or its body from this file."""
     kind = {".asc": "dem", ".tif": "dem", ".geojson": "region", ".shp": "region", ".npz": "voxels", ".npy": "voxels",
             ".tiff": "voxels"}.get(Path(file).suffix, "mesh")
-    terrain = '[terrain]\nkind = "{}"\nfile = "{}"'
-    square = "{ x = [2, 8], y = [2, 8] }"
     if kind == "voxels":
         shape = f'{{ kind = "voxels", file = "{file}", voxel_size = 0.5, phase = 1 }}'
-        return SCENE.format(shape=shape, terrain="", dx=0.5)
+        return SCENE.format(shape=shape, dx=0.5, end_time=0.1)
     if kind == "region":
-        shape = LAYER.format(f'{{ file = "{file}" }}')
-        return SCENE.format(shape=shape, terrain=terrain.format("mesh", "good.obj"), dx=dx)
-    return SCENE.format(shape=LAYER.format(square), terrain=terrain.format(kind, file), dx=dx)
+        return slope_scene("good.obj", region=f'{{ file = "{file}" }}', dx=dx, end_time=0.1)
+    return slope_scene(file, kind, dx=dx, end_time=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -64,11 +44,9 @@ def folder(tmp_path_factory):
     slope.export(folder / "good.obj")
     slope.export(folder / "good.ply")
     (folder / "ascii.ply").write_bytes(trimesh.exchange.ply.export_ply(slope, encoding="ascii"))
-    heights = "\n".join(" ".join(f"{5 - 0.4 * i + 0.01 * j:g}" for i in range(12)) for j in range(12))
-    header = "ncols 12\nnrows 12\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
-    (folder / "good.asc").write_text(header + heights + "\n")
-    ring = [[2, 2], [8, 2], [8, 8], [2, 8], [2, 2]]
-    polygon = {"type": "Polygon", "coordinates": [ring]}
+    heights = [[5 - 0.4 * i + 0.01 * j for i in range(12)] for j in range(12)]
+    (folder / "good.asc").write_text(raster_text(heights))
+    polygon = {"type": "Polygon", "coordinates": [RING]}
     feature = {"type": "Feature", "properties": {"thickness": 2.0}, "geometry": polygon}
     (folder / "good.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
     voxels = np.zeros((8, 8, 8), np.uint8)
@@ -81,7 +59,7 @@ def folder(tmp_path_factory):
         raster.write(np.tile(np.linspace(5, 1, 12, dtype=np.float32), (12, 1)), 1)
     with shapefile.Writer(str(folder / "good")) as writer:
         writer.field("thickness", "N", decimal=2)
-        writer.poly([ring[::-1]])
+        writer.poly([RING[::-1]])
         writer.record(2.0)
     return folder
 

@@ -7,7 +7,7 @@ import shapely
 from snowmpm.gis import Observed, read_observed, score
 from snowmpm.gis.observed import compare
 from snowmpm.terrain.reference_system import ReferenceSystem
-from tests.gis.conftest import ORIGIN
+from tests.support.straight_avalanche import ORIGIN
 
 
 def test_scores_of_two_rectangles():

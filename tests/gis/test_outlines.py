@@ -6,7 +6,7 @@ import pytest
 from snowmpm.gis.layers import layers_of
 from snowmpm.gis.outlines import outline
 from snowmpm.io import Map
-from tests.gis.conftest import ORIGIN
+from tests.support.straight_avalanche import ORIGIN
 
 
 def test_area_and_place_of_cells():

@@ -8,7 +8,7 @@ import pytest
 from snowmpm.gis import layers_of, write_geopackage, write_project, write_style
 from snowmpm.io.geotiff import write_geotiff
 from snowmpm.quantities.classes import PRESSURE, classes_of
-from tests.gis.conftest import LAMBERT
+from tests.support.straight_avalanche import LAMBERT
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import shapely
 
 from snowmpm.errors import InputError
 from snowmpm.gis import Observed, layers_of, read_observed, write_geojson, write_geopackage
-from tests.gis.conftest import LAMBERT, lambert, write_avalanche
+from tests.support.straight_avalanche import LAMBERT, lambert, write_avalanche
 
 
 def read(path, layer):

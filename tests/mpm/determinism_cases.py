@@ -19,6 +19,7 @@ from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Uniform
 from snowmpm.solids.primitives import BOX
 from snowmpm.solids.shape import SolidShape
+from tests.support.waves import Waves
 
 DX = 0.1
 STEPS = 40
@@ -29,17 +30,6 @@ CASES = {f"2-D {kernel} {transfer}": (2, kernel, transfer, "affine")
 CASES["2-D cubic flip shape"] = 2, "cubic", "flip", "shape"
 CASES["3-D quadratic apic"] = 3, "quadratic", "apic", "affine"
 CASES["3-D cubic aflip"] = 3, "cubic", "aflip", "affine"
-
-
-class Waves:
-    """Ground in waves of 2 cm, one in 1.6 m."""
-
-    def query(self, points):
-        phase = 2.0 * np.pi / 1.6 * points[:, 0]
-        normal = np.zeros_like(points)
-        normal[:, 0], normal[:, -1] = -0.02 * 2.0 * np.pi / 1.6 * np.cos(phase), 1.0
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        return (points[:, -1] - 0.02 * np.sin(phase)) * normal[:, -1], normal
 
 
 def box(lower, upper, rng):

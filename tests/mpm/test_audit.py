@@ -8,16 +8,9 @@ from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.particles.population import Population
 from snowmpm.running.audit import Audit, occupied_and_emptied
-
-from .conftest import ICE, lattice
-
-
-def audit_of(solver):
-    fields = ParticleFields(solver.particles)
-    start = np.empty_like(fields["position"])
-    start[fields["id"]] = fields["position"]
-    direction = np.eye(solver.dim - 1)[0]
-    return Audit(solver, fields, direction, start)
+from snowmpm.study.problems.schemes import lattice
+from tests.support.audited import audit_of
+from tests.support.mpm_block import ICE
 
 
 def spline(x):

@@ -6,8 +6,7 @@ import pytest
 from snowmpm.compiler import parallel, runtime
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, coordinates_of, keys_of
-
-from .conftest import SNOW
+from tests.support.mpm_block import SNOW
 
 
 def stirred(x):

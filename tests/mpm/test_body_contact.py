@@ -6,7 +6,7 @@ import pytest
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
-from tests.mpm.conftest import lattice
+from snowmpm.study.problems.schemes import lattice
 
 DX = 0.05
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)

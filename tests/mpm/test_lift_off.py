@@ -6,7 +6,7 @@ from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
-from tests.mpm.conftest import lattice
+from snowmpm.study.problems.schemes import lattice
 
 DX = 0.01
 

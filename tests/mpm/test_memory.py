@@ -8,7 +8,8 @@ from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.rigid_walls import Plane
-from tests.mpm.conftest import SNOW, lattice
+from snowmpm.study.problems.schemes import lattice
+from tests.support.mpm_block import SNOW
 
 DX = 0.1
 PARTICLE_LIMIT = 160  # bytes in 3-D, float32, one state variable: all tables and the room that a sort needs

@@ -13,7 +13,7 @@ import pytest
 
 import snowmpm
 from snowmpm.errors import InputError
-from tests.usual_signals import usual_signals
+from tests.support.usual_signals import usual_signals
 
 TESTS = Path(__file__).parents[1]
 SCENE = TESTS / "resume" / "killed.toml"

@@ -12,7 +12,7 @@ pytest.importorskip("ipykernel", reason="a notebook's kernel is in the dev extra
 from jupyter_client import BlockingKernelClient
 from jupyter_client.connect import write_connection_file
 
-from tests.usual_signals import usual_signals
+from tests.support.usual_signals import usual_signals
 
 TESTS = Path(__file__).parents[1]
 LIMIT = 600

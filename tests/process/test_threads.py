@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import snowmpm
-from tests.resume.same_runs import assert_same
+from tests.support.same_runs import assert_same
 
 BLOCK = Path(__file__).parents[1] / "cli" / "block.toml"
 PRECISIONS = ["f32", "f64", "f32", "f64"]

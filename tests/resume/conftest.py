@@ -4,10 +4,10 @@ import signal
 from pathlib import Path
 
 import pytest
-from same_runs import run_with_signal
 
 import snowmpm
 from snowmpm.scenes import load_scene
+from tests.support.same_runs import run_with_signal
 
 IN_MIDDLE = 0.13
 """[s]: cut and load under way, the prop removed, between two frames."""

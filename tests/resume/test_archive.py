@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from same_runs import assert_same
 
 from snowmpm.errors import InputError
 from snowmpm.io.archive import read_archive, write_archive
+from tests.support.same_runs import assert_same
 
 
 def test_full_disk_keeps_the_old_checkpoint(tmp_path, monkeypatch):

@@ -5,13 +5,13 @@ import os
 import signal
 
 import pytest
-from same_runs import assert_same_runs, copy, run_with_signal
 
 import snowmpm
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.mpm.solver import MpmSolver
+from tests.support.same_runs import assert_same_runs, copy, run_with_signal
 
 
 @pytest.mark.parametrize("damage", ["torn", "changed", "missing"])

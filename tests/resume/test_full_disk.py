@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from same_runs import assert_same_runs
 
 import snowmpm
+from tests.support.same_runs import assert_same_runs
 
 CAN_MOUNT = shutil.which("unshare") and not subprocess.run(
     ["unshare", "-m", "true"], stderr=subprocess.DEVNULL, check=False).returncode

@@ -11,9 +11,9 @@ import time
 from pathlib import Path
 
 import pytest
-from same_runs import assert_same, assert_same_runs
 
 import snowmpm
+from tests.support.same_runs import assert_same, assert_same_runs
 
 HERE = Path(__file__).parent
 METHODS = {"mpm": [], "sph": ["--set", "solver.method=sph"]}

@@ -5,7 +5,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from same_runs import assert_same, assert_same_runs, copy, particles, run_with_signal
 
 import snowmpm
 from snowmpm.io import checkpoint
@@ -13,7 +12,8 @@ from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.io.checkpoint import Checkpoints
 from snowmpm.running.interruption import Interruption
 from snowmpm.scenes import load_scene
-from tests.usual_signals import usual_signals
+from tests.support.same_runs import assert_same, assert_same_runs, copy, particles, run_with_signal
+from tests.support.usual_signals import usual_signals
 
 
 def test_the_scene_does_what_the_test_is_about(whole):

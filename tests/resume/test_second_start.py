@@ -3,11 +3,11 @@
 import signal
 
 import pytest
-from same_runs import assert_same_runs, copy, run_with_signal
 
 import snowmpm
 from snowmpm.errors import InputError
 from snowmpm.io import FolderLock
+from tests.support.same_runs import assert_same_runs, copy, run_with_signal
 
 
 @pytest.mark.parametrize("how", [{"resume": True}, {"overwrite": True}, {"overwrite": False}])

@@ -15,8 +15,9 @@ from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion, Uniform
 from snowmpm.solids.primitives import BOX
 from snowmpm.solids.shape import SolidShape
-from tests.mpm.determinism_cases import Waves
-from tests.sph.stage import jittered, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import jittered, solver_of
+from tests.support.waves import Waves
 
 DX, STEPS = 0.05, 60
 SNOW = CohesiveCamClay(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2, cohesion=0.3,
@@ -30,7 +31,7 @@ def stage(dim, scheme):
     """Solver of one case."""
     rng, across = np.random.default_rng(17), [0.4] * (dim - 2)
     floor = [0.0] * (dim - 2)
-    positions, volumes = lattice([0.2, *floor, 0.05], [0.8, *across, 0.45], DX)
+    positions, volumes = lattice([0.2, *floor, 0.05], [0.8, *across, 0.45], DX, 1)
     velocities = rng.normal(0.0, 0.5, positions.shape)
     velocities[:, 0] += 6.0
     velocities[:, -1] -= 2.0

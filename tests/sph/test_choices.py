@@ -8,7 +8,8 @@ from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import ICE, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import ICE, solver_of
 
 DX = 0.1
 AROUND = [["periodic", "periodic"]] * 2
@@ -19,7 +20,7 @@ def test_unlike_densities_under_one_pressure(form, quiet):
     """Snow on ice, eight times as heavy: a uniform pressure pushes nothing. Squared densities let it push the particles
     at the border, by p / (rho dx) of the light ones."""
     snow, pressure = ICE.model_copy(update={"density": ICE.density / 8.0}), 100.0
-    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX, 1)
     material = (positions[:, 1] > 8 * DX).astype(int)
     stress = -pressure * np.tile([1.0, 1.0, 1.0, 0.0], (len(positions), 1))
     elastic = ICE.h_from_stress(-pressure * np.eye(3))[0, 0] * np.array([1.0, 1.0, 1.0, 0.0])
@@ -39,7 +40,7 @@ def test_particles_that_fly_into_each_other(beta, holds):
     from scipy.spatial import cKDTree
 
     soft = Elastic(density=300.0, youngs_modulus=1e4, poisson_ratio=0.3)
-    positions, volumes = lattice([-20 * DX, 0.0], [20 * DX, 4 * DX], DX)
+    positions, volumes = lattice([-20 * DX, 0.0], [20 * DX, 4 * DX], DX, 1)
     speed = 0.5 * soft.wave_speed()
     solver = solver_of(positions, volumes, soft, dx=DX, lower=[-80 * DX, 0.0], upper=[80 * DX, 4 * DX],
                        velocity=lambda x: np.stack([-speed * np.sign(x[:, 0]), 0.0 * x[:, 0]], axis=1),
@@ -57,7 +58,7 @@ def test_particles_that_fly_into_each_other(beta, holds):
 @pytest.mark.parametrize(("kind", "left"), [("none", (0.9, 1.1)), ("diffusion", (0.0, 0.05))])
 def test_stress_that_alternates_from_particle_to_particle(kind, left):
     """Of a sign that changes like the squares of a chessboard: forces do not feel it, and it stays for ever."""
-    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX, 1)
     sign = (-1.0) ** np.round(positions / DX - 0.5).sum(axis=1)
     solver = solver_of(positions, volumes, dx=DX, stress=10.0 * sign[:, None, None] * np.eye(3), lower=[0.0, 0.0],
                        upper=[16 * DX, 16 * DX], sides=AROUND, scheme={"regularisation": kind})
@@ -72,7 +73,7 @@ def test_stress_that_alternates_from_particle_to_particle(kind, left):
 def test_artificial_stress_takes_nothing_from_a_uniform_tension(dim):
     """Half of a bar in tension gains what the section through its middle carries; on a lattice that is all of it."""
     tension, across = 10.0, 8
-    positions, volumes = lattice([0.0] * dim, [12 * DX, *[across * DX] * (dim - 1)], DX)
+    positions, volumes = lattice([0.0] * dim, [12 * DX, *[across * DX] * (dim - 1)], DX, 1)
     stress = np.zeros((3, 3))
     stress[0, 0] = tension
     lower, upper = np.zeros(dim), np.full(dim, across * DX)

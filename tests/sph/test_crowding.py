@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import DruckerPrager
-from tests.sph.stage import lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import solver_of
 
 SAND = DruckerPrager(density=1500.0, youngs_modulus=2e5, poisson_ratio=0.3, friction_angle=37.0, cone="plane_strain")
 DX, REACH, FULL = 0.0125, 3.0, 28
@@ -17,7 +18,7 @@ def collapsed(gradient):
     those on a lattice (n,), J (n,)."""
     from scipy.spatial import cKDTree
 
-    positions, volumes = lattice([0.0, 0.0], [0.2, 0.4], DX)
+    positions, volumes = lattice([0.0, 0.0], [0.2, 0.4], DX, 1)
     solver = solver_of(positions, volumes, SAND, dx=DX, gravity=[0.0, -9.81], lower=[0.0, 0.0], upper=[2.0, 1.0],
                        sides=[["slip", "open"], ["stick", "open"]], scheme={"gradient": gradient})
     while solver.time < 0.5:

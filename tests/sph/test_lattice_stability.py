@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from tests.sph.stage import jittered, lattice, nearest, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import jittered, nearest, solver_of
 
 STONE = Elastic(density=2700.0, youngs_modulus=1e7, poisson_ratio=0.3)
 DX = 0.5
@@ -18,7 +19,7 @@ BARE = {"viscosity": 0.0, "disorder_damping": 0.0, "gradient": "plain"}
 
 def least_spacing(stress, time, jitter=0.0, **scheme):
     """stress: isotropic, > 0 in tension [Pa]."""
-    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [16 * DX, 16 * DX], DX, 1)
     velocities = np.zeros_like(positions)
     velocities[len(positions) // 2 + 8] = 1e-3
     solver = solver_of(jittered(positions, DX, jitter), volumes, STONE, dx=DX, stress=stress * np.eye(3),

@@ -3,11 +3,12 @@
 import numpy as np
 
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import ICE, jittered, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import ICE, jittered, solver_of
 
 
 def test_packs_of_one_lane_give_the_same_motion():
-    positions, volumes = lattice([0.0, 0.0], [1.0, 0.6], 0.1)
+    positions, volumes = lattice([0.0, 0.0], [1.0, 0.6], 0.1, 1)
     places = []
     for width in (None, 1):
         solver = solver_of(jittered(positions, 0.1, 0.1), volumes, ICE, dx=0.1, gravity=[0.0, -9.81],

@@ -12,7 +12,8 @@ from snowmpm.materials import CohesiveCamClay, DruckerPrager, Hypoplastic, Mater
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import solver_of
 
 HEAVY = 1e24
 LAWS = {name: law.model_copy(update={"density": HEAVY}) for name, law in {  # beyond what a scene may ask for
@@ -29,13 +30,13 @@ START = {"hypoplastic": -1e4 * np.eye(3)}
 
 
 def sph(law, dim, stress):
-    positions, volumes = lattice([0.0] * dim, [0.5] * dim, 0.1)
+    positions, volumes = lattice([0.0] * dim, [0.5] * dim, 0.1, 1)
     return solver_of(positions, volumes, law, dx=0.1, velocity=lambda x: x @ RATE[dim].T, stress=stress,
                      scheme={"viscosity": 0.0, "gradient": "corrected"})
 
 
 def mpm(law, dim, stress):
-    positions, volumes = lattice([0.0] * dim, [0.5] * dim, 0.1)
+    positions, volumes = lattice([0.0] * dim, [0.5] * dim, 0.1, 1)
     template = sph(law, dim, stress)
     order = np.argsort(template.particles.labels()[:, 1])
     elastic, tau = (template.particles.column(name)[order] for name in ("elastic", "stress"))

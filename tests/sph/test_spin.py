@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, nearest, solver_of
-from tests.verification.test_rotation import DX, LAW, RADIUS, turning_stress
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import nearest, solver_of
+from tests.support.spinning_disc import DX, LAW, RADIUS, turning_stress
 
 OMEGA = 10.0
 
 
 def spun(turns, **scheme):
     """-> spin, kinetic energy and mean square of the radius over those of the start, less 1; least spacing [dx]."""
-    positions, volumes = lattice([-RADIUS] * 2, [RADIUS] * 2, DX)
+    positions, volumes = lattice([-RADIUS] * 2, [RADIUS] * 2, DX, 1)
     inside = (positions**2).sum(axis=1) < RADIUS**2
     x = positions[inside]
     solver = solver_of(x, volumes[inside], LAW, dx=DX, scheme=scheme,

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import SimulationError
-from tests.sph.stage import ICE, jittered, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import ICE, jittered, solver_of
 
 
 def energy_left(cfl, steps=600, **scheme):
     """Kinetic energy after so many steps over that of the start; cfl: a number, or None for the critical one."""
     dx = 0.1
-    positions, volumes = lattice([0.0, 0.0], [1.6, 1.6], dx)
+    positions, volumes = lattice([0.0, 0.0], [1.6, 1.6], dx, 1)
     velocities = np.random.default_rng(0).normal(0.0, 1e-3, positions.shape)
     solver = solver_of(jittered(positions, dx, 0.2), volumes, dx=dx, velocity=lambda x: velocities, scheme=scheme)
     dt = (cfl or solver.critical_cfl) * dx / ICE.wave_speed()

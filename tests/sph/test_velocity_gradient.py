@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from snowmpm.materials import Elastic
-from tests.sph.stage import jittered, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import jittered, solver_of
 
 SOFT = Elastic(density=300.0, youngs_modulus=1e-15, poisson_ratio=0.3)
 
@@ -12,7 +13,7 @@ SOFT = Elastic(density=300.0, youngs_modulus=1e-15, poisson_ratio=0.3)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_linear_velocity_on_jittered_particles(dim):
     dx, G = 0.1, np.random.default_rng(3).normal(size=(dim, dim))
-    positions, volumes = lattice([0.0] * dim, [1.2] * dim, dx)
+    positions, volumes = lattice([0.0] * dim, [1.2] * dim, dx, 1)
     solver = solver_of(jittered(positions, dx, 0.2), volumes, SOFT, dx=dx, velocity=lambda x: x @ G.T,
                        scheme={"viscosity": 0.0, "disorder_damping": 0.0, "gradient": "corrected"})
     solver.step(1e-6)
@@ -23,7 +24,7 @@ def test_linear_velocity_on_jittered_particles(dim):
 def test_linear_velocity_next_to_mirrors():
     """Images make a field that keeps the particles between their mirrors linear beyond them."""
     dx = 0.1
-    positions, volumes = lattice([0.0, 0.0], [1.2, 1.2], dx)
+    positions, volumes = lattice([0.0, 0.0], [1.2, 1.2], dx, 1)
     solver = solver_of(jittered(positions, dx, 0.2), volumes, SOFT, dx=dx, lower=[0.0, 0.0], upper=[5.0, 5.0],
                        velocity=lambda x: np.stack([0.3 * x[:, 0], -0.2 * x[:, 1]], axis=1),
                        sides=[["slip", "open"], ["symmetric", "open"]],

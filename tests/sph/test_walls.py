@@ -7,7 +7,8 @@ from snowmpm.materials import DruckerPrager, Elastic
 from snowmpm.particles.coordinates import Frame
 from snowmpm.sph.boundary import Boundary
 from snowmpm.study.problems.rigid_walls import Plane, block
-from tests.sph.stage import jittered, lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import jittered, solver_of
 
 SAND = DruckerPrager(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, friction_angle=30.0)
 STIFF = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
@@ -41,7 +42,7 @@ def test_dummies_between_periodic_sides_have_equal_shares():
 def slide(friction, slope, time=0.4):
     """Way of an elastic block down a plane that lies across the lattice, over that of friction-free fall."""
     ground = Plane(-slope, (0.0, 0.0))
-    positions, volumes = lattice([0.0, 0.0], [12 * DX, 4 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [12 * DX, 4 * DX], DX, 1)
     placed = positions[:, :1] * ground.along + positions[:, 1:] * ground.normal
     solver = solver_of(placed, volumes, STIFF, dx=DX, gravity=[0.0, -9.81], terrain=ground, terrain_contact="separate",
                        terrain_friction=friction, lower=[-1.0, -2.0], upper=[2.5, 1.0])
@@ -69,7 +70,7 @@ def test_nothing_gets_through(walls, barrier, stiffness):
     barrier. That dummies of any stress hold it, the copied one too, which lets sand through in Peng et al. (2015), is
     because they also show mirrored velocities: sand that comes near sees itself compressed."""
     sand = SAND.model_copy(update={"youngs_modulus": stiffness})
-    positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX)
+    positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX, 1)
     solver = solver_of(positions, volumes, sand, dx=DX, velocity=lambda x: np.tile([0.0, -5.0], (len(x), 1)),
                        gravity=[0.0, -9.81], lower=[-2.0, 0.0], upper=[3.0, 3.0], sides=[["open", "open"],
                                                                                           ["separate", "open"]],
@@ -85,7 +86,7 @@ def test_nothing_gets_through(walls, barrier, stiffness):
 
 def test_a_moving_wall_gives_what_the_body_gains():
     """A plate that pushes a free block: impulse, work and momentum agree."""
-    positions, volumes = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX, 1)
     plate = block([-0.02, 4 * DX], [1.0, 0.0], 1.0, "separate", velocity=[1.0, 0.0])
     solver = solver_of(positions, volumes, STIFF, dx=DX, obstacles=[plate])
     while solver.time < 0.1:
@@ -100,7 +101,7 @@ def test_a_moving_wall_gives_what_the_body_gains():
 def test_a_wall_that_separates_lets_go_and_one_that_sticks_does_not():
     speeds = {}
     for contact in ("separate", "stick"):
-        positions, volumes = lattice([0.0, 0.0], [8 * DX, 4 * DX], DX)
+        positions, volumes = lattice([0.0, 0.0], [8 * DX, 4 * DX], DX, 1)
         solver = solver_of(positions, volumes, STIFF, dx=DX, velocity=lambda x: np.tile([0.0, 1.0], (len(x), 1)),
                            lower=[-1.0, 0.0], upper=[2.0, 3.0], sides=[["open", "open"], [contact, "open"]])
         while solver.time < 0.02:
@@ -114,7 +115,7 @@ def leaked(barrier, walls):
     """Particles of soft sand that a wall hit at 10 m/s, nine tenths of its sound speed, does not hold, by a gradient
     that does not see them crowd."""
     sand = SAND.model_copy(update={"youngs_modulus": 2e5})
-    positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX)
+    positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX, 1)
     solver = solver_of(positions, volumes, sand, dx=DX, velocity=lambda x: np.tile([0.0, -10.0], (len(x), 1)),
                        gravity=[0.0, -9.81], lower=[-2.0, 0.0], upper=[3.0, 3.0],
                        sides=[["open", "open"], ["separate", "open"]],
@@ -138,7 +139,7 @@ def test_stresses_of_the_neighbours_hold_what_copied_ones_do_not(walls):
 
 def squeezed(cells, jitter=0.0, **scheme):
     """Stress inside a free block, over a confining pressure of 1 kPa, when it has come to rest: (n, 4)."""
-    positions, volumes = lattice([0.0, 0.0], [cells * DX, cells * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [cells * DX, cells * DX], DX, 1)
     solver = solver_of(jittered(positions, DX, jitter), volumes, STIFF, dx=DX,
                        scheme={"confining_pressure": 1e3, **scheme})
     c = STIFF.wave_speed()

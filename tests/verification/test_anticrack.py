@@ -19,9 +19,9 @@ from snowmpm.materials import LoadingStage, MaterialPoint
 from snowmpm.saw_test import theory
 from snowmpm.saw_test.prediction import column_of
 from snowmpm.saw_test.result import crack_speed, onset
+from tests.support.weac_column import STIFFNESSES, of_weac
 from tests.verification.slab_on_layer import Elastic
 from tests.verification.slab_on_points import Beam, Elements, Layer, Springs, saw
-from tests.verification.test_elastic_saw_test import STIFFNESSES, of_weac
 
 pytestmark = pytest.mark.slow
 

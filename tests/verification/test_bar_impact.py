@@ -12,14 +12,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, lattice
+from tests.support.thrown_bar import LAW, SPEEDS
 
 LENGTH, DX, HIGH = 1.0, 0.01, 0.04
-LAW = Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3)
-SPEEDS = {1.0: (0.99217823, 127.84835, 31962.1), 5.0: (0.96179180, 130.86196, 163577.0)}  # V: F, D [m/s], stress [Pa]
 
 
 def test_the_jump_conditions():

@@ -19,7 +19,7 @@ import pytest
 from snowmpm.materials import Elastic
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
-from tests.mpm.test_audit import audit_of
+from tests.support.audited import audit_of
 from tests.verification.disc_against_wall import Disc
 
 RADIUS, SPEED, TOUCH_TIME = 0.2, 0.1, 1.5858

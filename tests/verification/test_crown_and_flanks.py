@@ -8,7 +8,7 @@ tenth of a metre within three, twenty times what it can be strained before.
 import numpy as np
 import pytest
 
-from tests.verification.test_release_scenes import Story, at_rest
+from tests.support.story import Story, at_rest
 
 pytestmark = pytest.mark.slow
 

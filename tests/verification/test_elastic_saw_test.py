@@ -22,29 +22,10 @@ import pytest
 from snowmpm.study.problems import elastic_saw_test
 from snowmpm.study.problems.elastic_saw_test import LENGTH, WEAK_LAYER
 from snowmpm.study.problems.schemes import Scheme
+from tests.support.weac_column import STIFFNESSES, of_weac
 from tests.verification.slab_on_layer import Elastic, cut_slab, resting_settlement
 
-weac = pytest.importorskip("weac", reason="WEAC is in the extra peers")
-
 CUTS = (0.1, 0.3, 0.5, 1.0)  # m
-STIFFNESSES = 0.5e6 / 2.6 / 0.05, 0.5e6 / 0.91 / 0.05  # Pa/m, of WEAC: shear, G / t; normal, E / (1 - nu^2) / t
-
-
-def of_weac(cut, slope_angle, length=LENGTH):
-    """Energy release rate [J/m2] and deflection of the free end [mm] by WEAC."""
-    model = weac.Layered(system="pst-", touchdown=False)
-    model.set_foundation_properties(t=50.0, E=0.5, nu=0.3, update=False)
-    # Its modulus is C0 (rho / 917)^C1 [GPa]
-    model.set_beam_properties([[250.0, 500.0]], C0=3e-3, C1=0.0, nu=0.3, update=True)
-    angle = -slope_angle
-    parts = model.calc_segments(L=1e3 * length, a=1e3 * cut, m=0, phi=angle)["crack"]
-    li, mi, ki = (parts[name] for name in ("li", "mi", "ki"))
-    C = model.assemble_and_solve(phi=angle, li=li, mi=mi, ki=ki)
-    rate = model.gdif(C, angle, li=li, ki=ki)[0]
-    _, z, _ = model.rasterize_solution(C=C, phi=angle, li=li, ki=ki)
-    return 1e3 * rate, model.w(z)[-1]
-
-
 @pytest.mark.parametrize(("cut", "slope_angle", "rate", "deflection"), [
     (0.1, 0.0, 0.21447, 0.23008), (0.3, 0.0, 0.99222, 0.85556), (0.5, 0.0, 2.92252, 2.40001),
     (1.0, 0.0, 18.53461, 14.84533), (0.3, -35.0, 0.42034, None), (0.3, 35.0, 1.32975, None)])

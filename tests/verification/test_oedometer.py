@@ -8,22 +8,14 @@ high; the piston goes at 1e-3 c_p, a tenth of which would change nothing that is
 import numpy as np
 import pytest
 
-from snowmpm.materials import CohesiveCamClay
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.rigid_walls import block
 from snowmpm.study.problems.schemes import APIC, FLIP, lattice
+from tests.support.pressed_column import EXACT, HEIGHT, SET_A, SET_C, WIDTH
 
-HEIGHT, WIDTH, DX, SPEED = 0.5, 0.2, 1 / 40, 1e-3
-SET_A = CohesiveCamClay(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, critical_slope=1.5, cohesion=0.3,
-                        hardening=1.0, p0=30e3)
-SET_C = CohesiveCamClay(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2, cohesion=0.3,
-                        hardening=0.1, p0=20e3)
-EXACT = {  # x: axial Cauchy stress, p, q [Pa]
-    "A": {0.01: (-36841.978, 23175.819, 19949.363), 0.02: (-53237.931, 35350.365, 25250.077)},
-    "C": {0.02: (-21852.106, 14624.789, 10191.924)},
-}
+DX, SPEED = 1 / 40, 1e-3
 
 
 def press(law, scheme, strains):

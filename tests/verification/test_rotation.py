@@ -21,12 +21,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snowmpm.materials import Elastic
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import AFLIP, APIC, FLIP, PIC, free_solver, lattice
+from tests.support.spinning_disc import DX, LAW, OMEGA, RADIUS, turning_stress
 
-RADIUS, DX, OMEGA = 0.2, 0.02, 1.0
-LAW = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3)
 DT = 0.4 * DX / LAW.wave_speed()
 FIRST_ORDER = OMEGA**2 * DT
 """Growth of ln J per second of the first-order update under an imposed rotation [1/s]."""
@@ -34,20 +32,6 @@ FIRST_ORDER = OMEGA**2 * DT
 NO_GAIN = 1e-7
 """Energy may fall, never rise: but v is half a step behind x, so that a hundredth of the elastic energy comes and goes,
 which is 6e-6 of the kinetic one."""
-
-
-def turning_stress(x):
-    """Stress (n, 4) [Pa] and strain of the disc under its centrifugal load."""
-    nu, r2 = LAW.poisson_ratio, (x**2).sum(axis=1)
-    k = LAW.density * OMEGA**2 / (8 * (1 - nu))
-    radial = k * (3 - 2 * nu) * (RADIUS**2 - r2)
-    hoop = k * ((3 - 2 * nu) * RADIUS**2 - (1 + 2 * nu) * r2)
-    c, s = (x / np.sqrt(r2)[:, None]).T
-    stress = np.stack([radial * c**2 + hoop * s**2, radial * s**2 + hoop * c**2, nu * (radial + hoop),
-                       (radial - hoop) * c * s], axis=1)
-    strain = (1 + nu) * stress
-    strain[:, :3] -= nu * stress[:, :3].sum(axis=1, keepdims=True)
-    return stress, strain / LAW.youngs_modulus
 
 
 def spinning_disc(scheme):

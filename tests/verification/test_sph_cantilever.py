@@ -13,8 +13,9 @@ import pytest
 from snowmpm.materials import Elastic
 from snowmpm.study.problems.cantilever import first_mode
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, solver_of
-from tests.verification.test_sph_elastic import crossings
+from snowmpm.study.problems.schemes import lattice
+from tests.support.crossings import crossings
+from tests.support.sph_block import solver_of
 
 LENGTH, THICK = 1.0, 0.1
 CLAMPED, FREE = 1.875104, 2.365020
@@ -38,7 +39,7 @@ def frequency(across, clamped=True, **scheme):
         deflection, slope = mode(x[:, 0] / LENGTH)
         return 0.01 * np.stack([-x[:, 1] * slope / LENGTH, deflection], axis=1)
 
-    positions, volumes = lattice([0.0, -0.5 * THICK], [LENGTH, 0.5 * THICK], dx)
+    positions, volumes = lattice([0.0, -0.5 * THICK], [LENGTH, 0.5 * THICK], dx, 1)
     solver = solver_of(positions, volumes, law, dx=dx, velocity=velocity, lower=[0.0, -0.6], upper=[1.5, 0.6],
                        sides=[[side, "open"], ["open", "open"]], scheme=scheme)
     states = ParticleStates(solver)

@@ -9,24 +9,20 @@ import pytest
 
 from snowmpm.materials import Elastic
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, nearest, solver_of
-from tests.verification.test_bar_impact import LAW as BAR
-from tests.verification.test_bar_impact import SPEEDS as IMPACTS
-from tests.verification.test_waves import DX, LAW, SPEEDS, STRAIN, TRAVEL, pulse, set_off
+from snowmpm.study.problems.schemes import lattice
+from tests.support.crossings import crossings
+from tests.support.elastic_pulse import DX, LAW, SPEEDS, STRAIN, TRAVEL, pulse, set_off
+from tests.support.sph_block import nearest, solver_of
+from tests.support.thrown_bar import LAW as BAR
+from tests.support.thrown_bar import SPEEDS as IMPACTS
 
 LENGTH, PERIOD = 25.0, 10.0
-
-
-def crossings(times, values):
-    """When a series changes its sign."""
-    n = np.flatnonzero(values[:-1] * values[1:] < 0.0)
-    return times[n] - values[n] * (times[n + 1] - times[n]) / (values[n + 1] - values[n])
 
 
 def vibration(cells, side, periods):
     """-> period of the first mode, amplitude of the mean velocity in the last half period over the first one."""
     dx = LENGTH / cells
-    positions, volumes = lattice([0.0, 0.0], [LENGTH, 4 * dx], dx)
+    positions, volumes = lattice([0.0, 0.0], [LENGTH, 4 * dx], dx, 1)
     solver = solver_of(positions, volumes, Elastic(density=1.0, youngs_modulus=100.0, poisson_ratio=0.0), dx=dx,
                        lower=[0.0, 0.0], upper=[2 * LENGTH, 4 * dx], sides=[[side, "open"], ["slip", "slip"]],
                        velocity=lambda x: np.stack([0.1 * np.sin(np.pi * x[:, 0] / (2 * LENGTH)), 0.0 * x[:, 0]], 1))
@@ -58,7 +54,7 @@ def test_bar_over_ten_periods():
 @pytest.mark.parametrize("kind", [pytest.param("pressure", marks=pytest.mark.slow), "shear"])
 def test_a_pulse_keeps_its_speed_and_its_peak(kind):
     length = 16 / 0.364 * DX
-    positions, volumes = lattice([0.0, 0.0], [3.2, 8 * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [3.2, 8 * DX], DX, 1)
     solver = solver_of(positions, volumes, LAW, dx=DX, lower=[0.0, 0.0], upper=[3.2, 8 * DX],
                        sides=[["periodic", "periodic"]] * 2)
     steps = int(np.ceil(TRAVEL / SPEEDS[kind] / (0.3 * DX / LAW.wave_speed())))
@@ -80,7 +76,7 @@ def test_rayleigh_wave():
     """As `test_waves.test_rayleigh_wave`: the frequency of a standing wave of 32 cells, from the velocity of its mode;
     the free surface is where the kernel is cut off."""
     wavelength, depth = 32 * DX, 96 * DX
-    positions, volumes = lattice([0.0, 0.0], [wavelength, depth], DX)
+    positions, volumes = lattice([0.0, 0.0], [wavelength, depth], DX, 1)
     k, c = 2 * np.pi / wavelength, SPEEDS["rayleigh"]
     q, s = (np.sqrt(1.0 - (c / SPEEDS[kind]) ** 2) for kind in ("pressure", "shear"))
     B = -2.0 * q / (1.0 + s**2)
@@ -109,7 +105,7 @@ def impact(speed, **scheme):
     """A bar against a wall: -> its solver afterwards, times over that of contact, stress on the wall over that of the
     shock."""
     dx, high, exact = 0.01, 0.04, IMPACTS[speed][2]
-    positions, volumes = lattice([0.0, 0.0], [1.0, high], dx)
+    positions, volumes = lattice([0.0, 0.0], [1.0, high], dx, 1)
     solver = solver_of(positions, volumes, BAR, dx=dx, velocity=lambda x: np.tile([-speed, 0.0], (len(x), 1)),
                        lower=[0.0, 0.0], upper=[2.0, high], sides=[["separate", "open"], ["slip", "slip"]],
                        scheme=scheme)
@@ -155,7 +151,7 @@ def collide(**scheme):
 
     law, dx = Elastic(density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3), 0.1
     sound = np.sqrt(law.bulk_modulus / law.density)
-    square, volumes = lattice([-4.0, -4.0], [4.0, 4.0], dx)
+    square, volumes = lattice([-4.0, -4.0], [4.0, 4.0], dx, 1)
     radius = np.hypot(*square.T)
     ring = (radius < 4.0) & (radius > 3.0)
     positions = np.concatenate([square[ring] - [4.3, 0.0], square[ring] + [4.3, 0.0]])

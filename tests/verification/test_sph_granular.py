@@ -11,13 +11,14 @@ from snowmpm.scenes.numerics import Sph
 from snowmpm.sph.solver import SphSolver
 from snowmpm.study.problems.granular_slab import STEEP, G, exact_acceleration, gained, granular, pressed
 from snowmpm.study.problems.rigid_walls import block
-from tests.sph.stage import lattice, solver_of
-from tests.verification.test_oedometer import EXACT, HEIGHT, SET_A, SET_C, WIDTH
+from snowmpm.study.problems.schemes import lattice
+from tests.support.pressed_column import EXACT, HEIGHT, SET_A, SET_C, WIDTH
+from tests.support.sph_block import solver_of
 
 
 def slab_acceleration(sine, **scheme):
     law, depth, dx = granular(np.arcsin(sine)), 0.4, 0.02
-    positions, volumes = lattice([0.0, 0.0], [8 * dx, depth], dx)
+    positions, volumes = lattice([0.0, 0.0], [8 * dx, depth], dx, 1)
     state, ratio = pressed(law, positions[:, 1], depth, STEEP)
     solver = SphSolver(Population(positions, volumes, 0, **state), [law], dx=dx, precision="f64", origin=np.zeros(2),
                        lower=np.zeros(2), upper=np.array([8 * dx, 2 * depth]),
@@ -38,7 +39,7 @@ def test_slab_on_rough_ground(sine, scheme):
 def test_oedometer_by_a_moving_wall(name, law):
     c, dx = law.wave_speed(), 1 / 40
     piston = block([WIDTH / 2, HEIGHT], [0.0, -1.0], 2.0, "separate", velocity=[0.0, -1e-3 * c], ramp=4 * HEIGHT / c)
-    positions, volumes = lattice([0.0, 0.0], [WIDTH, HEIGHT], dx)
+    positions, volumes = lattice([0.0, 0.0], [WIDTH, HEIGHT], dx, 1)
     solver = solver_of(positions, volumes, law, dx=dx, lower=[0.0, 0.0], upper=[WIDTH, 1.5 * HEIGHT],
                        sides=[["slip", "slip"], ["slip", "open"]], obstacles=[piston])
 

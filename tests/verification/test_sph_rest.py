@@ -14,7 +14,8 @@ from snowmpm.sph.solver import SphSolver
 from snowmpm.stepping import settling
 from snowmpm.study.atlas.sph_lattices import push_at_border
 from snowmpm.study.problems.particle_states import ParticleStates
-from tests.sph.stage import lattice, solver_of
+from snowmpm.study.problems.schemes import lattice
+from tests.support.sph_block import solver_of
 
 ICE = Elastic(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3)
 SNOW = CohesiveCamClay(density=250.0, youngs_modulus=1e6, poisson_ratio=0.3, critical_slope=1.2, cohesion=0.3,
@@ -28,7 +29,7 @@ def column(law, free):
     free: it stands on rough ground, with nothing at its sides; else it lies between mirrors.
     """
     width = 8 * DX
-    positions, volumes = lattice([0.0, 0.0], [width, HEIGHT], DX)
+    positions, volumes = lattice([0.0, 0.0], [width, HEIGHT], DX, 1)
     vertical = -law.density * G * (HEIGHT - positions[:, 1])
     lateral = law.poisson_ratio * vertical if free else law.lateral_pressure * vertical
     stress = np.zeros((len(positions), 3, 3))
@@ -62,7 +63,7 @@ def test_a_slab_on_rough_ground_carries_in_every_row_what_lies_above():
     """On a slope of 35 degrees: a tenth of rho g_t dx; with the shear stress of dummies that of the rows beside them,
     the rows lie 0.75 of it above and below in turns."""
     rows, slope = 12, np.radians(35.0)
-    positions, volumes = lattice([0.0, 0.0], [8 * DX, rows * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [8 * DX, rows * DX], DX, 1)
     weight = ICE.density * G * (rows * DX - positions[:, 1])
     stress = np.zeros((len(positions), 3, 3))
     stress[:, 1, 1] = -weight * np.cos(slope)
@@ -94,7 +95,7 @@ def test_layers_of_unlike_density_want_the_volume_form():
 def wrong_at_border(form, contrast=5.0 / 3.0, rows=12):
     """Largest error of the vertical stress of rows within three cells of the border of two layers at rest."""
     laws = [Elastic(density=density, youngs_modulus=1e6, poisson_ratio=0.3) for density in (150.0, contrast * 150.0)]
-    positions, volumes = lattice([0.0, 0.0], [6 * DX, 2 * rows * DX], DX)
+    positions, volumes = lattice([0.0, 0.0], [6 * DX, 2 * rows * DX], DX, 1)
     upper = positions[:, 1] > rows * DX
     vertical = -G * (laws[1].density * np.minimum(2 * rows * DX - positions[:, 1], rows * DX)
                      + laws[0].density * np.maximum(rows * DX - positions[:, 1], 0.0))

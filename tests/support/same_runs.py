@@ -10,7 +10,7 @@ import snowmpm
 from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive
 from snowmpm.running import loop
-from tests.usual_signals import usual_signals
+from tests.support.usual_signals import usual_signals
 
 
 def run_with_signal(scene, folder, number, time, resume=False):

@@ -10,13 +10,6 @@ from snowmpm.sph.solver import SphSolver
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
 
 
-def lattice(lower, upper, dx):
-    """Particles at the centres of the cells of a box: positions (n, dim) and volumes (n,)."""
-    axes = [lo + dx * (np.arange(round((hi - lo) / dx)) + 0.5) for lo, hi in zip(lower, upper, strict=True)]
-    positions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    return positions, np.full(len(positions), dx ** len(axes))
-
-
 def jittered(positions, dx, amount, seed=0):
     """Each moved by at most amount * dx along every axis."""
     return positions + np.random.default_rng(seed).uniform(-amount * dx, amount * dx, positions.shape)
