@@ -132,7 +132,12 @@ def gather_kernel(real, law, entrains, serial):
                         if tau[1] < 0.0:  # a law that weakens with speed
                             slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / load)
                         slowed *= mass / (mass + taken)
-                        new *= slowed / ti.max(speed, 1e-30)
+                        kept = slowed / ti.max(speed, 1e-30)
+                        new *= kept
+                        # curvature again, at the mean of the velocities before and after friction
+                        half = 0.5 * (old + new)
+                        again = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
+                        new -= kept * dt * s * ((again - turn) / metric)
                         if ti.static(taking):
                             # wanted in the next step, at its middle if speed and volume go on like this
                             next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
