@@ -48,7 +48,7 @@ class DepthSolver(Method):
         numbers; entrainment: the same of a law of entrainment, or None."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
-        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] >= 0.0:
+        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
@@ -59,7 +59,6 @@ class DepthSolver(Method):
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
-        self._start = self._momentum()
         self.restart_clock()
 
     @classmethod
@@ -177,7 +176,7 @@ class DepthSolver(Method):
         `advective`; speed [m/s]: of the fastest, that of the last step when missing."""
         g, way = -float(self.gravity[2]), advective * self.grid.dx
         speed = self.extremes.speed if speed is None else speed
-        advective = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
+        advective = 2.0 * way / max(speed + math.sqrt(speed**2 + 2.0 * g * way), 1e-30)
         elastic = share * self.grid.dx / max(self._wave, 1e-30)
         return (elastic, "elastic") if elastic < advective else (advective, "advective")
 
@@ -233,6 +232,7 @@ class DepthSolver(Method):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.contact_work, self.lifted = 0.0, 0, 0.0, 0
         self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
+        self._start = self._momentum() + self.particles.removed["momentum"]
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
