@@ -13,7 +13,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
-from snowmpm.io.parameters import parameters
+from snowmpm.io.parameters import method_of, parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.remarks import remarks
 from snowmpm.io.status import status_of
@@ -92,13 +92,16 @@ def _document(run, view, folder, interactive, now):
 
 def _lead(run):
     kind = "three dimensions" if run.dimension == 3 else "plane strain"
-    return (f"A simulation in {kind} over {run.times[-1]:g} s, {len(run)} frames, with {_count(run.n_points(0))}"
-            f" particles on cells of {run.provenance.get('dx', math.nan):g} m.")
+    method = method_of(run)
+    kind = method.title if method and method.capabilities.plan else f"in {kind}"
+    return (f"A simulation {kind} over {run.times[-1]:g} s, {len(run)} frames, with {_count(run.n_points(0))}"
+            f" {method.particles if method else 'particles'} on cells of {run.provenance.get('dx', math.nan):g} m.")
 
 
 def _key_numbers(run):
     history, numbers = run.history, run.hazard.get("numbers", {})
-    found = {"particles": _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
+    method = method_of(run)
+    found = {method.particles if method else "particles": _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
     so_far = status_of(run).so_far
     for name in ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure",
                  "deposit_volume"):

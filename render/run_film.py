@@ -131,6 +131,7 @@ class _View:
         """Frame `i` with the fields that its colours need."""
         names = [] if self.scale is None else [self.scale.field]
         names += ["material"] if self.layer or self.cut else []
+        names += ["depth"] if "depth" in self.run.field_names else []
         known = "identity" in self.run.field_names
         return self.run.frame(i, dict.fromkeys([*names, *(["identity"] if known else [])]))
 
@@ -147,7 +148,10 @@ class _View:
             share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
             colours = self.table[np.round(255 * share).astype(int)]
         identity = frame.fields["identity"][good] if "identity" in frame.fields else None
-        return frame.time, (frame.points[good], self.spacing, colours, identity)
+        points = frame.points[good]
+        if "depth" in frame.fields:
+            points, colours, identity = piled(points, frame.fields["depth"][good], self.spacing, colours, identity)
+        return frame.time, (points, self.spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
@@ -226,6 +230,21 @@ class SectionView(_View):
         x, y, _ = whole.project(camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]]))
         x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
         overlay.rectangle([x[0], y[0], x[1], y[1]])
+
+
+def piled(points, depth, spacing, *others):
+    """Columns of snow as piles of points: points (n, 3) at half their depth (n,) [m], in layers at most `spacing` [m]
+    apart from the ground to the surface; -> (points, others), each layer with all rows of the others.
+
+    Depths are normal to the ground, of which a frame does not know the slope: they are drawn upwards.
+    """
+    layers = 1 + int(np.ceil(np.nan_to_num(depth).max(initial=0.0) / spacing))
+    if layers == 1:
+        return points, *others
+    at = np.linspace(-0.5, 0.5, layers)
+    piles = np.tile(points.astype(float), (layers, 1))
+    piles[:, 2] += (at[:, None] * np.nan_to_num(depth)).ravel()
+    return piles, *(None if other is None else np.concatenate([other] * layers) for other in others)
 
 
 def particle_spacing(run):

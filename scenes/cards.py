@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from snowmpm.errors import InputError, nearest
 from snowmpm.materials import Material
+from snowmpm.scenes.friction_cards import with_friction_card
 from snowmpm.scenes.messages import describe, shown
 from snowmpm.scenes.spec import Spec, refuse
 from snowmpm.scenes.toml import parse
@@ -68,10 +69,11 @@ def with_cards(data: Any) -> Any:
     """Tables of a scene with the numbers of the cards it names written out; the data given stays as it is.
 
     Numbers given beside `card` override the card's. A body's material that the scene does not define is a card by that
-    name. Raises PydanticCustomError for a card that does not exist.
+    name. The terrain's friction may name a friction card. Raises PydanticCustomError for a card that does not exist.
     """
     if not isinstance(data, dict):
         return data
+    data = with_friction_card(data)
     bodies, materials = data.get("bodies"), data.get("materials", {})
     bodies = bodies if isinstance(bodies, list | tuple) else ()
     wanted = [body.get("material") for body in bodies if isinstance(body, dict)]

@@ -3,17 +3,16 @@
 
 def real_keys(location, data):
     """Keys of an error's location, without pydantic's marks of union members."""
-    path, here, after_tag = [], data, True
+    path, here, after_kind = [], data, True
     for i, part in enumerate(location):
         table = here if isinstance(here, dict) else {}
-        union_member = isinstance(part, str) and (
-            (part.startswith("<") and part not in table) or (not after_tag and table.get("kind") == part)
-        )
-        if union_member:
-            after_tag = True
+        if isinstance(part, str) and part.startswith("<") and part not in table:
+            continue  # the kind of the same table may follow
+        if isinstance(part, str) and not after_kind and part in (table.get("kind"), table.get("law")):
+            after_kind = True
             continue
         path.append(part)
-        after_tag = False
+        after_kind = False
         try:
             here = here[part]
         except (KeyError, IndexError, TypeError):
@@ -75,7 +74,7 @@ def _choose(schema, node, here):
         return node
     mapping = plain.get("discriminator", {}).get("mapping")
     if mapping:
-        kind = here.get("kind") if isinstance(here, dict) else None
+        kind = here.get(plain["discriminator"]["propertyName"]) if isinstance(here, dict) else None
         return {"$ref": mapping[kind]} if isinstance(kind, str) and kind in mapping else node
     if not isinstance(here, dict):
         return node

@@ -80,13 +80,14 @@ def _line(problem, data, schema):
         if value is None:
             return f"{key} {context['allowed']}"
     if kind == "union_tag_invalid":
-        key, value = dotted((*path, "kind")), context["tag"]
+        key, value = dotted((*path, _name_of_kind(context))), context["tag"]
         tags = context["expected_tags"]
         return f"{key} = {shown(value)}: must be one of {tags.replace(chr(39), chr(34))}{_nearest_of(value, tags)}"
     if kind == "union_tag_not_found":
         if isinstance(value, dict):
-            return f"{dotted((*path, 'kind'))} is missing: one of {', '.join(map(shown, kinds_at(schema, path, data)))}"
-        return f"{key} = {shown(value)}: must be a table with a key kind"
+            kinds = ", ".join(map(shown, kinds_at(schema, path, data)))
+            return f"{dotted((*path, _name_of_kind(context)))} is missing: one of {kinds}"
+        return f"{key} = {shown(value)}: must be a table with a key {_name_of_kind(context)}"
     template = ALLOWED.get(kind)
     if template is None:
         return f"{key} = {shown(value)}: {problem['msg']}"
@@ -94,6 +95,11 @@ def _line(problem, data, schema):
     if "expected" in context:
         text += _nearest_of(value, context["expected"])
     return f"{key} = {shown(value)}: {text}" if key else text
+
+
+def _name_of_kind(context):
+    """Key that says which member of a union a table is."""
+    return context["discriminator"].strip("'")
 
 
 def _plain(entry):

@@ -1,6 +1,6 @@
 """Method, domain and output of a scene."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -64,7 +64,7 @@ class Sph(Spec):
     overshoots by 40 %. 0.3 overshoots by less than 30 % and lowers heaps by 0.5 %. 1 shortens run-outs"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of the artificial viscosity, quadratic in the closing speed, against interpenetration [-]"""
-    disorder_damping: NonNegative = 0.5
+    disorder_damping: NonNegative = 1.0
     """gamma of a viscosity that acts only on velocity differences beyond a linear field [-]: it keeps particles ordered
     in tension and does not affect smooth motion"""
     walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
@@ -99,12 +99,24 @@ class Sph(Spec):
         return self
 
 
+class Depth(Spec):
+    """Options of the depth-averaged method."""
+
+    damping: NonNegative = 1.0
+    """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
+    it keeps columns in order and does not affect smooth motion; 0 in the test of a block on its energy line"""
+    mixing: NonNegative = 12.0
+    """C_2 of the same where snow gathers, as at a shock, over -div v [-]"""
+    centrifugal: Annotated[bool, Field(strict=True)] = True
+    """whether the ground's curvature adds to the normal stress, and so to friction"""
+
+
 class Solver(Spec):
     """The method and its discretisation."""
 
     method: Annotated[str, one_of(lambda: METHODS)] = "mpm"
     dx: Positive
-    """grid spacing (mpm) or particle spacing (sph) [m]"""
+    """grid spacing (mpm; in plan: depth) or particle spacing (sph) [m]"""
     kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
     gradient: Annotated[str, one_of(lambda: GRADIENTS)] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
@@ -118,7 +130,8 @@ class Solver(Spec):
     particles_per_cell: Annotated[int, Field(strict=True, ge=1, le=64)] = Field(
         default_factory=lambda: 4 if dimension() == 2 else 8
     )
-    """mpm: particles in a full cell at the start; 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell"""
+    """mpm: particles in a full cell at the start; 4 in 2-D, 8 in 3-D when missing; sph has one particle a cell; depth:
+    columns in a cell in plan, 4 when missing"""
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9
@@ -128,6 +141,18 @@ class Solver(Spec):
     precision: Literal["f32", "f64"] = "f32"
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
+    depth: Depth = Field(default_factory=Depth)
+    """of method = "depth" """
+
+    @model_validator(mode="before")
+    @classmethod
+    def _usual_filling(cls, given: Any) -> Any:
+        """With as many particles a cell as its method takes, where the scene does not choose."""
+        if isinstance(given, dict) and "particles_per_cell" not in given:
+            entry = METHODS.get(str(given.get("method")))
+            if entry and entry.capabilities.usual_filling:
+                return {**given, "particles_per_cell": entry.capabilities.usual_filling}
+        return given
 
     @property
     def filling(self) -> int:
@@ -135,8 +160,13 @@ class Solver(Spec):
         return METHODS[self.method].capabilities.filling or self.particles_per_cell
 
     def spacing(self, dimension: int) -> float:
-        """Mean distance of particles at the start [m]."""
-        return self.dx / self.filling ** (1.0 / dimension)
+        """Mean distance of particles at the start [m], in plan if they are columns."""
+        return self.dx / self.filling ** (1.0 / (2 if self.in_plan else dimension))
+
+    @property
+    def in_plan(self) -> bool:
+        """Whether particles are columns of snow that move in plan."""
+        return METHODS[self.method].capabilities.plan
 
 
 class Sides(Spec):

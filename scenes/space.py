@@ -80,12 +80,15 @@ def _check_direction(value):
     return value
 
 
-def _check_file(value):
+def check_file(value, key=None):
+    """The name of a file that exists, or an error; key: its place below the table under validation, if the name is not
+    the value under validation itself."""
+    place = {"key": key, "value": value} if key else {}
     if not value or "\0" in value:
-        raise refuse("must be the name of a file")
+        raise refuse("must be the name of a file", **place)
     base_dir = _surroundings.get().base_dir
     if base_dir is not None and not (path := base_dir / Path(value).expanduser()).is_file():
-        raise refuse(f"no such file (looked for {path}, from the scene's folder){nearest_file(path)}")
+        raise refuse(f"no such file (looked for {path}, from the scene's folder){nearest_file(path)}", **place)
     return value
 
 
@@ -98,7 +101,7 @@ Vector = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3), AfterV
 Direction = Annotated[Vector, AfterValidator(_check_direction)]
 Pair = tuple[Number, Number]
 Interval = Annotated[Pair, AfterValidator(_check_interval)]
-FileName = Annotated[str, Field(strict=True), AfterValidator(_check_file)]
+FileName = Annotated[str, Field(strict=True), AfterValidator(lambda value: check_file(value))]
 
 
 def by_type(*branches: Tag) -> Discriminator:

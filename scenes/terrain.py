@@ -1,9 +1,12 @@
-"""The ground: plane, profile, triangle mesh or elevation raster."""
+"""The ground: plane, profile, triangle mesh or elevation raster, and its friction."""
 
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from snowmpm.scenes.dams import Dam
+from snowmpm.scenes.entrainment import Entrainment
+from snowmpm.scenes.friction import Friction
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import FileName, Pair, Vector, require_dimension, zero_vector
 from snowmpm.scenes.spec import NonNegative, Number, Spec, refuse
@@ -11,15 +14,29 @@ from snowmpm.scenes.spec import NonNegative, Number, Spec, refuse
 Contact = Literal["separate", "slip", "stick"]
 
 
-class Touching(Spec):
+class Contacting(Spec):
     """How snow touches a solid: `stick` (no motion), `slip` (never leaves it) or `separate` (may leave it)."""
 
     contact: Contact = "separate"
+
+
+class Touching(Contacting):
+    """A solid with Coulomb friction."""
+
     friction: NonNegative = 0.3
     """Coulomb coefficient of slip and separate [-]"""
 
 
-class Plane(Touching):
+class Ground(Contacting):
+    """The ground, whose friction may follow another law."""
+
+    friction: Friction = 0.3
+    """Coulomb coefficient of slip and separate [-], or a table with a law of friction"""
+    entrainment: Entrainment | None = None
+    """snow cover that a flow takes up; method = "depth" only"""
+
+
+class Plane(Ground):
     """A plane through `point`, dipping by `angle` towards +x, or towards `azimuth` in 3-D."""
 
     kind: Literal["plane"]
@@ -37,7 +54,7 @@ class Plane(Touching):
         return self
 
 
-class Profile(Touching):
+class Profile(Ground):
     """A line of straight pieces from left to right; in 3-D it is extruded along y."""
 
     kind: Literal["profile"]
@@ -54,7 +71,7 @@ class Profile(Touching):
         return self
 
 
-class Mesh(Touching):
+class Mesh(Ground):
     """A triangle mesh, open or watertight (3-D)."""
 
     kind: Literal["mesh"]
@@ -67,7 +84,7 @@ class Mesh(Touching):
         return self
 
 
-class Dem(Touching):
+class Dem(Ground):
     """An elevation raster; cells of no-data are holes (3-D)."""
 
     kind: Literal["dem"]
@@ -79,6 +96,8 @@ class Dem(Touching):
     """unit of its elevations; when missing that of the file, or metres if the file names none"""
     attribution: str | None = None
     """credit of the data, printed on pictures and maps"""
+    dams: tuple[Dam, ...] = ()
+    """ridges that are raised on it"""
 
     @model_validator(mode="after")
     def _is_3d(self):

@@ -7,6 +7,9 @@ each of them for a row of every name.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+GROUND_LAWS = ("coulomb", "voellmy", "samos_at", "frictional_viscous", "bingham", "mu_i")
+"""Names of the laws of ground friction (`snowmpm.ground`)."""
+
 
 @dataclass(frozen=True)
 class Capabilities:
@@ -20,10 +23,22 @@ class Capabilities:
     precisions: tuple[str, ...] = ("f32", "f64")
     filling: int | None = None
     terrain: bool = True
+    ground_friction: tuple[str, ...] = ("coulomb",)
+    """laws of terrain.friction, of GROUND_LAWS"""
+    ground_cohesion: bool = False
+    """tau0 and cohesion of these laws, shear stress of the ground beside the friction"""
+    ground_rasters: bool = False
+    """rasters as numbers of these laws"""
+    entrainment: bool = False
+    """snow cover that the flow takes up"""
     obstacles: bool = True
+    contacts: tuple[str, ...] = ("stick", "slip", "separate")
+    """values of terrain.contact"""
+    sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
+    """boundaries of the domain"""
     periodic: bool = True
-    initial_stress: bool = True
-    """initial.stress other than "none": particles carry a stress that forces follow from"""
+    initial_stress: tuple[str, ...] = ("geostatic", "isotropic", "settle")
+    """values of initial.stress beside "none" """
     settling: bool = True
     """initial.stress = "settle": damped steps bring the particles to rest"""
     cuts: bool = True
@@ -39,6 +54,11 @@ class Capabilities:
     saw_test: bool = False
     grid: bool = False
     """a background grid: kernel, gradient, transfer and particles_per_cell of the scene's solver table choose it"""
+    plan: bool = False
+    """particles are columns in plan, over a ground that the builder gets as it is; they fill a cell in plan, and maps
+    are as fine as the grid, since each column counts in all the cells that it covers"""
+    usual_filling: int | None = None
+    """particles in a full cell of a scene that does not choose"""
     presets: bool = False
     """--fast and --accurate were measured for it"""
 
@@ -51,18 +71,38 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
     body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
+    terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`.
+    terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", else a
+    `ground.friction.GroundFriction`.
     """
 
     name: str
     builder: str | Callable
     capabilities: Capabilities
     options: str | None = None
+    words: str = ""
+    """name in captions; the name in capitals when missing"""
+
+    @property
+    def title(self) -> str:
+        """Name in captions."""
+        return self.words or self.name.upper()
+
+    @property
+    def particles(self) -> str:
+        """What its particles are called."""
+        return "columns" if self.capabilities.plan else "particles"
 
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         separate_bodies=True, saw_test=True, grid=True, presets=True)),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
+    MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
+        dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
+        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
+        plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}
 
 

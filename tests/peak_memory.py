@@ -58,4 +58,4 @@ if __name__ == "__main__":
     if "--slow-disk" in rest:
         slow_down()
     print(json.dumps({"predicted": described["memory"], "measured": first_steps(name, settings, described),
-                      "particles": sum(described["particles"].values())}))
+                      "particles": sum((described.get("particles") or described["columns"]).values())}))

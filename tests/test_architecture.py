@@ -23,14 +23,15 @@ GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glan
           "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "terrain", "seeding", "solids", "forcing", "saw_test"}
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
                               "quantities")},
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
-    "scenes": {*GROUND, "materials"},
+    "ground": {*GROUND, "materials", "terrain"},
+    "scenes": {*GROUND, "materials", "ground"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -68,6 +69,7 @@ FORBIDDEN = {
     **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},
+    "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},

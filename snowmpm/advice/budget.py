@@ -7,7 +7,7 @@ import numpy as np
 from snowmpm.advice.calibration import Speed
 from snowmpm.measured import costs
 from snowmpm.methods import METHODS
-from snowmpm.running.description import expected_run_file
+from snowmpm.running.description import expected_run_file, written_fields
 
 WITHIN = 0.3
 """Largest relative error of the forecast for runs of the library."""
@@ -49,10 +49,10 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(scene.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test))
-        self.frames = max(1, round(scene.end_time / scene.output.interval))
+        self.frames = max(1, round(facts.forecast.end / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
-        self.numbers = sum(width(name) for name in scene.output.fields)
+        self.numbers = sum(width(name) for name in written_fields(scene))
         # A step with little work runs on one thread
         self.threads = 1 if work.serial else threads
         reference = Speed(*costs.reference_speed())
@@ -87,7 +87,8 @@ class Budget:
 
     def frames_at(self, particles):
         """Seconds of all frames with the number of particles multiplied by this factor."""
-        return self._python * self.frames * costs.frame(particles * self.n, self.numbers, self.facts.dim)
+        one = costs.frame(particles * self.n, self.numbers, self.facts.dim, self.crowd.obstacles)
+        return self._python * self.frames * one
 
     @property
     def start(self):
@@ -114,10 +115,15 @@ class Budget:
         # Each law takes its share of the particles' time from the table
         in_table = {kind: n * (costs.law(scheme, kind) + usual) for kind, n in self.particles.items()}
         rest = self.n * (costs.transfers(scheme) - usual)
+        entry = METHODS[scheme.method]
         scale = stages["particles"] / (rest + sum(in_table.values()))
-        rows = [("dimension", f"{facts.dim}-D, {self.n} particles, {a_cell} a cell, {scheme.method}", scale * rest)]
-        rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
-        if METHODS[scheme.method].capabilities.grid:
+        rows = [("dimension", f"{facts.dim}-D, {self.n} {entry.particles}, {a_cell} a cell, {entry.title}",
+                 scale * rest)]
+        if entry.capabilities.plan:
+            rows = [(entry.particles, f"{self.n}, {a_cell} a cell in plan", stages["particles"])]
+        else:
+            rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
+        if entry.capabilities.grid:
             rows.append(("blocks of the grid", f"{crowd.blocks}, {self.n / max(1, crowd.blocks):.0f} particles in each",
                          stages["blocks"] + stages["nodes"]))
             rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))
@@ -125,7 +131,8 @@ class Budget:
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))
-        rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a particle", self.output))
+        rows.append(("output", f"{self.frames} frames of {self.numbers + 3} numbers a {entry.particles[:-1]}",
+                     self.output))
         rows.append(("start", "imports, build, kernels from the disk; the first time they are compiled", self.start))
         found = [Payment(*row, row[2] / self.total) for row in rows]
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)

@@ -6,9 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
+from snowmpm.advice.breaking import breaking_between
 from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
+from snowmpm.running.forecast import forecast
 
 FARTHEST = 3
 """Largest distance of neighbouring bodies [cells]."""
@@ -126,10 +128,31 @@ class SceneFacts:
         """Approximate facts of a scene that differs only in settings or materials: the particles stay the same."""
         return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
 
+    @cached_property
+    def forecast(self):
+        """`Forecast` of the run."""
+        return forecast(self.scene, self.solver)
+
     @property
     def steps(self):
-        """Number of steps of the whole scene with the length of the first steps."""
-        return self.scene.end_time / (self.scene.solver.dt or self.solver.expected_dt()[0])
+        """Number of steps of the whole run."""
+        return self.steps_until(self.forecast.end)
+
+    def steps_until(self, time):
+        """Number of steps until a time [s]: of a method that knows its course its share of them, else with the length
+        of the first steps, shorter while bonds break."""
+        if self.forecast.course:
+            return self.forecast.steps * min(1.0, time / self.forecast.end)
+        long = self.scene.solver.dt or self.solver.expected_dt()[0]
+        short = self.scene.solver.dt or self.solver.expected_dt(breaking=True)[0]
+        if short == long:
+            return time / long
+        begin, end = self._breaking
+        return time / long + max(0.0, min(end, time) - begin) * (1.0 / short - 1.0 / long)
+
+    @cached_property
+    def _breaking(self):
+        return breaking_between(self.scene)
 
 
 def _close(cells):

@@ -5,15 +5,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from snowmpm.advice.cautions import cautions
+from snowmpm.advice.depth_averaged import PLAN, in_columns
 from snowmpm.advice.plane_strain import is_plane_strain
 from snowmpm.measured import costs
 from snowmpm.measured.borders import shipped
+from snowmpm.measured.depth_averaged import in_words
 from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
 
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
+LEAST_FRAMES = 20
+"""Frames that a run is left with, about."""
 SPARE_DOMAIN = 1.5
 """Length of a side of the domain, over the length that snow can reach, above which it is mentioned."""
 
@@ -63,6 +67,9 @@ def _frames(budget):
     share, own = budget.output / budget.total, budget.facts.scene.output.interval
     if share > 0.2:
         interval = float(f"{own * 9.0 * budget.output / budget.stepping:.1g}")
+        interval = min(interval, float(f"{budget.facts.forecast.end / LEAST_FRAMES:.1g}"))
+        if interval < 1.5 * own:
+            return
         yield from _worth(budget, "output.interval", f"{interval:g} s: frames take {share:.0%} of the run,"
                           f" {budget.frames} of them", budget.output * (1.0 - own / interval), interval)
 
@@ -151,7 +158,20 @@ def _return_maps(budget):
                                     budget.facts.steps * 1e-9 * budget.particles[law.kind] * more, "implicit")
 
 
-FINDERS = (_plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain, _return_maps)
+def _columns(budget):
+    """A thin flow in three dimensions that columns in plan could carry."""
+    found = in_columns(budget.facts)
+    if found:
+        overrides, facts = found
+        saved = budget.total - facts.budget.total
+        says = (f'"{PLAN}", with solver.dx = {facts.dx:g}: the flow is thin, and could be depth-averaged. In the valley'
+                f" of avalanche_on_raster that changed: {in_words()}. Lost: all that happens within the depth, the laws"
+                " of the snow, and forces on obstacles")
+        if saved > WORTH_SAYING * budget.total:
+            yield Saving("solver.method", says, saved, saved / budget.total, overrides)
+
+
+FINDERS = (_columns, _plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain, _return_maps)
 
 
 def savings(budget):

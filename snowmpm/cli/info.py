@@ -64,6 +64,7 @@ def _headline(run):
 
 
 def _contents(run):
+    from snowmpm.io.parameters import method_of
     from snowmpm.io.status import cautions, status_of
 
     times = run.times
@@ -71,7 +72,9 @@ def _contents(run):
     if len(run):
         facts["frames"] = f"{count(len(run))}, from {times[0]:g} to {times[-1]:g} s"
         first, last = run.n_points(0), run.n_points(len(run) - 1)
-        facts["particles"] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
+        method = method_of(run)
+        name = method.particles if method else "particles"
+        facts[name] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
     else:
         facts["frames"] = "none yet"
     facts["bodies"] = list(run.provenance.get("bodies", []))

@@ -9,14 +9,17 @@ from snowmpm.cli.table import LONGEST, print_json
 
 
 def list_library(as_json: Json = False):
-    """List library scenes, material cards, kinds of material and tests of a material."""
+    """List library scenes, cards and kinds of material, cards and laws of ground friction, and tests of a material."""
+    from snowmpm import ground
     from snowmpm.materials import EXPERIMENTS, LAWS
-    from snowmpm.scenes import library, material_cards
+    from snowmpm.scenes import friction_cards, library, material_cards
 
     tables = {
         "scenes": library(),
         "cards": {name: card.description for name, card in material_cards().items()},
         "kinds": {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())},
+        "friction_cards": {name: card.description for name, card in friction_cards().items()},
+        "friction_laws": {name: _first_sentence(law) for name, law in ground.LAWS.items()},
         "tests": {name: experiment.summary for name, experiment in EXPERIMENTS.items()},
     }
     if as_json:
@@ -27,6 +30,10 @@ def list_library(as_json: Json = False):
     _print_table("Material cards (material = NAME in a scene)", tables["cards"])
     print()
     _print_table("Materials (kind = NAME in a scene)", tables["kinds"])
+    print()
+    _print_table("Classes of ground friction (card = NAME in [terrain.friction])", tables["friction_cards"])
+    print()
+    _print_table("Laws of ground friction (law = NAME in [terrain.friction])", tables["friction_laws"])
     print()
     _print_table("Tests of a material at one point (snowmpm element NAME)", tables["tests"])
 

@@ -1,6 +1,7 @@
 """Main parameters of a run in short form: for the margin of a map, the head of a report, the fields of a file."""
 
 from snowmpm.errors import InputError
+from snowmpm.methods import METHODS
 from snowmpm.quantities.quantity import digits
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
@@ -12,21 +13,47 @@ def parameters(run):
         scene = tables(made.get("scene") or "", "scene")
     except (TOMLDecodeError, InputError, TypeError):
         scene = {}
-    found = {"scene": run.name, "method": str(_at(scene, "solver", "method") or "").upper()}
+    method = METHODS.get(_at(scene, "solver", "method"))
+    found = {"scene": run.name, "method": method.title if method else ""}
     if isinstance(made.get("dx"), int | float):
         found["grid spacing"] = f"{made['dx']:g} m"
     if len(run):
-        found["particles"] = digits(float(run.n_points(0)))
+        found[method.particles if method else "particles"] = digits(float(run.n_points(0)))
     if run.maps:
         found["map cell"] = f"{digits(next(iter(run.maps.values())).cell)} m"
     friction = _at(scene, "terrain", "friction")
     if friction is not None:
-        found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else "by a law"
-    snow = [str(law.get("card") or law.get("kind") or name) for name, law in (_at(scene, "materials") or {}).items()
-            if isinstance(law, dict)]
+        found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else _law(friction)
+    snow = [_snow(name, law, method) for name, law in (_at(scene, "materials") or {}).items() if isinstance(law, dict)]
     found["snow"] = ", ".join(dict.fromkeys(snow))
     found["version"] = f"snowmpm {made.get('version', '')}".strip()
     return {name: text for name, text in found.items() if text}
+
+
+def method_of(run):
+    """The row of `METHODS` that computed a `Run`; None where the run does not say."""
+    try:
+        scene = tables(run.provenance.get("scene") or "", "scene")
+    except (TOMLDecodeError, InputError, TypeError):
+        return None
+    return METHODS.get(_at(scene, "solver", "method"))
+
+
+def _snow(name, law, method):
+    """A material in a word: its density, if the method reads nothing else of it."""
+    if method and method.capabilities.plan and isinstance(law.get("density"), int | float):
+        return f"{law['density']:g} kg/m³"
+    return str(law.get("card") or law.get("kind") or name)
+
+
+def _law(friction):
+    """Friction of the ground by a law: its numbers, and the card that they began with."""
+    if not isinstance(friction, dict):
+        return "by a law"
+    numbers = ", ".join(f"{name} = {value:g}" for name, value in friction.items()
+                        if isinstance(value, int | float) and value)
+    card = f"{friction['card']}: " if friction.get("card") else ""
+    return f"{card}{friction.get('law', 'by a law')} {numbers}".strip()
 
 
 def _at(table, *keys):

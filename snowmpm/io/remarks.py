@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm.io.parameters import method_of
 from snowmpm.io.status import cautions
 
 MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
@@ -26,8 +27,13 @@ def remarks(run):
                " grid, or a transfer with less damping, takes less.")
     cells = _last(history, "occupied_cells")
     if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
-        yield (f"{_last(history, 'emptied_cells') / cells:.1%} of the cells are empty between occupied ones: there snow"
-               " is thinner than the grid resolves (numerical fracture).")
+        share, method = _last(history, "emptied_cells") / cells, method_of(run)
+        if method and method.capabilities.plan:
+            yield (f"{share:.1%} of the cells in plan are empty between columns: there the flow is stretched, and its"
+                   " columns no longer push each other; more solver.particles_per_cell closes it.")
+        else:
+            yield (f"{share:.1%} of the cells are empty between occupied ones: there snow is thinner than the grid"
+                   " resolves (numerical fracture).")
 
 
 def _last(history, name):

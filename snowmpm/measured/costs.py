@@ -134,6 +134,8 @@ def stages(scheme, crowd, settling=False):
 
 def bulk(scheme, crowd):
     """ns of transfers and laws in full blocks of the benchmarks. Where nothing yields, a return map is a trial."""
+    if METHODS[scheme.method].capabilities.plan:
+        return crowd.n * transfers(scheme)  # columns have no stress
     kinds = {kind: "elastic" if crowd.rests and kind.endswith("cam_clay") else kind for kind in crowd.particles}
     return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
 
@@ -152,10 +154,12 @@ def step(scheme, crowd, settling=False):
     return sum(stages(scheme, crowd, settling).values())
 
 
-def frame(particles, numbers, dimension):
-    """Seconds of a frame of particles with so many numbers each, beside their positions, audit included."""
+def frame(particles, numbers, dimension, obstacles=0):
+    """Seconds of a frame of particles with so many numbers each, beside their positions, audit included; obstacles:
+    whose poses and loads it has."""
     found = table()
-    return 1e-9 * (found["frame", dimension, "f32", "fixed"] + particles * (
+    fixed = found["frame", dimension, "f32", "fixed"] + obstacles * found["frame", dimension, "f32", "obstacle"]
+    return 1e-9 * (fixed + particles * (
         found["frame", dimension, "f32", "audit"] + (numbers + 3) * found["frame", dimension, "f32", "number"]))
 
 

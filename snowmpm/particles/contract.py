@@ -28,7 +28,8 @@ class Particles(ABC):
     """laws, densities, wave speed, elastic energy"""
     removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
-    that did not leave the domain but were taken out"""
+    that did not leave the domain but were taken out; entrained, of methods that entrain: mass [kg] that came in, whose
+    energy is subtracted"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
     sorts: int

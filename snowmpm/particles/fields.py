@@ -31,7 +31,8 @@ class ParticleFields:
 
     velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
     axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
-    J = det F; material, body: index in the scene; id: number given at seeding; and what the laws report of their state
+    J = det F; material, body: index in the scene; id: number given at seeding; depth: thickness of the snow normal to
+    the ground, of columns, zero for other particles; and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
@@ -114,5 +115,6 @@ READERS = {
     "material": lambda fields: fields.snapshot.labels[:, 0],
     "body": ParticleFields.bodies,
     "id": lambda fields: fields.snapshot.labels[:, 1],
+    "depth": lambda fields: fields.snapshot.depth(),
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

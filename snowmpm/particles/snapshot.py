@@ -29,3 +29,7 @@ class Snapshot:
     def positions(self) -> Floats:
         """Scene coordinates [m], (n, dim)."""
         return self._store.positions(self.column("position"), self._blocks)
+
+    def depth(self) -> Floats:
+        """Thickness of the snow at each particle (n,) [m]: zero, only columns (`depth.snapshot`) have one."""
+        return np.zeros(len(self._table))

@@ -56,6 +56,8 @@ HISTORY = (
              AUDIT),
     Quantity("taken_mass", "mass that was taken out", "kg", "The part of removed_mass that a cut or a removal took.",
              AUDIT),
+    Quantity("entrained_mass", "snow cover taken up", "kg", "Mass of snow cover that the flow took up since the start.",
+             AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

@@ -59,7 +59,13 @@ class Thalweg:
 
     def reach(self, places, cell):
         """Largest length [m] along the line to which cells of this side with middles (k, 2) reach; 0 of none."""
-        corners = (places[:, None] + cell * CORNERS).reshape(-1, 2)
+        if not len(places):
+            return 0.0
+        # Only the furthest cells, by their nearest point: to find where a corner lies costs as much as the line is long
+        s = self.along(places)
+        spacing = float(np.diff(self.s).max())
+        furthest = places[s >= s.max() - 2.0 * (cell + spacing)]
+        corners = (furthest[:, None] + cell * CORNERS).reshape(-1, 2)
         line = shapely.LineString(self.points)
         return float(shapely.line_locate_point(line, shapely.points(np.unique(corners, axis=0))).max(initial=0.0))
 

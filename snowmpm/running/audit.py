@@ -69,9 +69,10 @@ class Audit:
     as in saw tests, nor in a periodic domain, where snow comes back.
     """
 
-    def __init__(self, solver, fields, direction, start_positions):
+    def __init__(self, solver, fields, direction, start_positions, plan=False):
         """solver: a `stepping.contract.Method`; direction: (dim - 1,) or None; start_positions: (n, dim) by particle
-        number."""
+        number; plan: whether cells are those of a grid in plan."""
+        self._axes = slice(0, -1) if plan else slice(None)
         self._solver = solver
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
@@ -134,7 +135,8 @@ class Audit:
         row["damping_work"] = forcing.damping_work if forcing else 0.0
         # Position of zero potential energy
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
-        row["removed_energy"] = removed["energy"] + removed["mass"] * lift
+        entrained = removed.get("entrained", 0.0)
+        row["removed_energy"] = removed["energy"] + (removed["mass"] - entrained) * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy"))
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
@@ -144,11 +146,12 @@ class Audit:
         if self._direction is not None:
             row["front"], row["front_distance"] = self._front(x, mass, fields["id"])
         row["removed_particles"], row["removed_mass"] = removed["count"], removed["mass"]
-        row["taken_mass"] = removed["taken"]
+        row["taken_mass"], row["entrained_mass"] = removed["taken"], entrained
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
-        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied((x - frame.origin) / frame.dx)
+        cells = ((x - frame.origin) / frame.dx)[:, self._axes]
+        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied(cells)
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last, since it may have to sort the particles and remove some
         motion = row["kinetic_energy"] + row["affine_energy"]

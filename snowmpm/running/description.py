@@ -4,12 +4,19 @@ import numpy as np
 
 from snowmpm import memory
 from snowmpm.io import layout
+from snowmpm.methods import METHODS
+from snowmpm.running.forecast import forecast
+
+
+def written_fields(scene):
+    """Names of the fields of a frame: those that the scene names, and the depth of columns, which films need."""
+    return dict.fromkeys([*scene.output.fields, *(["depth"] if scene.solver.in_plan else [])])
 
 
 def expected_run_file(scene, particles):
     """Expected size of the run file [bytes]."""
     frames = 1 + max(1, round(scene.end_time / scene.output.interval))
-    components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in scene.output.fields)
+    components = 3 + sum({"velocity": 3, "stress": 6}.get(name, 1) for name in written_fields(scene))
     return layout.expected_size(scene.dimension, frames, particles, components)
 
 
@@ -23,6 +30,9 @@ def _acting(model):
            for name, share in model.shares.items() if share < 1.0}
     if cut:
         told["cut_bodies"] = cut
+    if scene.solver.in_plan:
+        told["method"] = ("depth-averaged: of the materials, only their densities play a part; the friction of the"
+                          " ground is all that resists")
     if scene.choices:
         told["chosen"] = "; ".join(map(str, scene.choices))
     if model.taken:
@@ -70,16 +80,17 @@ def describe(model, solver):
     "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}; before
     them, where a scene has them, "coordinates" (their reference system), "cut_bodies", "chosen" (numerics that it
     leaves open, and why), "starts_from", "gravity", "forces" and "damping", in words."""
-    scene, store = model.scene, solver.particles
+    scene, store, told = model.scene, solver.particles, _acting(model)
     counts = np.diff([*model.body_starts, len(model.population.volumes)])
-    dt, cause = solver.expected_dt()
-    dt = scene.solver.dt or dt
-    steps = int(np.ceil(scene.end_time / dt))
+    coming, kind = forecast(scene, solver), METHODS[scene.solver.method].particles
+    steps = int(np.ceil(coming.steps))
+    if coming.course:
+        told["expected_end"] = f"at t = {coming.end:.3g} s, after at most {coming.course.speed:.0f} m/s"
     particles, width = int(counts.sum()), sum(store.sizes.values())
     return {
-        **_acting(model),
+        **told,
         "dimension": scene.dimension,
-        "particles": {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
+        kind: {body.name: int(n) for body, n in zip(scene.bodies, counts, strict=True)},
         "mass": store.mass,
         "blocks": store.n_blocks,
         "memory": memory.of_run(scene.dimension, particles, store.bytes_per_particle, width, solver.memory),
@@ -87,8 +98,8 @@ def describe(model, solver):
         "checkpoint": particles * width * store.number_bytes + 8 * particles,
         "bytes_per_particle": store.bytes_per_particle,
         "fields": store.sizes,
-        "dt": dt,
-        "dt_cause": "fixed" if scene.solver.dt else cause,
+        "dt": coming.dt,
+        "dt_cause": "fixed" if scene.solver.dt else solver.expected_dt()[1],
         "steps": steps,
         "domain": (model.lower.tolist(), model.upper.tolist()),
     }

@@ -18,6 +18,7 @@ from snowmpm.particles.fields import field_units
 from snowmpm.quantities.motion import Motion
 from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
+from snowmpm.running.description import written_fields
 from snowmpm.running.device import device_name
 from snowmpm.seeding.region_files import system_of as region_system
 from snowmpm.setup.release_plan import release_plan
@@ -137,7 +138,7 @@ class Recorder:
         counts = {f"steps_{cause}": self._causes.get(cause, 0) for cause in dict.fromkeys([*CAUSES, *self._causes])}
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
         time, row = simulation.time, {**self.last, **counts}
-        names = dict.fromkeys(simulation.scene.output.fields)
+        names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
         crack = copy.deepcopy(simulation.crack.take()) if simulation.crack else None
 
@@ -185,7 +186,8 @@ class Recorder:
             return None
         path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
         mass, gone = float(self._simulation.particles["mass"].sum()), self._simulation.solver.particles.removed["mass"]
-        whole = {"release_mass": mass + gone, "deposit_mass": mass,
+        entrained = self._simulation.solver.particles.removed.get("entrained", 0.0)
+        whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
                              path[:, 2], whole, surface.height, release_plan(self._simulation.model))

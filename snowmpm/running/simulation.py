@@ -94,7 +94,8 @@ class Simulation(Glance):
             for line in self.crack.before_the_saw():
                 warnings.warn(line, stacklevel=2)
         direction = None if scene.saw_test else self.model.direction
-        self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions)
+        self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions,
+                            plan=self.scene.solver.in_plan)
 
     def _glance(self) -> tuple[str, dict[str, Any]]:
         scene = self.scene

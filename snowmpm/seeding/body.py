@@ -26,7 +26,7 @@ class Seeds(NamedTuple):
 
 
 def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape",
-              cut=None):
+              cut=None, columns=False):
     """Fill a body with particles.
 
     shape_spec: object with `kind` and that kind's attributes
@@ -39,16 +39,19 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     rng: numpy Generator; the same state gives the same particles.
     base_dir: folder of relative files; key: name of the shape in messages.
     cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite without a cut.
+    columns: particles are columns of snow, `particles_per_cell` of them in a cell in plan; a layer has one over another
+    nowhere.
 
     The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
     InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
     """
     if sampling not in SAMPLINGS:
         raise InputError.at("solver.sampling", sampling, f"must be one of {', '.join(SAMPLINGS)}")
-    spacing = dx / particles_per_cell ** (1.0 / dim)
+    spacing = dx / particles_per_cell ** (1.0 / (2 if columns else dim))
     if shape_spec.kind == "layer":
         positions, volumes = layer_seeds(
-            shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key
+            shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key,
+            columns=columns
         )
         seeds = Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
         return seeds if cut is None else _within(seeds, *cut)
@@ -57,6 +60,8 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
         whole, shape = shape.volume, clipped(shape, shape_spec, *cut, key)
         share = shape.volume / whole
     positions, volumes = _filled(shape, spacing, sampling, rng, key)
+    if columns:
+        positions, volumes = _stacked(positions, volumes, shape, spacing)
     return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes), share)
 
 
@@ -78,3 +83,14 @@ def _filled(shape, spacing, sampling, rng, key):
     if len(points) == 0:
         raise InputError(f"{key}: too small for a particle at a spacing of {spacing:g} m; a finer solver.dx is needed")
     return points, np.full(len(points), shape.volume / len(points))
+
+
+def _stacked(positions, volumes, shape, spacing):
+    """One particle for all that stand over the same square of a lattice in plan, in their middle."""
+    counts = np.maximum(np.round(np.asarray(shape.size)[:2] / spacing), 1)
+    square = np.floor((positions[:, :2] - shape.origin[:2]) / (np.asarray(shape.size)[:2] / counts) + 1e-9)
+    _, number = np.unique(square, axis=0, return_inverse=True)
+    number = number.reshape(-1)
+    volume = np.bincount(number, volumes)
+    middle = [np.bincount(number, volumes * positions[:, a]) / volume for a in range(3)]
+    return np.column_stack(middle), volume

@@ -9,10 +9,11 @@ from snowmpm.seeding.regions import regions_of
 from snowmpm.seeding.terrain_layer import terrain_layer
 
 
-def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key):
+def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, columns=False):
     """Positions (n, dim) [m] and volumes (n,) of a layer from `bottom` to `top` [m] above the terrain, normal to it.
 
     spec: bottom (default 0), top (a number; None or "file": bottom + the thickness in the region file), region.
+    columns: one sheet of particles, as thick as the layer.
     InputError: top not above bottom, thinner than half a cell, region off the terrain, no thickness in the file.
     """
     if surface is None:
@@ -23,11 +24,12 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key):
     positions, volumes = [], []
     for region in regions_of(getattr(spec, "region", None), surface, base_dir, f"{key}.region"):
         upper = _top(bottom, top, region, key)
-        _check_thickness(bottom, upper, dx, key)
-        count = region.area() * (upper - bottom) / spacing**surface.dim
+        _check_thickness(bottom, upper, 0.0 if columns else dx, key)
+        count = region.area() / spacing**2 if columns else region.area() * (upper - bottom) / spacing**surface.dim
         memory.require(memory.PER_PARTICLE[surface.dim] * count, f"{key}: its particles")
         build = profile_layer if surface.dim == 2 else terrain_layer
-        x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng)
+        sheets = {"columns": True} if columns else {}
+        x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng, **sheets)
         positions.append(x)
         volumes.append(v)
     return np.concatenate(positions), np.concatenate(volumes)

@@ -14,7 +14,7 @@ LEAST_SHRINK = 0.1  # a column may narrow to this share of its foot before the l
 SURVEY = 4000  # points that measure the mean slope of a region
 
 
-def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
+def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, columns=False):
     """Positions (n, 3) [m] and volumes (n,) [m3] of the layer between two distances from the terrain.
 
         X(u, v, h) = S(u, v) + h n(u, v),    volume = integral of (X_u x X_v) . n  du dv dh
@@ -22,9 +22,9 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng):
     S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
     along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
-    overlap between columns or stacked layers. The plan area of the region is met exactly.
+    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sub-layer only.
     """
-    n_rows, thickness, spacing = sub_layers(bottom, top, spacing, 3)
+    n_rows, thickness, spacing = (1, top - bottom, spacing) if columns else sub_layers(bottom, top, spacing, 3)
     box = np.prod(region.upper - region.lower) / spacing**2
     memory.require(POINT_BYTES * box * n_rows, f"{region.label}: the lattice over it")
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)

@@ -47,7 +47,7 @@ def build(scene, kept=None):
     with stage("initial stress"):
         if scene.initial.stress == "isotropic":
             uniform_pressure(model)
-        elif scene.initial.stress != "none" and taken is None:
+        elif scene.initial.stress != "none" and taken is None and not scene.solver.in_plan:
             stress_from_weight(model)
     return model
 
@@ -104,7 +104,7 @@ def _seed(scene, surface, obstacles, taken):
         try:
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
                               particles_per_cell=solver.filling, sampling=solver.sampling,
-                              base_dir=scene.base_dir, cut=cut)
+                              base_dir=scene.base_dir, cut=cut, columns=solver.in_plan)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
         seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))

@@ -11,11 +11,15 @@ from snowmpm.forcing import Forcing
 from snowmpm.forcing.course import Course
 from snowmpm.forcing.damping import Damping
 from snowmpm.forcing.fields import make_field
+from snowmpm.ground import Coulomb
+from snowmpm.ground.friction import GroundFriction
 from snowmpm.methods import METHODS
 from snowmpm.particles.population import Population
 from snowmpm.results.map_grid import grid_for
 from snowmpm.results.maps import cell_for
 from snowmpm.scenes.formula import compiled
+from snowmpm.scenes.friction import ByVolume
+from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
@@ -64,7 +68,8 @@ class Model:
         InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
-        least = cell_for(snow.positions, snow.volumes, scene.solver.dx)
+        dx = scene.solver.dx
+        least = dx if scene.solver.in_plan else cell_for(snow.positions, snow.volumes, dx)
         try:
             return grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
@@ -107,6 +112,30 @@ class Model:
         """`Course` of gravity that changes with time; None for constant gravity."""
         return course_of(self.scene)
 
+    @cached_property
+    def release_volume(self):
+        """Volume of all bodies at time zero, with what symmetric sides of the domain left out (m2 in 2-D) [m3]."""
+        volumes = np.bincount(self.body_of, self.population.volumes, len(self.scene.bodies))
+        return float(sum(volume / self.shares.get(body.name, 1.0)
+                         for volume, body in zip(volumes, self.scene.bodies, strict=True)))
+
+    @cached_property
+    def friction(self):
+        """`GroundFriction` of the terrain: its law, of the class for the volume of the release if the scene leaves the
+        choice to it."""
+        scene = self.scene
+        given = scene.terrain.friction
+        if isinstance(given, int | float):
+            most = Coulomb.limits()["mu"].most
+            if given > most:
+                raise InputError.at("terrain.friction", given, f"must be <= {most:g}", scene.source)
+            law = Coulomb(mu=given)
+        elif isinstance(given, ByVolume):
+            law = law_for_volume(friction_card(given.card), self.release_volume)
+        else:
+            law = given
+        return GroundFriction(law, scene.base_dir, self.surface.system, scene.source)
+
     @property
     def first_gravity(self):
         """Gravity at time zero (dim,) [m/s2]."""
@@ -145,13 +174,23 @@ class Model:
         names = scene.domain.sides(scene.dimension) if scene.domain else {}
         axes = "xz" if scene.dimension == 2 else "xyz"
         sides = [[names.get(f"{axis}_{end}", "open") for end in ("min", "max")] for axis in axes]
-        terrain = scene.terrain
-        contact = {"terrain_contact": terrain.contact, "terrain_friction": terrain.friction} if terrain else {}
         chosen = scene.solver
-        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
-                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl, "terrain": self.distance,
-                  "sides": sides, "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
         entry = METHODS[chosen.method]
+        contact = {}
+        if scene.terrain:
+            friction = scene.terrain.friction
+            if entry.capabilities.ground_friction != ("coulomb",):
+                friction = self.friction
+            elif not isinstance(friction, int | float):
+                friction = friction.mu
+            contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}
+            if scene.terrain.entrainment:
+                contact["terrain_entrainment"] = GroundFriction(scene.terrain.entrainment, scene.base_dir,
+                                                                self.surface.system, scene.source)
+        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
+                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
+                  "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,
+                  "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
         # By name: methods are slow to import, and a run has one of them
         build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
         options = getattr(chosen, entry.options) if entry.options else chosen

@@ -2,6 +2,7 @@
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
+from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 
 
@@ -13,15 +14,21 @@ def demands(scene):
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
+        yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
+        yield from _of_friction(scene.terrain.friction)
+        if scene.terrain.entrainment:
+            yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+    for name, boundary in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
+        yield "sides", boundary, f"domain.boundary.{name}", boundary
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "periodic", True, "domain.boundary", "periodic"
     if scene.initial.stress != "none":
-        yield "initial_stress", True, "initial.stress", scene.initial.stress
+        yield "initial_stress", scene.initial.stress, "initial.stress", scene.initial.stress
     if scene.initial.stress == "settle":
         yield "settling", True, "initial.stress", scene.initial.stress
     for i, event in enumerate(scene.events):
@@ -32,6 +39,19 @@ def demands(scene):
         yield "forcing", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
+
+
+def _of_friction(friction):
+    """Demands of the friction of the ground, a number or a law."""
+    if isinstance(friction, int | float):
+        return
+    for law in possible_laws(friction):
+        yield "ground_friction", law.law, "terrain.friction.law", law.law
+        for name in ("tau0", "cohesion"):
+            if getattr(law, name, 0.0) != 0.0:
+                yield "ground_cohesion", True, f"terrain.friction.{name}", getattr(law, name)
+        for name, raster in law.rasters.items():
+            yield "ground_rasters", True, f"terrain.friction.{name}.file", raster.file
 
 
 def refuse_beyond(scene):

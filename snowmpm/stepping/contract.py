@@ -99,9 +99,14 @@ class Method(ABC):
     def critical_dt(self) -> tuple[float, str]:
         """-> (longest step that is not unstable now [s], what limits it)."""
 
-    def expected_dt(self) -> tuple[float, str]:
-        """-> (step that a run takes about [s], what limits it)."""
+    def expected_dt(self, breaking: bool = False) -> tuple[float, str]:
+        """-> (step that a run takes about [s], what limits it); breaking: while bonds of a weak layer break."""
         return self.stable_dt()
+
+    def course(self, end_time: float, interval: float) -> Any:
+        """How a run from now to end_time [s], with a frame every interval [s], will go (`depth.blocks.Course`); None
+        where no more is known than its first steps."""
+        return None
 
     @property
     @abstractmethod

@@ -9,7 +9,7 @@ from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Method, StepLimits, Totals
-from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, LARGE_STRAIN, Extremes, stable_step
+from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step, strained_cfl
 
 
 class Solver(Method):
@@ -95,15 +95,16 @@ class Solver(Method):
 
     def stable_dt(self):
         """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
-        breaks = self.extremes.breaking > self._many_break
-        careful = breaks or self.extremes.elastic_deviation > LARGE_STRAIN
-        short = self.breaking_cfl is not None and self.breaking_cfl < self.cfl and careful
-        dt, cause = self._step_at(self.breaking_cfl if short else self.cfl, self.advective_cfl or self.cfl)
-        return dt, "breaking" if short and breaks and cause == "elastic" else cause
+        careful = self.cfl if self.breaking_cfl is None else self.breaking_cfl
+        breaks = careful < self.cfl and self.extremes.breaking > self._many_break
+        elastic = careful if breaks else strained_cfl(self.cfl, careful, self.extremes.elastic_deviation)
+        dt, cause = self._step_at(elastic, self.advective_cfl or self.cfl)
+        return dt, "breaking" if breaks and cause == "elastic" else cause
 
-    def expected_dt(self):
-        """-> (step that a run takes about [s], what limits it): the one for now, as long as no bonds break."""
-        return self._step_at(self.cfl, self.advective_cfl or self.cfl)
+    def expected_dt(self, breaking=False):
+        """-> (step that a run takes about [s], what limits it): the one for now, at small strains."""
+        short = breaking and self.breaking_cfl is not None
+        return self._step_at(self.breaking_cfl if short else self.cfl, self.advective_cfl or self.cfl)
 
     def critical_dt(self):
         """-> (longest step that is not unstable [s], what limits it)."""

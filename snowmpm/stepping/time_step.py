@@ -54,16 +54,17 @@ CRITICAL = {
 Measured to 1 % by tests/benchmarks/critical_step.py at a lone grain in the worst place of a cell, in 2-D and 3-D; full,
 sparse, random, squeezed, hardened bodies, at walls or passing through the grid, bear at least as much."""
 
-USUAL_SHARE = 0.7
+USUAL_SHARE = 0.9
 """The C of the elastic limit over the critical one, of a scene that gives none. Errors do not grow with the step where
 nothing softens (`snowmpm study accuracy-speed`), and no grain bears less than the critical one, known to 1 %."""
 
 USUAL_ADVECTIVE = 0.4
 """Cells that a particle may cross in a step of a scene that gives no C: paths and what walls take depend on it."""
 
-LARGE_STRAIN = 0.1
-"""Largest |be - I| of such steps, as the critical C is that of small strains; beyond, the elastic limit takes
-`BREAKING_CFL`. Snow never is there; bars stretched to twice their length and blocks pressed to a third are."""
+SMALL_STRAIN, LARGE_STRAIN = 0.05, 0.1
+"""|be - I| up to which the elastic limit takes the usual C, as the critical one is that of small strains, and from
+which on it takes `BREAKING_CFL`. Snow never is there; bars stretched to twice their length and blocks pressed to a
+third are. Between them C falls in a straight line: steps that jump between two lengths shake what they compute."""
 
 BREAKING_CFL = 0.4
 """The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a
@@ -114,6 +115,12 @@ def critical_cfl(kernel, gradient, transfer, stiffness):
 def usual_cfl(critical):
     """C of a scene that leaves it to the program, while no bonds break."""
     return USUAL_SHARE * critical
+
+
+def strained_cfl(usual, careful, deviation):
+    """C of the elastic limit at this largest |be - I|: from `usual` at SMALL_STRAIN to `careful` at LARGE_STRAIN."""
+    share = (deviation - SMALL_STRAIN) / (LARGE_STRAIN - SMALL_STRAIN)
+    return usual + min(max(share, 0.0), 1.0) * (careful - usual)
 
 
 def stable_step(dx, elastic, advective, wave_speed, extremes):

@@ -76,14 +76,14 @@ def report(rows, folder):
     folder, best = Path(folder), merged(rows)
     charts = [
         chart(best, folder / "accuracy_speed.png", "seconds", "processor seconds of all steps, one thread"),
-        chart(best, folder / "accuracy_work.png", "particle_steps", "particle-steps"),
+        chart(best, folder / "accuracy_work.png", "work", "particle-steps at the measured cost of their scheme [s]"),
         chart(best, folder / "accuracy_grid.png", "cells", "cells"),
         *step_chart(best, folder / "accuracy_step.png"),
     ]
     return [*charts, write_text(folder / "accuracy_speed.md", conclusions.page(rows))]
 
 
-TITLES = {"seconds": "Error against time", "particle_steps": "Error against work", "cells": "Error against the grid"}
+TITLES = {"seconds": "Error against time", "work": "Error against work", "cells": "Error against the grid"}
 
 
 def chart(rows, output, cost, label):
@@ -116,13 +116,13 @@ def step_chart(rows, output):
         steps = [at[name].cfl / at[DEFAULT.name].cfl for name in names]
         errors.append(Curve(problem.title, problem.kind, tuple(steps),
                             tuple(conclusions.usual_error(problem, own, name) for name in names)))
-        same = conclusions.equal_error(problem, own, "particle_steps")
+        same = conclusions.equal_error(problem, own, "work")
         known = [(step, same[name]) for step, name in zip(steps, names, strict=True) if np.isfinite(same[name])]
         work.append(Curve(problem.title, problem.kind, *zip(*known, strict=True)))
     if not errors:
         return []
     panels = [Panel("error on the usual grid", tuple(errors), note="over that of the program's step"),
-              Panel("particle-steps to the same error", tuple(work), note="over the program's, by refining the grid")]
+              Panel("work to the same error", tuple(work), note="over the program's, by refining the grid")]
     return [render_work_precision(panels, output, x_label="time step over the program's", y_label="ratio", columns=2,
                                   size=(10.5, 5.2), legend_columns=3, title="The time step: what a longer one changes")]
 

@@ -19,7 +19,7 @@ LIFTED = 1.5
 SAME_STEP = 0.01
 """Share by which the C of a row may differ from that of its variation."""
 WORTH_IT = 0.9
-"""Share of the program's particle-steps below which another choice is named."""
+"""Share of the program's work below which another choice is named."""
 
 
 def page(rows):
@@ -71,15 +71,16 @@ def _overall(rows, problems):
     work, time, on_front = {}, {}, Counter()
     for problem in problems:
         own = [row for row in rows if row.problem == problem.name]
-        on_front.update({row.variation for row in front(own)})
-        for cost, ratios in (("particle_steps", work), ("seconds", time)):
+        on_front.update({row.variation for row in front(own, "work")})
+        for cost, ratios in (("work", work), ("seconds", time)):
             for name, ratio in equal_error(problem, own, cost).items():
                 ratios.setdefault(name, {})[problem.title] = ratio
     lines = ["## All problems", "",
              "What it takes to make the error that the program makes on its usual grid, over what the program takes:"
-             " particle-steps, which no noise disturbs, and time (median and range of the problems where both reach"
-             " it); and how often a choice is on the Pareto front of a problem:", "",
-             "| choice | particle-steps to the same error | time to it | reached in | on the front of |",
+             " work, the particle-steps at the measured cost of their scheme, which no noise disturbs, and time (median"
+             " and range of the problems where both reach it); and how often a choice is on the Pareto front of error"
+             " and work of a problem:", "",
+             "| choice | work to the same error | time to it | reached in | on the front of |",
              "|---|---|---|---|---|"]
     for name in BY_NAME:
         if name in work:
@@ -106,10 +107,10 @@ def _verdict(ratios, on_front, n_problems):
             better[name] = reached
     for name, reached in sorted(better.items(), key=lambda item: np.median(list(item[1].values()))):
         found = list(reached.values())
-        said.append(f'"{name}" makes the same error with {np.median(found):.2g} of its particle-steps (median of'
+        said.append(f'"{name}" makes the same error with {np.median(found):.2g} of its work (median of'
                     f" {len(found)} problems, {min(found):.2g} to {max(found):.2g}){_except(ratios[name])}.")
     if not better:
-        said.append(f"Nothing else makes the same error with less than {WORTH_IT:g} of its particle-steps on most"
+        said.append(f"Nothing else makes the same error with less than {WORTH_IT:g} of its work on most"
                     " problems.")
     return [" ".join(said)]
 
@@ -126,9 +127,9 @@ STEPS = ("C = 0.2", "C = 0.4", "C = 0.56", DEFAULT.name)
 
 def _step(rows, problems, work):
     """What the time step changes, by the kind of problem: error on the usual grid over that of the program's step, and
-    particle-steps to the same error."""
+    work to the same error."""
     lines = ["### The time step", "", "Error on the usual grid over that of the program's step, by kind of problem"
-             " (median, range), and particle-steps to the program's error over the program's:", "",
+             " (median, range), and work to the program's error over the program's:", "",
              f"| kind | problems | {' | '.join(f'{name}: error | work' for name in STEPS if name != DEFAULT.name)} |",
              "|---|---|" + "---|---|" * (len(STEPS) - 1)]
     for kind in KINDS:
@@ -187,7 +188,7 @@ def _section(problem, rows):
         else:
             cells.append("| | ")
         lines.append(f"| {' | '.join(cells)} |")
-    best = ", ".join(f"{row.variation} at {row.cells}" for row in front(rows))
+    best = ", ".join(f"{row.variation} at {row.cells}" for row in front(rows, "work"))
     lines += ["", f"On the front, cheap to dear: {best}."]
     if DEFAULT.name in refinements:
         lines += ["", *_on_order(problem, refinements[DEFAULT.name]), *_on_floor(refinements[DEFAULT.name], rows)]

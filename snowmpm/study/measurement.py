@@ -4,9 +4,11 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 from snowmpm.draft import write_table
+from snowmpm.measured import costs
 from snowmpm.reading.table_file import read_table
 from snowmpm.study.problems.schemes import Scheme
 from snowmpm.study.stopwatch import Stopwatch
+from snowmpm.study.variation import BY_NAME
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,18 @@ class Measurement:
     def key(self):
         """What tells this measurement from others."""
         return self.problem, self.variation, self.cells
+
+    @property
+    def work(self):
+        """Its particle-steps at the measured cost of each with its scheme and the usual law (`measured/costs.csv`) [s].
+        Other programs on the machine change it no more than `particle_steps`, which count a cubic spline like a
+        quadratic one."""
+        method = "sph" if self.variation == "SPH" else "mpm"
+        scheme = costs.Scheme(self.dimension, self.precision, self.kernel, self.gradient, self.transfer, method)
+        ns, return_map = costs.transfers(scheme), BY_NAME[self.variation].options.get("return_map")
+        if return_map:
+            ns += costs.law(scheme, f"{costs.USUAL_LAW}, {return_map}")
+        return 1e-9 * ns * self.particle_steps
 
 
 def measure(problem, variation, cells):

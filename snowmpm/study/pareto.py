@@ -31,7 +31,7 @@ def noise(rows):
 
 
 def front(rows, cost="seconds"):
-    """Rows that no other beats in both error and cost ("seconds" or "particle_steps"), cheap to dear."""
+    """Rows that no other beats in both error and cost ("work", "seconds" or "particle_steps"), cheap to dear."""
     chosen, best = [], np.inf
     for row in sorted(rows, key=lambda row: (getattr(row, cost), row.error)):
         if row.error < best:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.terrain.dams import with_dams
 from snowmpm.terrain.defects import defects
 from snowmpm.terrain.map_units import plan_metres
 from snowmpm.terrain.mesh import mesh_facets
@@ -26,7 +27,8 @@ def load_terrain(spec, base_dir=".", *, dimension=None, extent=None):
                along y as far as `extent`
       mesh     file (.stl, .obj, .ply), metres
       dem      file (.asc, .tif) in a projection, feet converted to metres; elevation_unit "m", "ft" or "us-ft" [default
-               what the file says]; region with x = [x0, x1], y = [y0, y1] [m], each or both optional: the part to use
+               what the file says]; dams to raise on it; region with x = [x0, x1], y = [y0, y1] [m], each or both
+               optional: the part to use
     base_dir: folder that a relative `file` starts from.
     dimension: 2 or 3; needed for a plane without `point`; a terrain of another dimension is refused.
     extent: plan box (lower, upper) [m] that the scene can reach (heights are ignored). A plane reaches as far; of a
@@ -88,6 +90,7 @@ def _dem(spec, base_dir, dimension, box):
     raster = read_raster(path, box, elevation_unit=getattr(spec, "elevation_unit", None))
     missing = int(np.isnan(raster.z).sum())
     _tell(path, [f"{missing} of {raster.z.size} cells without data, where nothing is carried"] if missing else [])
+    raster = with_dams(raster, getattr(spec, "dams", ()))
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")

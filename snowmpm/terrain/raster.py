@@ -1,4 +1,4 @@
-"""Elevation rasters in metres, from ESRI ASCII grids and GeoTIFF; triangles between their cells."""
+"""Rasters of elevations or other numbers, from ESRI ASCII grids and GeoTIFF; triangles between cells of elevations."""
 
 import warnings
 from dataclasses import dataclass
@@ -14,7 +14,8 @@ from snowmpm.terrain.reference_system import system_beside
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """Heights z (ny, nx) [m] at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there is no data.
+    """Heights z (ny, nx) [m], or other numbers, at cell centres x (nx,), y (ny,) [m], both ascending; NaN where there
+    is no data.
 
     system: `ReferenceSystem` of x and y, in metres; None where the file names none.
     """
@@ -34,37 +35,48 @@ class Raster:
         return np.array([self.x[0], self.y[0]]) - 0.5 * cell, cell
 
 
-def read_raster(path, box=None, key="terrain.file", elevation_unit=None):
+ELEVATIONS = "elevations"
+
+
+def read_raster(path, box=None, key="terrain.file", elevation_unit=None, quantity=ELEVATIONS):
     """Raster of an .asc or .tif file, cut to the cells that span the plan box ((x0, y0), (x1, y1)) [m].
 
     A .tif names its reference system itself, the .prj file beside an .asc does. Feet are converted to metres, plan and
     heights each by its own unit; elevation_unit: that of heights, "m", "ft" or "us-ft", instead of what the file says.
     A rotated or sheared raster is resampled. A warning names each conversion. Without a system, coordinates are taken
-    as metres.
+    as metres. quantity: plural of what the values are; those that are no elevations are not converted.
     InputError: unknown kind of file, unreadable, degrees or another map that is not in lengths on the ground, no data
     at all, or none inside the box.
     """
-    suffix = Path(path).suffix.lower()
     where = f"{key} = {str(path)!r}"
-    if suffix == ".asc":
+    elevated = quantity == ELEVATIONS
+    if not elevated:
+        elevation_unit = "m"  # as it is
+    if _is_text(path, key, quantity):
         raster, told = _ascii(path, box, key, where, elevation_unit)
-    elif suffix in (".tif", ".tiff"):
-        raster, told = _geotiff(path, box, key, where, elevation_unit)
     else:
-        raise InputError.at(key, str(path), "must be an .asc or .tif elevation raster")
+        raster, told = _geotiff(path, box, key, where, elevation_unit, quantity)
     if not np.isfinite(raster.z).any():
         cut = "in the part that the scene uses" if box is not None else "(only no-data cells)"
-        raise InputError.at(key, str(path), f"has no elevation {cut}")
-    if raster.system is None:
+        raise InputError.at(key, str(path), f"has no {'elevation' if elevated else quantity} {cut}")
+    if raster.system is None and elevated:
         map_units.refuse_unnamed_degrees(raster, where)
     if told:
         warnings.warn(f"{where}: {'; '.join(told)}", stacklevel=2)
     return raster
 
 
-def system_of(path, key="terrain.file"):
+def _is_text(path, key, quantity):
+    """Whether a file is an .asc; InputError if it is no .tif either."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".asc", ".tif", ".tiff"):
+        raise InputError.at(key, str(path), f"must be an .asc or .tif raster of {quantity}")
+    return suffix == ".asc"
+
+
+def system_of(path, key="terrain.file", quantity=ELEVATIONS):
     """`ReferenceSystem`, in metres, of the raster in a .tif or .asc file; None where it names none. InputError."""
-    if Path(path).suffix.lower() == ".asc":
+    if _is_text(path, key, quantity):
         system = system_beside(path)
     else:
         with geotiff.opened(path, key) as source:
@@ -79,7 +91,7 @@ def _ascii(path, box, key, where, elevation_unit):
     return frame.in_metres(x, y, z, map_units.height_metres(elevation_unit, None, system, where))
 
 
-def _geotiff(path, box, key, where, elevation_unit):
+def _geotiff(path, box, key, where, elevation_unit, quantity):
     with geotiff.opened(path, key) as source:
         system = geotiff.system_of(source, where)
         frame = _Frame(system, box, where)
@@ -87,9 +99,9 @@ def _geotiff(path, box, key, where, elevation_unit):
         height = map_units.height_metres(elevation_unit, source.units[0], system, where)
         raster, told = frame.in_metres(x, y, z, height)
         if source.transform.b or source.transform.d:
-            told.append("its rows do not run east: elevations are interpolated on a raster that does")
+            told.append(f"its rows do not run east: {quantity} are interpolated on a raster that does")
         if source.count > 1:
-            told.append(f"the first of its {source.count} bands is taken as elevations")
+            told.append(f"the first of its {source.count} bands is taken as {quantity}")
         if len(source.subdatasets) > 1:
             told.append(f"the first of its {len(source.subdatasets)} pages is taken")
         if system is None:

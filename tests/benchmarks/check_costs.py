@@ -1,10 +1,11 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH and PIC here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH, columns and PIC here.
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
 Needs figures/mpm_step.csv and figures/stress_update.csv for the bulk, and the table of `scene_runs.py` for what real
-scenes add to it. Steps of SPH: median of ten. All by the processor time of one thread. --only: measure these rows, keep
-the table's others.
+scenes add to it. Steps of SPH: median of ten. Columns: the least of fifty steps, of many and of few, brought to the
+speed of the table's machine. All by the processor time of one thread. --only: measure these rows, keep the table's
+others.
 """
 
 import argparse
@@ -20,9 +21,11 @@ from scipy.optimize import nnls
 
 from snowmpm import Simulation
 from snowmpm.advice.budget import Budget
+from snowmpm.advice.calibration import Speed, measured_speed
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.compiler import runtime
 from snowmpm.measured import costs
+from snowmpm.methods import METHODS
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
 from snowmpm.schemes import TRANSFERS
@@ -32,6 +35,8 @@ FIGURES = Path(__file__).parent / "figures"
 PLAIN = {"particles": ("250047", "250000"), "threads": "1", "basis": "quadratic", "transfer": "apic",
          "gradient": "affine"}
 LEAST_STEPS, SMALL = 20, 6000
+FIELD, FASTEST_OF = 250, 50
+"""Side [cells] of a sheet of many columns; steps of which the fastest counts."""
 PLAIN_STEP, PAIRS = "quadratic affine apic", 41
 STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
 IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "sort",
@@ -89,12 +94,45 @@ def sph():
             yield "step", dim, precision, "sph", 1e9 * np.median(times[2:]) / solver.particles.count
 
 
+def columns():
+    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane;
+    ns of a step of hardly any."""
+    for precision in ("f32", "f64"):
+        many, few = (_least_step(side, precision) for side in (FIELD, 4))
+        speed = measured_speed().over(Speed(*costs.reference_speed()))
+        a_column = (many[1] - few[1]) / (many[0] - few[0])
+        yield "step", 3, precision, "depth", a_column / speed[0]
+        if precision == "f32":
+            yield "call", 3, "f32", "depth", (few[1] - few[0] * a_column) / speed[1]
+
+
+def _least_step(side, precision):
+    """-> (columns, ns of the fastest step) of a square of so many cells."""
+    region = {"polygon": [[8.0, 8.0], [8.0 + side, 8.0], [8.0 + side, 8.0 + side], [8.0, 8.0 + side]]}
+    scene = Scene.model_validate({
+        "name": "columns", "dimension": 3, "end_time": 1.0, "solver": {"method": "depth", "dx": 1.0,
+                                                                       "precision": precision},
+        "domain": {"min": [0.0, 0.0, -100.0 - side], "max": [side + 40.0, side + 16.0, 100.0]},
+        "terrain": {"kind": "plane", "point": [0.0, 0.0, 0.0], "angle": 20.0,
+                    "friction": {"law": "voellmy", "mu": 0.2, "xi": 1500.0}},
+        "materials": {"snow": {"kind": "elastic", "density": 250.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
+        "bodies": [{"name": "sheet", "material": "snow", "velocity": [5.0, 0.0, 0.0],
+                    "shape": {"kind": "layer", "bottom": 0.0, "top": 1.0, "region": region}}]})
+    solver, times = Simulation(scene).solver, []
+    for _ in range(3 + FASTEST_OF):
+        start = time.process_time()
+        solver.step(solver.stable_dt()[0])
+        times.append(time.process_time() - start)
+    return solver.particles.count, 1e9 * min(times[3:])
+
+
 def in_scenes():
     """What real scenes add to the bulk: least squares, without negative costs, over the stages of the library's runs
     (`scene_runs.py`), each by the size of its scene at the start. Times are those of a machine as fast as the fastest
     of these runs, by the speed that was sampled while they ran."""
     with open(scene_runs.TABLE, newline="", encoding="utf-8") as file:
-        runs = [Run(row) for row in csv.DictReader(file) if not row["settings"] and int(row["steps"]) >= LEAST_STEPS]
+        runs = [Run(row) for row in csv.DictReader(file) if not row["settings"] and int(row["steps"]) >= LEAST_STEPS
+                and METHODS[load_scene(row["scene"]).solver.method].capabilities.grid]
     vector, python = (min(getattr(run, name) for run in runs) for name in ("vector", "python"))
     for run in runs:
         run.slow = run.vector / vector
@@ -195,7 +233,7 @@ def pic():
         yield "more", dim, "f32", "pic", (np.median(ratios[3:]) - 1.0) * costs.row("step", dim, "f32", PLAIN_STEP)
 
 
-ROWS = {"step": steps, "law": laws, "sph": sph, "pic": pic, "scenes": in_scenes}
+ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 
@@ -211,6 +249,8 @@ def kept(path, measured):
 def _kind(row):
     if row[3] == "sph" and row[0] == "step":
         return "sph"
+    if row[3] == "depth":
+        return "columns"
     if row[0] == "more" and row[3] == "pic":
         return "pic"
     if row[0] in IN_SCENES or (row[0] == "more" and "flip" in row[3]):
@@ -232,7 +272,7 @@ def main():
             print(*rows[-1])
     options.output.parent.mkdir(parents=True, exist_ok=True)
     with open(options.output, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
+        writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("what", "dimension", "precision", "name", "ns"))
         writer.writerows(rows)
 

@@ -39,7 +39,10 @@ WARM_UP = 3
 class Stages:
     """Processor seconds of the parts of a solver's steps, after the first `WARM_UP` ones; settling apart."""
 
-    def __init__(self):
+    def __init__(self, method):
+        from snowmpm.methods import METHODS
+
+        self.on_grid = METHODS[method].capabilities.grid
         self.seconds, self.count, self.blocks, self.contacts, self.particle_steps = {}, {}, 0, 0, 0
         self.settling, self._seen = False, 0
 
@@ -47,7 +50,7 @@ class Stages:
         for name, stage in PARTS.items():
             if hasattr(solver, name):
                 setattr(solver, name, self._timed(stage, getattr(solver, name)))
-        if hasattr(solver, "grid"):
+        if self.on_grid:
             solver.grid.apply_contact = self._timed("contact", solver.grid.apply_contact)
         step = self._timed("step", solver.step)
 
@@ -66,7 +69,7 @@ class Stages:
         self.count[kind] = self.count.get(kind, 0) + 1
         if not self.settling:
             self.particle_steps += solver.particles.count
-            if hasattr(solver, "grid"):
+            if self.on_grid:
                 self.blocks += solver.grid.n_node_blocks
                 self.contacts += solver.grid.contact.n
 
@@ -90,13 +93,14 @@ def measure(name, settings, most):
     from snowmpm.compiler import runtime
     from snowmpm.running.device import device_name
     from snowmpm.running.recorder import Recorder
+    from snowmpm.running.rest import StopAtRest
     from snowmpm.running.simulation import Simulation
     from snowmpm.scenes import load_scene
     from snowmpm.setup.model import Model
 
     scene = load_scene(name, scene_overrides(settings))
     runtime.start("cpu", threads=1)
-    stages, make, settle = Stages(), Model.solver, Simulation.settle
+    stages, make, settle = Stages(scene.solver.method), Model.solver, Simulation.settle
     Model.solver = lambda model: stages.time_steps_of(make(model))
 
     def settled(simulation):
@@ -112,7 +116,7 @@ def measure(name, settings, most):
         recorder.background.wait()
         n_frames = max(1, round(scene.end_time / scene.output.interval))
         frames = [*(i * scene.output.interval for i in range(1, n_frames)), scene.end_time]
-        samples, output, stepping, speeds = [], 0.0, 0.0, []
+        samples, output, stepping, speeds, rest = [], 0.0, 0.0, [], StopAtRest(simulation)
         for next_frame in frames:
             while simulation.time < next_frame and stepping < most:
                 began = time.process_time()
@@ -128,10 +132,13 @@ def measure(name, settings, most):
             recorder.frame()
             recorder.background.wait()
             output += time.process_time() - began
-            grid = getattr(solver, "grid", None)
+            grid = solver.grid if stages.on_grid else None
             samples.append((simulation.time, solver.steps, simulation.dt, simulation.dt_cause, simulation.max_speed,
-                            solver.particles.count, len(solver.particles.blocks), grid.n_node_blocks if grid else 0,
+                            solver.particles.count, solver.particles.n_blocks, grid.n_node_blocks if grid else 0,
                             grid.contact.n if grid else 0, stepping, output))
+            rest.look()
+            if rest.reached:
+                break
         recorder.background.close()
     spent["grid"] = spent.get("grid", 0.0) - spent.get("contact", 0.0)
     row = {stage: spent.get(stage, 0.0) for stage in STAGES}

@@ -92,11 +92,11 @@ def test_a_dimension_that_it_lacks_is_refused(monkeypatch):
 
     plane = replace(toy_method.ENTRY, capabilities=replace(toy_method.ENTRY.capabilities, dimensions=(2,)))
     monkeypatch.setitem(METHODS, "sliding", plane)
-    with pytest.raises(InputError, match=r'dimension = 3: needs solver.method = "mpm" or "sph".*which has 2 only'):
+    with pytest.raises(InputError, match=r'dimension = 3: needs .* = "mpm" or "sph" or "depth".*which has 2 only'):
         snowmpm.Simulation(slope(3))
 
 
 def test_a_method_that_is_not_there_is_refused(monkeypatch):
     monkeypatch.delitem(METHODS, "sliding")
-    with pytest.raises(ValueError, match="'mpm' or 'sph'"):
+    with pytest.raises(ValueError, match="'mpm', 'sph' or 'depth'"):
         slope()

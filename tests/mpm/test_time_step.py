@@ -7,7 +7,15 @@ from snowmpm import Simulation
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.materials import Elastic
 from snowmpm.scenes.schema import Scene
-from snowmpm.stepping.time_step import CRITICAL, critical_cfl, grain_stiffness, usual_cfl
+from snowmpm.stepping.time_step import (
+    CRITICAL,
+    LARGE_STRAIN,
+    SMALL_STRAIN,
+    critical_cfl,
+    grain_stiffness,
+    strained_cfl,
+    usual_cfl,
+)
 from snowmpm.study.atlas.stirring import DX, blows_up, lone_grain, spread, stirred
 
 ICE = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
@@ -67,7 +75,16 @@ def test_what_a_scene_gets_without_a_wish_is_stable():
                 for ratio in (-0.5, 0.0, 0.3, 0.49):
                     law = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=ratio)
                     critical = critical_cfl(*scheme, transfer, grain_stiffness(law, dim))
-                    assert 0.65 * critical < usual_cfl(critical) < 0.75 * critical
+                    assert 0.85 * critical < usual_cfl(critical) < 0.95 * critical
+
+
+def test_the_step_shortens_with_the_strain_and_never_jumps():
+    strains = np.linspace(0.0, 3.0 * LARGE_STRAIN, 301)
+    found = np.array([strained_cfl(0.75, 0.4, strain) for strain in strains])
+    assert (found[strains <= SMALL_STRAIN] == 0.75).all()
+    assert found[strains > 1.001 * LARGE_STRAIN] == pytest.approx(0.4)
+    assert (np.diff(found) <= 0.0).all() and np.diff(found).min() > -0.01
+    assert strained_cfl(0.3, 0.3, 1.0) == 0.3
 
 
 def block(velocity=0.0, **solver):

@@ -76,7 +76,8 @@ def test_message(scene_file, changes, expected):
 def test_missing_key_says_what_it_is(scene_file):
     scene_file.write_text(scene_file.read_text().replace("dx = 0.1 ", "# "))
     text = message(scene_file, {})
-    assert text == f"{scene_file}: solver.dx is missing: grid spacing (mpm) or particle spacing (sph) [m]"
+    assert text == (f"{scene_file}: solver.dx is missing: grid spacing (mpm; in plan: depth) or particle spacing (sph)"
+                    " [m]")
 
 
 def test_a_misspelt_key_stands_before_the_one_it_hides(scene_file):

@@ -50,9 +50,6 @@ def throw(scheme, speed, gap=0.0):
 
 
 CASES = [(scheme, speed) for scheme in (APIC, FLIP, replace(APIC, kernel="cubic"), AFLIP) for speed in SPEEDS]
-CASES = [case for case in CASES if case != (AFLIP, 5.0)] + [
-    (replace(AFLIP, cfl=0.4), 5.0),
-    pytest.param(AFLIP, 5.0, marks=pytest.mark.xfail(strict=True, reason="0.12 % with C = 0.59, which no cfl gives"))]
 
 
 @pytest.mark.parametrize(("scheme", "speed"), CASES, ids=str)
@@ -68,6 +65,16 @@ def test_stress_on_the_wall(scheme, speed):
     assert 0.95 < returned < 1.0 and abs(taken) < 1e-3
     end = time[stress > 0.5 * exact][-1]
     assert end == pytest.approx(LENGTH * (1.0 / D + F / LAW.wave_speed()), rel=0.03)
+
+
+def test_steps_at_large_strain_do_not_jump():
+    """At 5 m/s the bar is between small and large strains (0.075), where steps that jumped between two lengths made the
+    stress scatter by 2 %."""
+    time, stress, *_ = throw(AFLIP, 5.0)
+    loaded = (time > 0.2 * 2.0 * LENGTH / LAW.wave_speed()) & (time < 0.8 * 2.0 * LENGTH / LAW.wave_speed())
+    steps = np.diff(time[loaded])
+    assert np.abs(steps[1:] / steps[:-1] - 1.0).max() < 0.1
+    assert stress[loaded].std() < 0.003 * SPEEDS[5.0][2]
 
 
 @pytest.mark.parametrize("gap", [0.5, 1.0])

@@ -40,7 +40,7 @@ SHORT = replace(APIC, cfl=0.4)
 
 
 def beyond(*case, reason):
-    """A case that the step of a scene without `cfl`, C = 0.59, misses."""
+    """A case that the step of a scene without `cfl`, C = 0.75, misses."""
     return pytest.param(*case, marks=pytest.mark.xfail(strict=True, reason=reason))
 
 
@@ -91,13 +91,20 @@ def slide(scheme, slope, tilt, duration, mu=MU, settled=0.0):
 
 
 def measured_acceleration(scheme, slope, tilt, duration, mu=MU):
-    time, _, speed = slide(scheme, slope, tilt, duration, mu)
+    """Slope of the straight line through the speed after every step, by the balance of momentum: the block rattles, and
+    a speed taken every so many steps beats with it (0.46 % at every fiftieth, 0.01 % at every one, with C = 0.59)."""
+    solver, plane = on_slope(scheme, slope, tilt, mu, 0.5 * sliding(slope, mu) * duration**2 + 0.3)
+    rows = []
+    while solver.time < duration:
+        solver.step(solver.stable_dt()[0])
+        rows.append((solver.time, -(solver.impulse + solver.weight_impulse) @ plane.along / solver.particles.mass))
+    time, speed = np.array(rows).T
+    assert speed[-1] == pytest.approx(-solver.particles.column("velocity").mean(axis=0) @ plane.along, rel=1e-6)
     return np.polyfit(time[time > 0.1 * duration], speed[time > 0.1 * duration], 1)[0]
 
 
 @pytest.mark.parametrize(("scheme", "tilt"), [
-    (SHORT, 0), (SHORT, 63), (APIC, 24), (FLIP, 24), (replace(APIC, kernel="cubic"), 24),
-    beyond(APIC, 0, reason="0.28 %"), beyond(APIC, 63, reason="0.46 %")], ids=str)
+    (APIC, 0), (APIC, 24), (APIC, 63), (FLIP, 24), (replace(APIC, kernel="cubic"), 24)], ids=str)
 def test_acceleration(scheme, tilt):
     slope = np.radians(24.0)
     assert sliding(slope, MU) == pytest.approx(1.58875771, rel=1e-8)
@@ -176,7 +183,7 @@ def flutter_of_finite_elements(mu, n=20):
 
 @pytest.mark.parametrize(("scheme", "tilt", "least"), [
     (APIC, 0, 0.8), (SHORT, 12, 0.6), (APIC, 37, 0.25),
-    beyond(APIC, 12, 0.6, reason="second mode 5.1 % slow")], ids=str)
+    beyond(APIC, 12, 0.6, reason="second mode 5.5 % slow")], ids=str)
 def test_sliding_flutters_as_elasticity_says(scheme, tilt, least):
     """Force on the plane before the block first lifts off: two growing modes. Ten cells damp them, but feed no energy
     in; least: share of the growth that is left."""

@@ -50,6 +50,13 @@ def plane(folder, method, a, spacing, half_width=0.2, **changes):
                     {"bodies.0.shape": shape, "end_time": round(min(end, 2.0), 1), **SOFT, **changes})
 
 
+def default(scene, changes, folder):
+    """`Case` of a library scene whose numerics are those that the program chooses."""
+    found = load_scene(scene, {"output.interval": 0.1, **changes})
+    assert found.choices and not {key for key in changes if key.startswith("solver")}
+    return Case("default", snowmpm.run(found, folder))
+
+
 def errors(case):
     return {q.name: q.error for q in answer_of(case).quantities()}
 
@@ -65,6 +72,24 @@ def agree(case, runout=0.15, height=0.12):
 @pytest.mark.parametrize(("method", "spacing"), [("mpm", 0.0067), ("sph", 0.01)])
 def test_low_columns(method, spacing, a, tmp_path):
     agree(plane(tmp_path, method, a, spacing))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("a", [0.5, 1.0, 2.0, 4.0, 8.0])
+def test_plane_columns_by_default_choices(a, tmp_path):
+    """The library's scene on its own grid, 20 cells to the half-width, with nothing changed but the column."""
+    changes = {"bodies.0.shape.max": [0.2, 0.2 * a], "end_time": round(min(0.4 + 1.2 * a**0.5, 2.0), 1)}
+    agree(default("column_collapse_2d", changes, tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("a", [0.5, 1.0, 2.0, 3.0])
+def test_round_columns_by_default_choices(a, tmp_path):
+    """The same of the round column, 12 cells to the radius; the domain grows with the heap."""
+    changes = {"bodies.0.shape.height": 0.2 * a, "end_time": 0.8 if a <= 1.0 else 1.2}
+    if a > 1.0:
+        changes |= {"domain.min": [-1.0, -1.0, -1.0 / 15.0], "domain.max": [1.0, 1.0, 0.8]}
+    agree(default("column_collapse_3d", changes, tmp_path), height=0.15)
 
 
 @pytest.mark.slow

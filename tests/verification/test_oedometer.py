@@ -34,7 +34,8 @@ def press(law, scheme, strains):
     for strain in strains:
         goal, start = HEIGHT * (1.0 - np.exp(-strain)), None
         while way() < goal:
-            solver.step(solver.stable_dt()[0])
+            dt, left = solver.stable_dt()[0], (goal - way()) / (SPEED * c)
+            solver.step(min(dt, max(left, 1e-3 * dt)))  # to end at the goal, not up to a step beyond
             if start is None and way() > 0.985 * goal:
                 start = solver.time, solver.obstacle_totals[0, 1]
         force = (solver.obstacle_totals[0, 1] - start[1]) / (solver.time - start[0]) / WIDTH

@@ -3,8 +3,10 @@
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
+    ground_friction,
     layers,
     round_off,
+    shallow,
     sph_sums,
     standing,
     time_steps,

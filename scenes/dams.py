@@ -1,0 +1,33 @@
+"""Dams on the ground: ridges along lines in plan, which deflect a flow, hold it back, or are overtopped."""
+
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from snowmpm.scenes.space import Pair
+from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, refuse
+
+
+class Dam(Spec):
+    """A ridge that follows a line."""
+
+    name: Annotated[str, Field(min_length=1)]
+    line: Annotated[tuple[Pair, ...], Field(min_length=2)]
+    """corners [x, y] of its crest, in the terrain's coordinates [m]; first and last alike for a ring"""
+    height: Positive
+    """of the crest above the ground under it [m]"""
+    slope: Annotated[Number, Field(ge=10.0, le=85.0)] = 45.0
+    """of its sides [degrees]"""
+    crest_width: NonNegative = 0.0
+    """[m]"""
+
+    @model_validator(mode="after")
+    def _is_a_line(self) -> Any:
+        from shapely import LineString  # slow to import
+
+        for i, (before, after) in enumerate(zip(self.line, self.line[1:], strict=False)):
+            if before == after:
+                raise refuse("repeats the point before", f"line.{i + 1}", after)
+        if not LineString(self.line).is_simple:
+            raise refuse("crosses itself", "line", [list(point) for point in self.line])
+        return self

@@ -1,0 +1,1 @@
+"""Depth-averaged flow: columns of snow that move in plan over the ground."""

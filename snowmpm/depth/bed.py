@@ -1,0 +1,59 @@
+"""The ground under a depth-averaged flow: heights at the nodes of its plan grid."""
+
+import numpy as np
+from scipy import ndimage
+
+from snowmpm.compiler.arrays import real_array
+from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.spline import smoothed
+from snowmpm.errors import InputError
+
+
+class Bed:
+    """The ground as a spline whose coefficients are smoothed by the same spline as depths are, so that a level surface
+    b + h stays level:
+
+        b(x) = sum_i N(x - x_i) b_i,   b_i = sum_j N(x_i - x_j) z_j
+
+    which moves the ground by dx^2 / 4 times its curvature.
+
+    heights (nx + 2 MARGIN, ny + 2 MARGIN) [m]: b_i, continued beyond the sides, and `table`, the same in one row for
+    kernels, which may lower it; cos2 (nx, ny): cos^2 of the slope at the nodes at time zero; holes (nx, ny): cells
+    without ground.
+    """
+
+    def __init__(self, surface, grid, mirrored=((False, False), (False, False))):
+        """surface: with `height(plan (k, 2))` -> (k,) [m], NaN where there is none; mirrored: for each end of each axis
+        whether it is a wall, beyond which the ground is the mirror image. InputError for no ground at all."""
+        z = surface.height(grid.places().reshape(-1, 2)).reshape(grid.shape)
+        self.holes = np.isnan(z)
+        if self.holes.all():
+            raise InputError("terrain: has no ground inside the domain")
+        if self.holes.any():
+            nearest = ndimage.distance_transform_edt(self.holes, return_distances=False, return_indices=True)
+            z = z[tuple(nearest)]
+        heights = smoothed(_continued(z, mirrored))
+        slope = np.stack(np.gradient(heights, grid.dx))[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
+        self.cos2 = 1.0 / (1.0 + (slope**2).sum(axis=0))
+        self._shape, self.table = heights.shape, real_array(heights.ravel())
+
+    @property
+    def stride(self):
+        """Places in the table from one column of nodes to the next."""
+        return self._shape[1]
+
+    @property
+    def heights(self):
+        """As they are now."""
+        return self.table.to_numpy().reshape(self._shape)
+
+
+def _continued(z, mirrored):
+    """Heights (nx, ny) with `MARGIN` more on all sides: mirrored at walls, else straight on."""
+    for axis in (0, 1):
+        for end in (0, 1):
+            widths = [[0, 0], [0, 0]]
+            widths[axis][end] = MARGIN
+            kind = {"mode": "symmetric"} if mirrored[axis][end] else {"mode": "reflect", "reflect_type": "odd"}
+            z = np.pad(z, widths, **kind)
+    return z

@@ -1,0 +1,139 @@
+"""The columns of snow of a depth-averaged flow."""
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.plan_sums import plan_sums
+from snowmpm.depth.snapshot import ColumnProbe, ColumnSnapshot
+from snowmpm.particles.contract import Particles
+from snowmpm.particles.material_table import MaterialTable
+
+SIZES = {"position": 2, "velocity": 2, "volume": 1, "depth": 1, "climb": 1, "intake": 1}
+"""Numbers of a column: offset from the node of its cell [cells], velocity in plan [m/s], volume [m3], thickness of the
+snow where it is, normal to the ground [m], vertical speed of the last step [m/s], and the snow
+cover that it would take up [kg/s]."""
+
+OFFSETS = {"position": 0, "velocity": 2, "volume": 4, "depth": 5, "climb": 6, "intake": 7}
+
+
+class Columns(Particles):
+    """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
+    material, identity (n,): index of the material, number for life."""
+
+    def __init__(self, population, laws, grid, bed, precision):
+        self.grid, self.bed, self.precision = grid, bed, precision
+        self.materials = MaterialTable(laws, precision)
+        self.count = len(population.volumes)
+        self.repeats = np.append(grid.repeats, False)
+        cell, offset = grid.cells(population.positions[:, :2])
+        reals = np.zeros((self.count, sum(SIZES.values())))
+        reals[:, :2], reals[:, 2:4], reals[:, 4] = offset, population.velocities[:, :2], population.volumes
+        self.densities = real_array(self.materials.density)
+        self._fill(cell, reals, population.material, np.arange(self.count))
+        if self.count:
+            now = self.snapshot()
+            reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
+            self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
+        self.mass = float(self.masses().sum())
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
+                        "momentum": np.zeros(3)}
+        self.sorts = 0
+
+    def _fill(self, cells, reals, material, identity):
+        real, numpy_real = DTYPES[self.precision]
+        self.count = len(reals)
+        self.material, self.identity = int_array(material), int_array(identity)
+        self.cells = ti.Vector.ndarray(2, ti.i32, max(1, self.count))
+        self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, self.count))
+        if self.count:
+            self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
+            self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
+
+    def take(self, keep, gravity, taken=False):
+        """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave."""
+        snapshot, gone = self.snapshot(), ~np.asarray(keep, bool)
+        mass, velocity = self.masses()[gone], snapshot.column("velocity")[gone]
+        removed, positions = self.removed, snapshot.positions()[gone]
+        removed["count"] += int(gone.sum())
+        removed["mass"] += float(mass.sum())
+        removed["taken"] += float(mass.sum()) if taken else 0.0
+        removed["momentum"] = removed["momentum"] + mass @ velocity
+        # What columns do to each other goes with pairs of them: one that leaves takes its pairs along
+        pairs = 0.5 * snapshot.surface()[gone] * gravity[2]
+        removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity - pairs))
+        self.mass -= float(mass.sum())
+        self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], snapshot.labels[keep, 0],
+                   snapshot.labels[keep, 1])
+        self.sorts += 1
+
+    def gain(self, mass, height, gravity):
+        """Count snow cover that was taken up: its mass [kg], and its sum of mass times height [kg m]."""
+        self.mass += mass
+        self.removed["entrained"] += mass
+        self.removed["energy"] += height * gravity[2]
+
+    def _table(self):
+        return self.reals.to_numpy()[: self.count]
+
+    def masses(self):
+        """Mass of each [kg]."""
+        return self._table()[:, OFFSETS["volume"]].astype(float) * self.materials.density[
+            self.material.to_numpy()[: self.count]]
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    @property
+    def sizes(self):
+        """Numbers that a column carries."""
+        return dict(SIZES)
+
+    @property
+    def number_bytes(self):
+        """Bytes of a number."""
+        return np.dtype(DTYPES[self.precision][1]).itemsize
+
+    @property
+    def bytes_per_particle(self):
+        """Memory of a column."""
+        return sum(SIZES.values()) * self.number_bytes + 16.0
+
+    @property
+    def n_blocks(self):
+        """Tiles of the plan grid that hold columns."""
+        cells = self.cells.to_numpy()[: self.count] // 8
+        return len(np.unique(cells[:, 0].astype(np.int64) << 32 | cells[:, 1])) if self.count else 0
+
+    def snapshot(self):
+        """`ColumnSnapshot` of all columns as they are now."""
+        return ColumnSnapshot(self)
+
+    def column(self, name):
+        """Copy of one column of numbers (n, size), as `ColumnSnapshot.column` has it."""
+        return self.snapshot().column(name)
+
+    def positions(self):
+        """Scene coordinates [m] (n, 3), at half the depth."""
+        return self.snapshot().positions()
+
+    def probe(self, chosen, total):
+        """`ColumnProbe` of the columns with the numbers `chosen` (k,) of `total`."""
+        return ColumnProbe(self, chosen)
+
+    def sums_in_plan(self, lower, cell, shape):
+        """Sums over plan cells (`particles.contract.Particles`), each column spread like the spline of its cell."""
+        return plan_sums(self, lower, cell, shape)
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All columns, by name."""
+        return {"cells": self.cells.to_numpy()[: self.count], "reals": self._table(),
+                "labels": self.snapshot().labels, "removed": {**self.removed}, "mass": self.mass, "sorts": self.sorts}
+
+    def restore(self, state):
+        """Take over a `state()`."""
+        self._fill(state["cells"], state["reals"], state["labels"][:, 0], state["labels"][:, 1])
+        self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
+        self.mass, self.sorts = state["mass"], state["sorts"]

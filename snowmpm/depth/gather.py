@@ -1,0 +1,181 @@
+"""From the nodes back to the columns: their equation of motion over one step.
+
+A column slides on the ground z = b(x): its velocity in plan w has the speed v^2 = |w|^2 + (w . s)^2, s = grad b, and
+
+    dw/dt = -(s (g + w.B w) + grad phi - s (s . grad phi)) / (1 + s^2) ... - friction,   B = grad grad b
+
+(Lagrange's equations of a mass point on a surface; M^-1 = I - s s / (1 + s^2) for the plan metric M = I + s s). The
+normal force of the ground per mass is N = cos (g + w.B w), where w.B w, the centrifugal term, is a choice. Friction
+(`snowmpm.ground`) acts against the speed, dry (A) and growing with it (K v):
+
+    v_new = max(0, v - dt A) / (1 + dt K),   K at the speed before the step
+
+which stops a column without turning it back, holds one at rest, has the right steady speed for any dt, and is of second
+order for drags with v^2.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunks, is_worker, worker
+from snowmpm.depth.nodes import NODE
+from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
+from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
+from snowmpm.materials.parameters import named
+
+SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, LIFTED, ENTRAINED, HEIGHT = 0, 1, 2, 3, 4, 6, 7, 8
+"""Columns of a segment's report: largest v^2 and c^2, columns that left, work taken by friction [J], impulse in plan of
+ground and pressure (2) [N s], columns that the ground would have to pull down; snow cover taken up [kg], and its sum of
+mass times height [kg m]."""
+REPORT = 9
+
+LEAST_DEPTH = 1e-3
+"""Depth [m] below which friction takes a column for this deep."""
+
+
+@functools.cache
+def gather_kernel(real, law, entrains, serial):
+    """Kernel that takes all columns through the second half of a step.
+
+    law: class of the friction law (`snowmpm.ground`); entrains: class of the law of entrainment, or None.
+    """
+    stress, names = law.stress, law.PARAMETERS
+    intake, cover_names = (entrains.intake, entrains.PARAMETERS) if entrains else (None, law.PARAMETERS)
+    taking = entrains is not None
+    n_numbers, n_cover = len(names._fields), len(cover_names._fields)
+
+    @taichi_kernel
+    def gather(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
+               density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(),
+               bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
+               cover: ti.types.ndarray(), cover_place: ti.types.ndarray(),
+               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(), stride: int, dt: real,
+               inverse_dx: real, g: real, centrifugal: real, n: int):
+        ti.loop_config(serialize=serial)
+        for worker_at in range(chunks(bounds)):
+            if is_worker(worker_at):
+                for segment in range(bounds[worker(worker_at)], bounds[worker(worker_at) + 1]):
+                    speed2, wave2, left, lifted = ti.cast(0.0, real), ti.cast(0.0, real), 0, 0
+                    work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
+                    entrained, lifted_energy = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+                    for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
+                        cell = cells[p]
+                        column = reals[p]
+                        f, old = ti.Vector([column[0], column[1]]), ti.Vector([column[2], column[3]])
+                        wx, wy = weights(f[0]), weights(f[1])
+                        dx, dy = first_derivatives(f[0]), first_derivatives(f[1])
+                        ddx, ddy = second_derivatives(f[0]), second_derivatives(f[1])
+                        s, push, mean = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
+                        bend = ti.Vector.zero(real, 3)
+                        under = (cell[0] + MARGIN) * stride + cell[1] + MARGIN
+                        middle = bed[under]
+                        depth, rate, level = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
+                        for i in ti.static(range(3)):
+                            row = lookup[0, cell[0] + (i - 1 + MARGIN)]
+                            # sums along y first: b, b', b'' of the ground, phi and phi', depth, beta, beta u
+                            ground, phi = ti.Vector.zero(real, 3), ti.Vector.zero(real, 2)
+                            snow, beta = ti.cast(0.0, real), ti.Vector.zero(real, 3)
+                            for j in ti.static(range(3)):
+                                values = nodes[row + lookup[1, cell[1] + (j - 1 + MARGIN)]]
+                                b = ti.cast(bed[under + (i - 1) * stride + (j - 1)] - middle, real)
+                                ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
+                                phi += values[0] * ti.Vector([wy[j], dy[j]])
+                                snow += values[1] * wy[j]
+                                share = values[2] * wy[j]
+                                beta += share * ti.Vector([1.0, values[3], values[4]])
+                            level += wx[i] * ground[0]
+                            s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
+                            bend += ti.Vector([ddx[i] * ground[0], wx[i] * ground[2], dx[i] * ground[1]])
+                            push += ti.Vector([dx[i] * phi[0], wx[i] * phi[1]])
+                            depth += wx[i] * snow
+                            rate += wx[i] * beta[0]
+                            mean += wx[i] * ti.Vector([beta[1], beta[2]])
+                        s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
+                        metric = 1.0 + s.dot(s)
+                        cosine = 1.0 / ti.sqrt(metric)
+                        # midpoint rule, since the ground's curvature makes the force depend on the velocity
+                        across = push - s * (s.dot(push) / metric)
+                        turn = bend[0] * old[0] ** 2 + bend[1] * old[1] ** 2 + 2.0 * bend[2] * old[0] * old[1]
+                        half = old - 0.5 * dt * (s * ((g + turn) / metric) + across)
+                        turn = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
+                        new = old - dt * (s * ((g + turn) / metric) + across)
+                        new += mean - rate * old
+                        speed = ti.sqrt(new.dot(new) + new.dot(s) ** 2)
+                        before = ti.sqrt(old.dot(old) + old.dot(s) ** 2)
+                        normal = cosine * (g + centrifugal * turn)
+                        if normal < 0.0:
+                            lifted += 1
+                            normal = ti.cast(0.0, real)
+                        thickness = ti.max(LEAST_DEPTH, depth * cosine)
+                        rho = ti.cast(density[material[p]], real)
+                        at = place[lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]]
+                        if at < 0:
+                            left, at = left + 1, 0
+                        numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
+                        tau = stress(named(names, numbers), rho, rho * normal * thickness, before, thickness)
+                        load = rho * thickness
+                        mass, volume, wanted, taken = rho * column[4], column[4], ti.cast(0.0, real), ti.cast(0.0, real)
+                        here = lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
+                        bed_numbers = ti.Vector.zero(real, n_cover)
+                        if ti.static(taking):
+                            for k in ti.static(range(n_cover)):
+                                bed_numbers[k] = ti.cast(cover[cover_place[here], k], real)
+                            share = nodes[here][NODE - 1]
+                            taken = dt * column[INTAKE] * share
+                            borne = intake(named(cover_names, bed_numbers), rho, tau[0] + tau[1] * before, before,
+                                           thickness)[1]
+                            tau *= 1.0 + share * (borne - 1.0)
+                        slowed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
+                        if tau[1] < 0.0:  # a law that weakens with speed
+                            slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / load)
+                        slowed *= mass / (mass + taken)
+                        kept = slowed / ti.max(speed, 1e-30)
+                        new *= kept
+                        # curvature again, at the mean of the velocities before and after friction
+                        half = 0.5 * (old + new)
+                        again = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
+                        new -= kept * dt * s * ((again - turn) / metric)
+                        if ti.static(taking):
+                            # wanted in the next step, at its middle if speed and volume go on like this
+                            next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
+                            pull = stress(named(names, numbers), rho, rho * normal * thickness, next_speed, thickness)
+                            wanted = (volume + 1.5 * taken / rho) / thickness * intake(
+                                named(cover_names, bed_numbers), rho, pull[0] + pull[1] * next_speed, next_speed,
+                                thickness)[0]
+                        heavier = ti.cast(mass + taken, ti.f64)
+                        work += 0.5 * (ti.cast(mass, ti.f64) * ti.cast(speed, ti.f64) ** 2
+                                       - heavier * ti.cast(slowed, ti.f64) ** 2)
+                        entrained += ti.cast(taken, ti.f64)
+                        lifted_energy += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
+                        volume += taken / rho
+                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * new)
+                        speed2 = ti.max(speed2, slowed**2)
+                        wave2 = ti.max(wave2, g * depth / metric)
+                        for a in ti.static(range(2)):
+                            at_node = ti.cast(cell[a], real) + f[a] + 0.5
+                            if walls[a, 0] == 1 and at_node < 0.0:
+                                cell[a], f[a], new[a] = -1 - cell[a], -f[a], -new[a]
+                            elif walls[a, 1] == 1 and at_node >= walls[a, 2]:
+                                cell[a], f[a], new[a] = 2 * walls[a, 2] - 1 - cell[a], -f[a], -new[a]
+                            elif walls[a, 3] == 1:
+                                if cell[a] < 0:
+                                    cell[a] += walls[a, 2]
+                                elif cell[a] >= walls[a, 2]:
+                                    cell[a] -= walls[a, 2]
+                            elif at_node < 0.0 or at_node >= walls[a, 2]:
+                                left += 1
+                        for a in ti.static(range(2)):
+                            impulse[a] += heavier * ti.cast(new[a], ti.f64) - ti.cast(mass * old[a], ti.f64)
+                        cells[p] = cell
+                        reals[p] = ti.Vector([f[0], f[1], new[0], new[1], volume, depth * cosine, new.dot(s), wanted])
+                    report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
+                    report[segment, LEFT], report[segment, LIFTED] = left, lifted
+                    report[segment, FRICTION_WORK] = work
+                    report[segment, ENTRAINED], report[segment, HEIGHT] = entrained, lifted_energy
+                    for a in ti.static(range(2)):
+                        report[segment, IMPULSE + a] = impulse[a]
+
+    return gather

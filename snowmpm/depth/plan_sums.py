@@ -1,0 +1,58 @@
+"""What lies over the cells of a map: sums over columns, each spread over the cells around it."""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.depth.spline import weights
+
+
+@functools.cache
+def sums_kernel(real):
+    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. One thread,
+    so that sums do not depend on the number of threads."""
+
+    @taichi_kernel
+    def add_up(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
+               density: ti.types.ndarray(), sums: ti.types.ndarray(), ratio: ti.f64,
+               low_x: ti.f64, low_y: ti.f64, n: int):
+        ti.loop_config(serialize=True)
+        for p in range(n):
+            at = ti.Vector([(ti.cast(cells[p][0], ti.f64) + reals[p][0] + 0.5) * ratio - low_x,
+                            (ti.cast(cells[p][1], ti.f64) + reals[p][1] + 0.5) * ratio - low_y])
+            cell = ti.cast(ti.floor(at), ti.i32)
+            f = at - cell - 0.5
+            wx, wy = weights(f[0]), weights(f[1])
+            speed2 = ti.cast(reals[p][2] ** 2 + reals[p][3] ** 2 + reals[p][6] ** 2, ti.f64)
+            for i in ti.static(range(3)):
+                for j in ti.static(range(3)):
+                    row, column = cell[0] + i - 1, cell[1] + j - 1
+                    if 0 <= row < sums.shape[0] and 0 <= column < sums.shape[1]:
+                        volume = wx[i] * wy[j] * reals[p][4]
+                        mass = volume * density[material[p]]
+                        sums[row, column, 0] += volume
+                        sums[row, column, 1] += mass
+                        sums[row, column, 2] += mass * ti.sqrt(speed2)
+                        sums[row, column, 3] += mass * speed2
+
+    return add_up
+
+
+def plan_sums(store, lower, cell, shape):
+    """`particles.contract.Particles.sums_in_plan` of `depth.columns.Columns`."""
+    grid, ratio = store.grid, store.grid.dx / cell
+    corner = (np.asarray(lower) - grid.lower) / cell
+    cells = store.cells.to_numpy()[: store.count]
+    if store.count == 0:
+        return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
+    low = np.floor(cells.min(axis=0) * ratio - corner - 1.0).astype(int).clip(0, shape)
+    high = np.ceil((cells.max(axis=0) + 1) * ratio - corner + 1.0).astype(int).clip(low, shape)
+    sums = np.zeros((*(high - low), 4))
+    real = runtime.DTYPES[store.precision][0]
+    with runtime.precision(store.precision):
+        sums_kernel(real)(store.cells, store.reals, store.material, store.densities, sums, ratio,
+                          *(corner + low).tolist(), store.count)
+    return tuple(slice(first, last) for first, last in zip(low, high, strict=True)), sums

@@ -1,0 +1,114 @@
+"""Columns of snow at one moment, as the program reads particles: in three dimensions, at half their depth."""
+
+import numpy as np
+
+from snowmpm.depth.plan_grid import MARGIN
+
+EMPTY = {"affine": 9, "stress": 6, "elastic": 6, "state": 1}
+"""What other particles carry and columns do not, and how many numbers that would be."""
+
+
+def spline(f):
+    """Weights and derivatives (n, 3) of the spline (`depth.spline`) at offsets f (n,). NumPy."""
+    return (np.stack([0.5 * (0.5 - f) ** 2, 0.75 - f * f, 0.5 * (0.5 + f) ** 2], axis=1),
+            np.stack([f - 0.5, -2.0 * f, f + 0.5], axis=1))
+
+
+class ColumnSnapshot:
+    """labels (n, 2): index of the material and number of each column."""
+
+    def __init__(self, store):
+        count = store.count
+        self._grid, self._bed = store.grid, store.bed
+        self._cells = store.cells.to_numpy()[:count].astype(np.int64)
+        self._reals = store.reals.to_numpy()[:count].astype(float)
+        self._all = None
+        self.labels = np.stack([store.material.to_numpy()[:count], store.identity.to_numpy()[:count]], axis=1)
+
+    def _ground(self):
+        """Height [m] and slope (n, 2) of the ground, and height of the snow's surface over it, at every column."""
+        if self._all is None:
+            n, grid = len(self._cells), self._grid
+            (wx, dx), (wy, dy) = (spline(self._reals[:, a]) for a in (0, 1))
+            height, slope, surface = np.zeros(n), np.zeros((n, 2)), np.zeros(n)
+            heights = self._bed.heights
+            level = surface_heights(grid, self._bed, self._cells, self._reals)
+            for i in range(3):
+                for j in range(3):
+                    at = self._cells[:, 0] + i - 1, self._cells[:, 1] + j - 1
+                    b, w = heights[at[0] + MARGIN, at[1] + MARGIN], wx[:, i] * wy[:, j]
+                    height += b * w
+                    slope += b[:, None] * np.stack([dx[:, i] * wy[:, j], wx[:, i] * dy[:, j]], axis=1)
+                    surface += w * level[grid.number(*at)]
+            self._all = height, slope / grid.dx, surface
+        return self._all
+
+    def surface(self):
+        """Height of the snow's surface over the ground (n,) [m]."""
+        return self._ground()[2]
+
+    def column(self, name):
+        """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth [m], volume_ratio 1; zeros for
+        what columns have none of."""
+        n = len(self._cells)
+        if name == "velocity":
+            plan = self._reals[:, 2:4]
+            return np.column_stack([plan, (plan * self._ground()[1]).sum(axis=1)])
+        if name == "volume_ratio":
+            return np.ones((n, 1))
+        if name in EMPTY:
+            return np.zeros((n, EMPTY[name]))
+        return self._reals[:, [{"volume": 4, "depth": 5}[name]]]
+
+    def thickness(self):
+        """Of the snow where each column is, normal to the ground (n,) [m], from where all columns are now."""
+        _, slope, surface = self._ground()
+        return surface * np.sqrt(1.0 + (slope**2).sum(axis=1))
+
+    def depth(self):
+        """The same as of the last step."""
+        return self._reals[:, 5]
+
+    def positions(self):
+        """Scene coordinates [m] (n, 3): on the ground in plan, half of the snow's surface above it. With these, the
+        potential energy of all columns is that of what they do to each other as well."""
+        height, _, surface = self._ground()
+        return np.column_stack([self._grid.plan(self._cells, self._reals[:, :2]), height + 0.5 * surface])
+
+
+def surface_heights(grid, bed, cells, reals):
+    """cos^2 H_i [m] at all nodes by number, from cells (n, 2) and reals (n, 6) of columns."""
+    (wx, _), (wy, _) = (spline(reals[:, a]) for a in (0, 1))
+    total = np.zeros(grid.n_nodes)
+    for i in range(3):
+        for j in range(3):
+            node = grid.number(cells[:, 0] + i - 1, cells[:, 1] + j - 1)
+            total += np.bincount(node, reals[:, 4] * wx[:, i] * wy[:, j], grid.n_nodes)
+    return total / grid.dx**2 * grid.flat(bed.cos2)
+
+
+class ColumnProbe:
+    """Chosen columns, in a fixed order, as they are now. there (k,): not removed yet."""
+
+    def __init__(self, store, chosen):
+        self._store, self._chosen = store, np.asarray(chosen)
+        self.read()
+
+    def read(self):
+        """Look again."""
+        self._snapshot = self._store.snapshot()
+        identity = self._snapshot.labels[:, 1]
+        order = np.argsort(identity)
+        place = np.searchsorted(identity[order], self._chosen).clip(0, max(0, len(order) - 1))
+        self._rows = order[place] if len(order) else np.zeros(len(self._chosen), int)
+        self.there = identity[self._rows] == self._chosen if len(order) else np.zeros(len(self._chosen), bool)
+
+    def column(self, name, part=slice(None)):
+        """(k, size), float64, of all or a part (slice) of the chosen ones."""
+        return self._snapshot.column(name)[self._rows[part]]
+
+    def positions(self, part=slice(None)):
+        """Scene coordinates [m] (k, 3), NaN for those that are gone."""
+        return np.where(self.there[part, None], self._snapshot.positions()[self._rows[part]], np.nan)
+
+

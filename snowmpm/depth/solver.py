@@ -1,0 +1,292 @@
+"""The depth-averaged method: columns of snow that move in plan over the ground.
+
+A step is leapfrog, of second order and, without friction and shocks, symplectic:
+
+    x <- x + dt/2 v;   columns -> nodes: depth, potential;   v <- v + dt a(x, v), then friction;   x <- x + dt/2 v
+"""
+
+import math
+from dataclasses import asdict
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.parallel import runs_serially
+from snowmpm.depth import gather, scatter
+from snowmpm.depth.bed import Bed
+from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
+from snowmpm.depth.columns import Columns
+from snowmpm.depth.cover import Cover
+from snowmpm.depth.gather import LEAST_DEPTH
+from snowmpm.depth.nodes import NODE, node_kernel
+from snowmpm.depth.plan_grid import PlanGrid
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.ground.friction import GroundFriction
+from snowmpm.particles.coordinates import Frame
+from snowmpm.stepping.contract import Method, StepLimits, Totals
+from snowmpm.stepping.time_step import Extremes
+
+USUAL_CFL, CRITICAL_CFL = 0.5, 1.0
+"""Cells that a wave crosses in a step: of a scene that gives none, and at most."""
+
+USUAL_ADVECTIVE = 0.9
+"""Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of an avalanche are the
+same to 0.3 % with 0.25."""
+
+WALLS = ("slip", "symmetric")
+"""Sides that send columns back."""
+
+COLUMN_STEP = 60e-9
+"""Time of a step [s] a column on one thread, to choose how loops are handed out."""
+
+
+class DepthSolver(Method):
+    """Columns of a population on a ground."""
+
+    def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
+                 sides, entrainment=None):
+        """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
+        numbers; entrainment: the same of a law of entrainment, or None."""
+        self.precision, self.options = precision, options
+        self.gravity = np.asarray(gravity, float)
+        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
+            raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
+        self.frame = Frame(3, precision, lower, dx, lower, upper)
+        self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
+        self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
+        self.particles = Columns(population, laws, self.grid, self.bed, precision)
+        self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
+        self._tables(friction, entrainment, sides, population)
+        self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
+        self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
+        self._wave = self._first_wave()
+        self.restart_clock()
+
+    @classmethod
+    def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
+           terrain_friction=None, terrain_entrainment=None, **others):
+        """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
+        if terrain is None:
+            raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
+        return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
+                   cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
+                   entrainment=terrain_entrainment)
+
+    def _tables(self, friction, entrainment, sides, population):
+        """What kernels read beside the columns."""
+        real = runtime.DTYPES[self.precision][0]
+        grid, count = self.grid, max(1, self.particles.count)
+        self._shared = runtime.fine_grained()
+        self._copies = 1 if self._shared else scatter.WORKERS
+        self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * grid.n_nodes)
+        self._tallies.fill(0.0)
+        self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
+        self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
+        self._nodes.fill(0.0)
+        self._cos2 = real_array(grid.flat(self.bed.cos2))
+        self._unit = float(population.volumes.mean())
+        self._law, numbers = self._on_ground(friction)
+        self.cover = Cover(grid, self.bed, *(self._on_ground(entrainment)[::-1] if entrainment else ()))
+        self._numbers = real_array(numbers)
+        place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
+        place[grid.nodes()[self.bed.holes]] = -1
+        self._place = int_array(place)
+        walls = np.zeros((2, 4), int)
+        for axis in (0, 1):
+            walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
+                           grid.repeats[axis]]
+        self._walls = int_array(walls)
+        self._bounds, self._report = None, ()
+        self._serial = runs_serially(COLUMN_STEP * count)
+
+    def _on_ground(self, friction):
+        """Class of the law, and its numbers: a row, or one a node."""
+        law, g = friction.law if isinstance(friction, GroundFriction) else friction, -float(self.gravity[2])
+        if not getattr(friction, "varies", False):
+            return type(law), np.array([law.parameters(g)], float)
+        x, y = np.moveaxis(self.grid.places(), -1, 0)
+        numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g)
+        return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
+
+    def _shares(self):
+        """Bounds of the segments of columns that each worker takes, and an empty report of them."""
+        segments = max(1, -(-self.particles.count // scatter.SEGMENT))
+        if len(self._report) != segments:
+            workers = segments if self._shared else min(segments, scatter.WORKERS)
+            self._bounds = int_array(np.linspace(0, segments, workers + 1).round())
+            self._report = np.zeros((segments, gather.REPORT))
+        return self._bounds, self._report
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    def step(self, dt):
+        """Advance by dt [s]."""
+        store, grid, cover, options = self.particles, self.grid, self.cover, self.options
+        real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
+        bounds, report = self._shares()
+        with runtime.precision(self.precision):
+            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial)(
+                store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
+                self._unit, grid.n_nodes, store.count)
+            node_kernel(real, cover.law is not None, self._serial)(
+                self._tallies, self._touched, self._cos2, self._nodes, cover.mass, cover.lowering, cover.under,
+                self.bed.table, g, grid.dx, self._unit,
+                options.damping, options.mixing, dt, self._copies, grid.n_tiles)
+            gather.gather_kernel(real, self._law, cover.law, self._serial)(
+                store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
+                self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
+                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.count)
+        self._read(report)
+        self.weight_impulse += dt * store.mass * self.gravity
+        if cover.law:
+            store.gain(report[:, gather.ENTRAINED].sum(), report[:, gather.HEIGHT].sum(), self.gravity)
+        self.time += dt
+        self.steps += 1
+        if report[:, gather.LEFT].any():
+            self.particles.take(self._inside(), self.gravity)
+
+    def _read(self, report):
+        speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
+        if not np.isfinite(speed2 + report[:, gather.FRICTION_WORK].sum()):
+            raise SimulationError(f"a column of snow is no more, at t = {self.time:.6g} s, step {self.steps}:\n"
+                                  "lower solver.cfl or check the friction of the ground")
+        self.extremes, self._wave = Extremes(speed=math.sqrt(speed2)), math.sqrt(wave2)
+        self.contact_work += report[:, gather.FRICTION_WORK].sum()
+        self._plan_impulse += report[:, gather.IMPULSE : gather.IMPULSE + 2].sum(axis=0)
+        self.lifted = int(report[:, gather.LIFTED].sum())
+
+    def _inside(self):
+        """Whether each column is over ground, inside the domain (n,)."""
+        cells = self.particles.cells.to_numpy()[: self.particles.count]
+        inside = ((cells >= 0) & (cells < self.grid.shape)).all(axis=1)
+        inside[inside] = ~self.bed.holes[tuple(cells[inside].T)]
+        return inside
+
+    # ---- its length -------------------------------------------------------------------------------------------
+
+    def _first_wave(self):
+        """c [m/s] of the columns as they are."""
+        store = self.particles
+        if store.count == 0:
+            return 0.0
+        return math.sqrt(-self.gravity[2] * float(store.snapshot().surface().max(initial=0.0)))
+
+    def _longest(self, share, advective, speed=None):
+        """dt and cause, with which a wave crosses at most `share` cells, and a column that speeds up with g at most
+        `advective`; speed [m/s]: of the fastest, that of the last step when missing."""
+        g, way = -float(self.gravity[2]), advective * self.grid.dx
+        speed = self.extremes.speed if speed is None else speed
+        advective = 2.0 * way / max(speed + math.sqrt(speed**2 + 2.0 * g * way), 1e-30)
+        elastic = share * self.grid.dx / max(self._wave, 1e-30)
+        return (elastic, "elastic") if elastic < advective else (advective, "advective")
+
+    def stable_dt(self):
+        """-> (step for now [s], what limits it)."""
+        return self._longest(self.cfl, self._advective)
+
+    def critical_dt(self):
+        """-> (longest stable step [s], what limits it)."""
+        return self._longest(CRITICAL_CFL, CRITICAL_CFL)
+
+    def course(self, end_time, interval):
+        """`Course` of a run from now, by blocks that slide down from where columns are."""
+        store, grid = self.particles, self.grid
+        if store.count == 0:
+            return None
+        snapshot = store.snapshot()
+        chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
+        position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
+        density = store.materials.density[snapshot.labels[chosen, 0]]
+        friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
+        blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
+                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
+        return run_blocks(blocks, lambda speed: self._longest(self.cfl, self._advective, speed)[0], end_time, interval)
+
+    @property
+    def limits(self):
+        """`StepLimits`."""
+        return StepLimits(self.cfl, CRITICAL_CFL, "depth-averaged flow", USUAL_CFL)
+
+    # ---- what acts on the columns -----------------------------------------------------------------------------
+
+    def set_loads(self, loads):
+        """Nothing: refused before (`snowmpm.setup.refusals`)."""
+
+    def push(self, numbers, gain, mass):
+        """Refused before."""
+        raise NotImplementedError("columns are not pushed")
+
+    def sever(self, line, radius, numbers, state):
+        """Refused before."""
+        raise NotImplementedError("columns have no bonds")
+
+    def remove(self, gone):
+        """Take columns out."""
+        self.particles.take(~np.asarray(gone, bool), self.gravity, taken=True)
+
+    def damp(self, kept):
+        """Refused before."""
+        raise NotImplementedError("columns do not settle")
+
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+        self.time, self.steps, self.contact_work, self.lifted = 0.0, 0, 0.0, 0
+        self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
+        self._start = self._momentum() + self.particles.removed["momentum"]
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    def _momentum(self):
+        return self.particles.masses() @ self.particles.column("velocity") if self.particles.count else np.zeros(3)
+
+    @property
+    def totals(self):
+        """`Totals` as they are now. The ground gives vertically what keeps the snow on it."""
+        gone = self.particles.removed["momentum"]
+        vertical = self._momentum()[2] + gone[2] - self._start[2] - self.weight_impulse[2]
+        return Totals(np.append(self._plan_impulse, vertical), self.weight_impulse.copy(), np.zeros(3), 0.0,
+                      self.contact_work)
+
+    @property
+    def memory(self):
+        """Bytes of everything but the columns."""
+        grid, real = self.grid, 4 if self.precision == "f32" else 8
+        return (grid.n_nodes * (self._copies * real * scatter.TALLIES + NODE * real + 8 + 4)
+                + self.bed.table.shape[0] * 8)
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name."""
+        return {"columns": self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes),
+                "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
+                "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
+                "start": self._start.copy(), "lifted": self.lifted, "cover": self.cover.state(),
+                "ground": self.bed.table.to_numpy() if self.cover.law else np.zeros(0)}
+
+    def restore(self, state):
+        """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
+        self.frame.check(state["frame"])
+        self.particles.restore(state["columns"])
+        self.extremes, self._wave = Extremes(**state["extremes"]), state["wave"]
+        self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
+        self._plan_impulse = np.array(state["plan_impulse"])
+        self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
+        self.lifted = state["lifted"]
+        self.cover.restore(state["cover"])
+        if self.cover.law:
+            self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
+
+
+
+
+def _aligned(lower, upper, dx, terrain):
+    """Plan corners of the grid: its cells fall together with those of an elevation raster of the same size."""
+    lower, upper = np.asarray(lower, float)[:2], np.asarray(upper, float)[:2]
+    lattice = getattr(terrain, "lattice", None)
+    if lattice is None or abs(lattice[1] - dx) > 1e-6 * dx:
+        return lower, upper
+    first = np.floor((lower - lattice[0]) / dx + 1e-6)
+    return lattice[0] + first * dx, upper

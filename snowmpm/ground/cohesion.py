@@ -1,0 +1,18 @@
+"""Cohesion of flowing snow in the dry part of the friction."""
+
+import taichi as ti
+
+from snowmpm.materials.precision import larger
+
+
+@ti.func
+def cohesive_stress(cohesion, mu, sigma):
+    """(1 - mu) C (1 - exp(-sigma/C)) [Pa], the share of the cohesion C [Pa] that a normal stress sigma [Pa] mobilises.
+
+    It grows as (1 - mu) sigma at small stress and tends to (1 - mu) C. Without weight there is none, so that thin snow
+    does not stick. Bartelt et al. (2015), doi:10.3189/2015JoG14J126; used by RAMMS since version 1.6.20, with C of 0 to
+    100 Pa for dry and 100 to 300 Pa for wet snow. The sum of mu sigma and this is not negative for any mu.
+    """
+    ratio = sigma / larger(cohesion, 1e-20)
+    # 1 - exp(-x) = tanh(x/2) (1 + exp(-x)), without a difference of nearly equal numbers
+    return (1.0 - mu) * cohesion * ti.tanh(0.5 * ratio) * (1.0 + ti.exp(-ratio))

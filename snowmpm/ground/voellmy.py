@@ -1,0 +1,51 @@
+"""Voellmy friction: Coulomb friction and a drag with the square of the speed."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, NamedTuple
+
+import taichi as ti
+
+from .cohesion import cohesive_stress
+from .law import FrictionLaw
+from .value import Coefficient, Stress, value
+
+
+class VoellmyParameters(NamedTuple):
+    """What `Voellmy.stress` reads."""
+
+    mu: float  # friction coefficient [-]
+    drag: float  # g/xi [-]
+    tau0: float  # least shear stress [Pa]
+    cohesion: float  # C [Pa]
+
+
+class Voellmy(FrictionLaw):
+    """Coulomb friction and a drag with the square of the speed.
+
+        tau = tau0 + mu sigma + density g v²/xi + cohesive part (`cohesion.cohesive_stress`)
+
+    Voellmy (1955), Über die Zerstörungskraft von Lawinen, Schweizerische Bauzeitung 73; as in RAMMS: Christen et al.
+    (2010), doi:10.1016/j.coldregions.2010.04.005. With tau0 it is the VoellmyMinShear of AvaFrame.
+    On a plane at the angle a, a sheet of depth h tends to v² = xi h (sin a - mu cos a).
+    """
+
+    PARAMETERS: ClassVar[Any] = VoellmyParameters
+
+    law: Literal["voellmy"] = "voellmy"
+    mu: Coefficient
+    """dry friction coefficient [-]"""
+    xi: value(1.0, 1e12)
+    """coefficient of turbulent friction [m/s2]"""
+    tau0: Stress = 0.0
+    """least shear stress [Pa]"""
+
+    @staticmethod
+    @ti.func
+    def stress(prm: ti.template(), density, sigma, speed, depth):
+        """Dry part [Pa] and rate [Pa s/m], see `FrictionLaw`."""
+        dry = prm.tau0 + prm.mu * sigma + cohesive_stress(prm.cohesion, prm.mu, sigma)
+        return ti.Vector([dry, density * prm.drag * speed])
+
+    @classmethod
+    def numbers(cls, values: Mapping[str, Any], gravity: float) -> VoellmyParameters:
+        return VoellmyParameters(values["mu"], gravity / values["xi"], values["tau0"], values["cohesion"])

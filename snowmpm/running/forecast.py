@@ -1,0 +1,32 @@
+"""How many steps a run takes, and when it ends, before it runs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from snowmpm.running.rest import HOLD
+from snowmpm.scenes.stop import ends_at_rest
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """steps: of the run; dt: their mean [s]; end: time at which it ends [s]; course: `depth.blocks.Course` of a method
+    that knows one, else None."""
+
+    steps: float
+    dt: float
+    end: float
+    course: Any = None
+
+
+def forecast(scene, solver):
+    """`Forecast` of a scene: with a fixed step, or one as the first, until end_time; a method that knows its course
+    says more."""
+    end, first = scene.end_time, scene.solver.dt or solver.expected_dt()[0]
+    course = solver.course(end, scene.output.interval)
+    if course is None:
+        return Forecast(end / first, first, end)
+    if ends_at_rest(scene):
+        end = min(end, course.rests + (scene.stop.hold or HOLD * end))
+    steps = course.steps + max(0.0, end - course.rests) / min(first, scene.output.interval)
+    return Forecast(end / scene.solver.dt, scene.solver.dt, end, course) if scene.solver.dt else Forecast(
+        steps, end / steps, end, course)
