@@ -10,6 +10,7 @@ from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
+from snowmpm.scenes.numerics import Depth
 
 G = 9.81
 DENSITY = 250.0
@@ -50,8 +51,8 @@ class Ground:
 class Options:
     """What a scene's solver table says; as a scene has it when missing."""
 
-    damping: float = 0.5
-    mixing: float = 4.0
+    damping: float = Depth().damping
+    mixing: float = Depth().mixing
     centrifugal: bool = True
     cfl: float | None = None
     precision: str = "f64"
