@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from .arrays import Array
-from .conventions import tensile_apex
 from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
@@ -165,7 +164,8 @@ class MohrCoulomb(Law):
         """c cot φ [Pa]: the isotropic tension that is carried; inf for φ = 0."""
         if self.cohesion == 0.0:
             return 0.0
-        return float(tensile_apex(self.cohesion, self.friction_angle)) if self.friction_angle > 0.0 else np.inf
+        slope = float(np.tan(np.radians(self.friction_angle)))
+        return self.cohesion / slope if slope > 0.0 else np.inf
 
     @property
     def tensile_strength(self) -> float:

@@ -25,8 +25,8 @@ from snowmpm.quantities.motion import MOVING_SPEED
 BLOCKS = 100
 """Blocks at most, spread evenly over the columns."""
 DEEPER = 4.0
-"""Depth that a flow reaches where it is squeezed or stops, over that of its release, for the waves that limit its steps:
-4.5 in the library's valley."""
+"""Depth that a flow reaches where it is squeezed or stops, over that of its release, for the waves that limit its
+steps: 4.5 in the library's valley."""
 MOST_STEPS = 20000
 """Steps after which the rest of the run is taken to go on as it is."""
 
@@ -155,4 +155,5 @@ def run_blocks(blocks, longest, end_time, interval):
     if 0.0 < time < end_time and rests == math.inf and len(blocks.plan):
         steps = math.ceil(steps * end_time / time)
     last = interval / math.ceil(interval / longest(0.0) - 1e-9)
-    return Course(max(steps, 1), rests if len(blocks.plan) else time, last, most, blocks.bend, blocks.slope, blocks.lift)
+    return Course(max(steps, 1), rests if len(blocks.plan) else time, last, most, blocks.bend, blocks.slope,
+                  blocks.lift)

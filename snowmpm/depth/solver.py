@@ -35,6 +35,9 @@ USUAL_ADVECTIVE = 0.9
 """Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of an avalanche are the
 same to 0.3 % with 0.25."""
 
+WALLS = ("slip", "symmetric")
+"""Sides that send columns back."""
+
 COLUMN_STEP = 60e-9
 """Time of a step [s] a column on one thread, to choose how loops are handed out."""
 
@@ -52,7 +55,7 @@ class DepthSolver(Method):
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
-        self.bed = Bed(terrain, self.grid)
+        self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self.particles = Columns(population, laws, self.grid, self.bed, precision)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         self._tables(friction, entrainment, sides, population)
@@ -92,7 +95,7 @@ class DepthSolver(Method):
         self._place = int_array(place)
         walls = np.zeros((2, 4), int)
         for axis in (0, 1):
-            walls[axis] = [*(name in ("slip", "symmetric") for name in sides[axis]), grid.shape[axis],
+            walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
         self._walls = int_array(walls)
         self._bounds, self._report = None, ()
@@ -168,8 +171,7 @@ class DepthSolver(Method):
         store = self.particles
         if store.count == 0:
             return 0.0
-        height = store.snapshot().positions()[:, 2] - store.snapshot()._ground()[0]
-        return math.sqrt(-self.gravity[2] * 2.0 * float(height.max(initial=0.0)))
+        return math.sqrt(-self.gravity[2] * float(store.snapshot().surface().max(initial=0.0)))
 
     def _longest(self, share, advective, speed=None):
         """dt and cause, with which a wave crosses at most `share` cells, and a column that speeds up with g at most

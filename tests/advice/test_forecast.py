@@ -32,8 +32,8 @@ STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
 """C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
 
 
-FEW_STEPS = {"avalanche_depth_averaged": "20 % too few: in the gully the flow is deeper and faster than blocks, and stops"
-                                         " later"}
+FEW_STEPS = {
+    "avalanche_depth_averaged": "20 % too few: in the gully the flow is deeper and faster than blocks, and stops later"}
 """Scenes whose steps are foretold worse than within 8 %."""
 
 
