@@ -81,8 +81,8 @@ def test_forecasts_are_right_within_thirty_per_cent(name):
 
 @pytest.mark.parametrize("name", [name for name in sorted(library()) if load_scene(name).solver.method != "depth"])
 def test_steps_of_measured_runs(name):
-    """Of their first part, of methods that know no course beforehand. In pst_2d bonds break for half of it, a third of it
-    as foretold: 13 % of the steps."""
+    """Of their first part, of methods that know no course beforehand. In pst_2d bonds break for half of it, a third of
+    it as foretold: 13 % of the steps."""
     row = runs()[name]
     steps = budget_of(name).facts.steps_until(float(row["part"]))
     assert steps == pytest.approx(float(row["steps"]), rel=0.15)
