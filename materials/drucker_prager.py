@@ -11,6 +11,7 @@ from .cohesion_softening import softening_multiplier, strain_of_loss, strength_l
 from .cone import Cone, cone_slope, dilation_slope
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, NonNegative, Positive, StateVariable
+from .return_tangent import cone_return, stiffest_over_elastic
 from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
@@ -198,6 +199,11 @@ class DruckerPrager(Law):
     @property
     def tensile_strength(self) -> float:
         return self.tensile_apex
+
+    @property
+    def tangent_over_elastic(self) -> float:
+        """See `Law`; without the part of softening, which acts over the strain `softening_strain` only."""
+        return stiffest_over_elastic(self.bulk_modulus, self.shear_modulus, [cone_return(self.alpha, self.alpha_psi)])
 
     @property
     def friction_exceeds_dilation(self) -> bool:

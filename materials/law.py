@@ -106,13 +106,25 @@ class Law(BaseModel):
         """Speed of the elastic P-wave at the reference density, √((K + 4G/3) / ρ₀) [m/s]."""
         return float(np.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density))
 
+    @property
+    def tangent_over_elastic(self) -> float:
+        """Largest stress along an axis per strain along it, over K + 4G/3: 1 unless yielding makes it stiffer [-].
+
+        See `return_tangent`. A time step must follow it.
+        """
+        return 1.0
+
+    def fastest_wave(self) -> float:
+        """Bound of the speed of P-waves at the reference density [m/s], whether it yields or not."""
+        return self.wave_speed() * float(np.sqrt(self.tangent_over_elastic))
+
     def wave_speed_at(self, stress: Array, state: Array) -> Array:
         """Bound of the speed of P-waves [m/s] (n,) at Kirchhoff stresses (n, 6), packed [Pa], and states (n, n_state).
 
-        It is `wave_speed` for a law of constant stiffness. For one that stiffens, a time step must follow the largest
+        It is `fastest_wave` for a law of constant stiffness. For one that stiffens, a time step must follow the largest
         of these, which `stiffness` gives to a kernel as ρ₀ c² (or a little more).
         """
-        return np.full(len(stress), self.wave_speed())
+        return np.full(len(stress), self.fastest_wave())
 
     @property
     def associated(self) -> bool:

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from .arrays import Array
-from .conventions import tensile_apex
 from .elastic import elastic_trial
 from .invariant_return import h_of_invariants, stress_of_invariants
 from .law import Law, NonNegative, StateVariable
+from .return_tangent import pyramid_returns, stiffest_over_elastic
 from .spectral import compose, eigen_of_deviator
 from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
@@ -164,11 +164,17 @@ class MohrCoulomb(Law):
         """c cot φ [Pa]: the isotropic tension that is carried; inf for φ = 0."""
         if self.cohesion == 0.0:
             return 0.0
-        return float(tensile_apex(self.cohesion, self.friction_angle)) if self.friction_angle > 0.0 else np.inf
+        slope = float(np.tan(np.radians(self.friction_angle)))
+        return self.cohesion / slope if slope > 0.0 else np.inf
 
     @property
     def tensile_strength(self) -> float:
         return self.tensile_apex
+
+    @property
+    def tangent_over_elastic(self) -> float:
+        s, t = (float(np.sin(np.radians(angle))) for angle in (self.friction_angle, self.dilation_angle))
+        return stiffest_over_elastic(self.bulk_modulus, self.shear_modulus, pyramid_returns(s, t))
 
     @property
     def friction_exceeds_dilation(self) -> bool:

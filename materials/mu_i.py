@@ -10,6 +10,7 @@ from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
+from .return_tangent import cone_return, stiffest_over_elastic
 from .tension_gap import GAP, trial_behind_gap
 from .von_mises import PLASTIC_STRAIN
 
@@ -121,6 +122,12 @@ class MuI(Law):
     @property
     def friction_exceeds_dilation(self) -> bool:
         return True
+
+    @property
+    def tangent_over_elastic(self) -> float:
+        """See `Law`: that of a cone of slope √3 μ₂, which no rate exceeds."""
+        slope = float(np.sqrt(3.0)) * self.limit_friction
+        return stiffest_over_elastic(self.bulk_modulus, self.shear_modulus, [cone_return(slope, 0.0)])
 
     def friction(self, shear_rate: Array, p: Array) -> Array:
         """μ(I) at a shear rate γ̇ [1/s] and a pressure p > 0 [Pa]. NumPy."""

@@ -23,11 +23,11 @@ class Dam(Spec):
 
     @model_validator(mode="after")
     def _is_a_line(self) -> Any:
-        from snowmpm.terrain.dams import crosses_itself  # shapely is slow to import
+        from shapely import LineString  # slow to import
 
         for i, (before, after) in enumerate(zip(self.line, self.line[1:], strict=False)):
             if before == after:
                 raise refuse("repeats the point before", f"line.{i + 1}", after)
-        if crosses_itself(self.line):
+        if not LineString(self.line).is_simple:
             raise refuse("crosses itself", "line", [list(point) for point in self.line])
         return self

@@ -64,7 +64,7 @@ class Sph(Spec):
     overshoots by 40 %. 0.3 overshoots by less than 30 % and lowers heaps by 0.5 %. 1 shortens run-outs"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of the artificial viscosity, quadratic in the closing speed, against interpenetration [-]"""
-    disorder_damping: NonNegative = 0.5
+    disorder_damping: NonNegative = 1.0
     """gamma of a viscosity that acts only on velocity differences beyond a linear field [-]: it keeps particles ordered
     in tension and does not affect smooth motion"""
     walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"
@@ -102,10 +102,10 @@ class Sph(Spec):
 class Depth(Spec):
     """Options of the depth-averaged method."""
 
-    damping: NonNegative = 0.5
+    damping: NonNegative = 1.0
     """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
     it keeps columns in order and does not affect smooth motion; 0 in the test of a block on its energy line"""
-    mixing: NonNegative = 4.0
+    mixing: NonNegative = 12.0
     """C_2 of the same where snow gathers, as at a shock, over -div v [-]"""
     centrifugal: Annotated[bool, Field(strict=True)] = True
     """whether the ground's curvature adds to the normal stress, and so to friction"""
@@ -149,7 +149,7 @@ class Solver(Spec):
     def _usual_filling(cls, given: Any) -> Any:
         """With as many particles a cell as its method takes, where the scene does not choose."""
         if isinstance(given, dict) and "particles_per_cell" not in given:
-            entry = METHODS.get(given.get("method")) if isinstance(given.get("method"), str) else None
+            entry = METHODS.get(str(given.get("method")))
             if entry and entry.capabilities.usual_filling:
                 return {**given, "particles_per_cell": entry.capabilities.usual_filling}
         return given

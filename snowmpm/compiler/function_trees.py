@@ -53,14 +53,29 @@ def _tree_and_context(taichi, original, function, excluded_parameters=(), is_ker
 
 def _parsed(code):
     """Tree of a function, its lines counted from its first one, or None where the source is not in a file."""
+    text = _text(code)
+    if text is None:
+        return None
+    tree = ast.parse(text)
+    tree.body[0].decorator_list = []
+    return tree
+
+
+def _text(code):
     linecache.checkcache(code.co_filename)  # a file that was edited and imported again
     end = _ends(code.co_filename).get(code.co_firstlineno)
     if end is None:
         return None
-    lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 : end]
-    tree = ast.parse(textwrap.dedent("".join(lines)))
-    tree.body[0].decorator_list = []
-    return tree
+    return textwrap.dedent("".join(linecache.getlines(code.co_filename)[code.co_firstlineno - 1 : end]))
+
+
+def source_of(code):
+    """-> lines of a function, without indentation, and the number of the first one of its body. OSError where its
+    source is not in a file."""
+    text = _text(code)
+    if text is None:
+        raise OSError(f"no source of {code.co_name} in {code.co_filename}")
+    return text.splitlines(), ast.parse(text).body[0].body[0].lineno - 1
 
 
 def _ends(file):

@@ -22,8 +22,9 @@ class Bed:
     without ground.
     """
 
-    def __init__(self, surface, grid):
-        """surface: with `height(plan (k, 2))` -> (k,) [m], NaN where there is none. InputError for no ground at all."""
+    def __init__(self, surface, grid, mirrored=((False, False), (False, False))):
+        """surface: with `height(plan (k, 2))` -> (k,) [m], NaN where there is none; mirrored: for each end of each axis
+        whether it is a wall, beyond which the ground is the mirror image. InputError for no ground at all."""
         z = surface.height(grid.places().reshape(-1, 2)).reshape(grid.shape)
         self.holes = np.isnan(z)
         if self.holes.all():
@@ -31,7 +32,7 @@ class Bed:
         if self.holes.any():
             nearest = ndimage.distance_transform_edt(self.holes, return_distances=False, return_indices=True)
             z = z[tuple(nearest)]
-        heights = smoothed(np.pad(z, MARGIN, mode="reflect", reflect_type="odd"))
+        heights = smoothed(_continued(z, mirrored))
         slope = np.stack(np.gradient(heights, grid.dx))[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
         self.cos2 = 1.0 / (1.0 + (slope**2).sum(axis=0))
         self._shape, self.table = heights.shape, real_array(heights.ravel())
@@ -45,3 +46,14 @@ class Bed:
     def heights(self):
         """As they are now."""
         return self.table.to_numpy().reshape(self._shape)
+
+
+def _continued(z, mirrored):
+    """Heights (nx, ny) with `MARGIN` more on all sides: mirrored at walls, else straight on."""
+    for axis in (0, 1):
+        for end in (0, 1):
+            widths = [[0, 0], [0, 0]]
+            widths[axis][end] = MARGIN
+            kind = {"mode": "symmetric"} if mirrored[axis][end] else {"mode": "reflect", "reflect_type": "odd"}
+            z = np.pad(z, widths, **kind)
+    return z

@@ -60,7 +60,9 @@ class Columns(Particles):
         removed["mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
-        removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
+        # What columns do to each other goes with pairs of them: one that leaves takes its pairs along
+        pairs = 0.5 * snapshot.surface()[gone] * gravity[2]
+        removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity - pairs))
         self.mass -= float(mass.sum())
         self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], snapshot.labels[keep, 0],
                    snapshot.labels[keep, 1])

@@ -132,7 +132,12 @@ def gather_kernel(real, law, entrains, serial):
                         if tau[1] < 0.0:  # a law that weakens with speed
                             slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / load)
                         slowed *= mass / (mass + taken)
-                        new *= slowed / ti.max(speed, 1e-30)
+                        kept = slowed / ti.max(speed, 1e-30)
+                        new *= kept
+                        # curvature again, at the mean of the velocities before and after friction
+                        half = 0.5 * (old + new)
+                        again = bend[0] * half[0] ** 2 + bend[1] * half[1] ** 2 + 2.0 * bend[2] * half[0] * half[1]
+                        new -= kept * dt * s * ((again - turn) / metric)
                         if ti.static(taking):
                             # wanted in the next step, at its middle if speed and volume go on like this
                             next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
@@ -146,8 +151,6 @@ def gather_kernel(real, law, entrains, serial):
                         entrained += ti.cast(taken, ti.f64)
                         lifted_energy += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
-                        for a in ti.static(range(2)):
-                            impulse[a] += heavier * ti.cast(new[a], ti.f64) - ti.cast(mass * old[a], ti.f64)
                         cell, f = moved(cell, f, 0.5 * dt * inverse_dx * new)
                         speed2 = ti.max(speed2, slowed**2)
                         wave2 = ti.max(wave2, g * depth / metric)
@@ -164,6 +167,8 @@ def gather_kernel(real, law, entrains, serial):
                                     cell[a] -= walls[a, 2]
                             elif at_node < 0.0 or at_node >= walls[a, 2]:
                                 left += 1
+                        for a in ti.static(range(2)):
+                            impulse[a] += heavier * ti.cast(new[a], ti.f64) - ti.cast(mass * old[a], ti.f64)
                         cells[p] = cell
                         reals[p] = ti.Vector([f[0], f[1], new[0], new[1], volume, depth * cosine, new.dot(s), wanted])
                     report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2

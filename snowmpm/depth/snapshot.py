@@ -43,6 +43,10 @@ class ColumnSnapshot:
             self._all = height, slope / grid.dx, surface
         return self._all
 
+    def surface(self):
+        """Height of the snow's surface over the ground (n,) [m]."""
+        return self._ground()[2]
+
     def column(self, name):
         """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth [m], volume_ratio 1; zeros for
         what columns have none of."""

@@ -35,6 +35,9 @@ USUAL_ADVECTIVE = 0.9
 """Cells that a column crosses in a step of a scene that gives no C: run-out, peaks and areas of an avalanche are the
 same to 0.3 % with 0.25."""
 
+WALLS = ("slip", "symmetric")
+"""Sides that send columns back."""
+
 COLUMN_STEP = 60e-9
 """Time of a step [s] a column on one thread, to choose how loops are handed out."""
 
@@ -48,18 +51,17 @@ class DepthSolver(Method):
         numbers; entrainment: the same of a law of entrainment, or None."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
-        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] >= 0.0:
+        if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
             raise InputError.at("gravity", self.gravity.tolist(), 'must point down for solver.method = "depth"')
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
-        self.bed = Bed(terrain, self.grid)
+        self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self.particles = Columns(population, laws, self.grid, self.bed, precision)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         self._tables(friction, entrainment, sides, population)
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
-        self._start = self._momentum()
         self.restart_clock()
 
     @classmethod
@@ -93,7 +95,7 @@ class DepthSolver(Method):
         self._place = int_array(place)
         walls = np.zeros((2, 4), int)
         for axis in (0, 1):
-            walls[axis] = [*(name in ("slip", "symmetric") for name in sides[axis]), grid.shape[axis],
+            walls[axis] = [*(name in WALLS for name in sides[axis]), grid.shape[axis],
                            grid.repeats[axis]]
         self._walls = int_array(walls)
         self._bounds, self._report = None, ()
@@ -169,15 +171,14 @@ class DepthSolver(Method):
         store = self.particles
         if store.count == 0:
             return 0.0
-        height = store.snapshot().positions()[:, 2] - store.snapshot()._ground()[0]
-        return math.sqrt(-self.gravity[2] * 2.0 * float(height.max(initial=0.0)))
+        return math.sqrt(-self.gravity[2] * float(store.snapshot().surface().max(initial=0.0)))
 
     def _longest(self, share, advective, speed=None):
         """dt and cause, with which a wave crosses at most `share` cells, and a column that speeds up with g at most
         `advective`; speed [m/s]: of the fastest, that of the last step when missing."""
         g, way = -float(self.gravity[2]), advective * self.grid.dx
         speed = self.extremes.speed if speed is None else speed
-        advective = 2.0 * way / (speed + math.sqrt(speed**2 + 2.0 * g * way))
+        advective = 2.0 * way / max(speed + math.sqrt(speed**2 + 2.0 * g * way), 1e-30)
         elastic = share * self.grid.dx / max(self._wave, 1e-30)
         return (elastic, "elastic") if elastic < advective else (advective, "advective")
 
@@ -233,6 +234,7 @@ class DepthSolver(Method):
         """Time zero is now: totals start again."""
         self.time, self.steps, self.contact_work, self.lifted = 0.0, 0, 0.0, 0
         self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
+        self._start = self._momentum() + self.particles.removed["momentum"]
 
     # ---- reading ----------------------------------------------------------------------------------------------
 

@@ -52,6 +52,9 @@ class MaterialTable:
         self.functions = tuple(sorted(first_name, key=first_name.get))
         self.density = np.array([law.density for law in laws])
         self.wave_speed = max(law.wave_speed() for law in laws)
+        """of the stiffest material, elastic [m/s]"""
+        self.fastest_wave = max(law.fastest_wave() for law in laws)
+        """what a step must follow, where yielding makes a material stiffer too [m/s]"""
         self.state_size = max([1, *(len(law.STATE) for law in laws)])
         self.initial_state = np.zeros((len(laws), self.state_size))
         numbers = np.zeros((len(laws), 3 + max(len(law.parameters()) for law in laws)), DTYPES[precision][1])

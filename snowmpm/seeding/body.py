@@ -60,6 +60,8 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
         whole, shape = shape.volume, clipped(shape, shape_spec, *cut, key)
         share = shape.volume / whole
     positions, volumes = _filled(shape, spacing, sampling, rng, key)
+    if columns:
+        positions, volumes = _stacked(positions, volumes, shape, spacing)
     return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes), share)
 
 
@@ -81,3 +83,14 @@ def _filled(shape, spacing, sampling, rng, key):
     if len(points) == 0:
         raise InputError(f"{key}: too small for a particle at a spacing of {spacing:g} m; a finer solver.dx is needed")
     return points, np.full(len(points), shape.volume / len(points))
+
+
+def _stacked(positions, volumes, shape, spacing):
+    """One particle for all that stand over the same square of a lattice in plan, in their middle."""
+    counts = np.maximum(np.round(np.asarray(shape.size)[:2] / spacing), 1)
+    square = np.floor((positions[:, :2] - shape.origin[:2]) / (np.asarray(shape.size)[:2] / counts) + 1e-9)
+    _, number = np.unique(square, axis=0, return_inverse=True)
+    number = number.reshape(-1)
+    volume = np.bincount(number, volumes)
+    middle = [np.bincount(number, volumes * positions[:, a]) / volume for a in range(3)]
+    return np.column_stack(middle), volume

@@ -112,7 +112,7 @@ class Solver(Method):
 
     def _step_at(self, elastic, advective):
         extremes = replace(self.extremes, speed=max(self._pushing_speed, self.extremes.speed))
-        return stable_step(self.dx, elastic, advective, self.materials.wave_speed, extremes)
+        return stable_step(self.dx, elastic, advective, self.materials.fastest_wave, extremes)
 
     def _read(self, report):
         """Take in the report of a step (`snowmpm.stepping.step_report`).

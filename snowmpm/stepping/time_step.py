@@ -1,11 +1,12 @@
 """The largest stable step and what limits it.
 
-    elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e),  c_0 = sqrt(M / rho_0),  M = K + 4G/3
+    elastic      dt <= C dx / c,     c = c_0 sqrt(1 + e),  c_0 = sqrt(t M / rho_0),  M = K + 4G/3
     advective    dt <= C dx / |v|
     deformation  dt <= 0.3 / |grad v|,  0.8 / |grad v| for snow without stress
 
 with e the largest elastic compression (Hencky strain): the speed of a wave seen on the grid is sqrt(M (1 - ln F) /
-rho_0), hence the factor sqrt(1 + e). Laws that stiffen (`Law.stiffness`) report the c of their state, if it is larger.
+rho_0), hence the factor sqrt(1 + e). t is 1, or what a law whose flow is not normal is stiffer by while it yields
+(`Law.tangent_over_elastic`). Laws that stiffen (`Law.stiffness`) report the c of their state, if it is larger.
 
 Least stable is a grain alone on its nodes, not a body: no set of particles on a lumped grid has a frequency above that
 of its stiffest particle by itself (eigenvalues of a sum of elements). With all nodes of the stencil in their places, a
@@ -126,7 +127,7 @@ def strained_cfl(usual, careful, deviation):
 def stable_step(dx, elastic, advective, wave_speed, extremes):
     """-> (dt [s], cause): the smallest of the three limits.
 
-    elastic, advective: C of these limits [-]; wave_speed: c_0 of the stiffest material [m/s].
+    elastic, advective: C of these limits [-]; wave_speed: largest c_0 of the materials [m/s].
     """
     wave_speed = max(wave_speed, extremes.wave_speed)
     compression = -0.5 * math.log(max(1.0 - extremes.elastic_deviation, 0.01))

@@ -19,11 +19,6 @@ LEAST_CELLS = 2.0
 """Width of a dam's foot [cells] below which the raster cannot carry its shape."""
 
 
-def crosses_itself(line):
-    """Whether a line through points (k, 2) meets itself elsewhere than where a ring closes."""
-    return not shapely.LineString(line).is_simple
-
-
 def with_dams(raster, dams):
     """A `Raster` on which `scenes.dams.Dam`s stand, each on the ground as it was before.
 

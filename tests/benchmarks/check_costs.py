@@ -4,7 +4,7 @@
 
 Needs figures/mpm_step.csv and figures/stress_update.csv for the bulk, and the table of `scene_runs.py` for what real
 scenes add to it. Steps of SPH: median of ten. Columns: the least of fifty steps, of many and of few, brought to the
-speed of the machine of the table. All by the processor time of one thread. --only: measure these rows, keep the table's
+speed of the table's machine. All by the processor time of one thread. --only: measure these rows, keep the table's
 others.
 """
 
@@ -95,8 +95,8 @@ def sph():
 
 
 def columns():
-    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane,
-    and ns of a step of hardly any."""
+    """ns a column of a step of the depth-averaged method with Voellmy friction, of a sheet that slides down a plane;
+    ns of a step of hardly any."""
     for precision in ("f32", "f64"):
         many, few = (_least_step(side, precision) for side in (FIELD, 4))
         speed = measured_speed().over(Speed(*costs.reference_speed()))
@@ -156,11 +156,6 @@ def in_scenes():
     found |= fitted(runs, lambda run: run.ns("rest"), {"call": lambda run: 1.0, "watched": lambda run: run.watched})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
-    written = [run for run in runs if run.frames]
-    frames = fitted(written, lambda run: run.ns("output", a="frames"), {
-        "obstacle": lambda run: run.crowd.obstacles,
-        **{("fixed", dim): lambda run, dim=dim: run.dim == dim for dim in (2, 3)},
-        **{("audit", dim): lambda run, dim=dim: (run.dim == dim) * run.crowd.n for dim in (2, 3)}})
     for dim in (2, 3):
         for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
             if of == dim:
@@ -172,10 +167,12 @@ def in_scenes():
         yield "sort", dim, "f32", "", np.median([run.ns("sort") / run.crowd.n for run in own])
         yield "call", dim, "f32", "mpm", calls
         yield "call", dim, "f32", "sph", calls
-        yield "frame", dim, "f32", "fixed", frames["fixed", dim]
-        yield "frame", dim, "f32", "audit", frames["audit", dim]
+        written = [run for run in own if run.frames]
+        parts = fitted(written, lambda run: run.ns("output", a="frames"), {
+            "fixed": lambda run: 1.0, "audit": lambda run: run.crowd.n})
+        yield "frame", dim, "f32", "fixed", parts["fixed"]
+        yield "frame", dim, "f32", "audit", parts["audit"]
         yield "frame", dim, "f32", "number", 0.0
-        yield "frame", dim, "f32", "obstacle", frames["obstacle"]
         begun = fitted(own, lambda run: 1e9 * run.start / run.slow, {
             "fixed": lambda run: 1.0, "particle": lambda run: run.crowd.n})
         yield "start", dim, "f32", "fixed", begun["fixed"]

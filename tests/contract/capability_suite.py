@@ -86,6 +86,10 @@ def _stressed(kind):
 
 def _bears_its_weight(simulation):
     assert simulation.time == 0.0
+    if given.EXAMPLES[simulation.scene.solver.method].in_plan:  # its pressure follows from the depth
+        steps(simulation, 1)
+        assert simulation.particles["depth"].max() == pytest.approx(given.SIDE, rel=1e-2)
+        return
     vertical = simulation.particles["stress"][:, simulation.scene.dimension - 1]
     z = simulation.particles["position"][:, -1]
     expected = -given.DENSITY * given.G * (given.SIDE - z)

@@ -31,7 +31,7 @@ class Example:
     at_rest: float = 0.01
 
 
-EXAMPLES = {"mpm": Example(), "sph": Example()}
+EXAMPLES = {"mpm": Example(), "sph": Example(), "depth": Example(grounded=True, in_plan=True)}
 
 
 def without_example():

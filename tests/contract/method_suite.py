@@ -77,10 +77,13 @@ def translation_is_rigid(method):
         (before,) = in_order(simulation, "position")
         reach(simulation, 0.06)  # about five cells
         after, velocity, stress = in_order(simulation, "position", "velocity", "stress")
-        np.testing.assert_allclose(after - before, np.broadcast_to(0.06 * v, after.shape), rtol=0, atol=1e-11)
+        # Columns stand at half the depth of the snow, which the grid sees differently wherever they are
+        axes = slice(0, 2 if given.EXAMPLES[method].in_plan else dim)
+        np.testing.assert_allclose((after - before)[:, axes], np.broadcast_to(0.06 * v, after.shape)[:, axes], rtol=0,
+                                   atol=1e-11)
         np.testing.assert_allclose(velocity, np.broadcast_to(v, velocity.shape), rtol=0, atol=1e-10)
         assert np.abs(stress).max() < 1e-4  # Pa: round-off strains of 1e-10 times E = 1e6 Pa
-        assert simulation.solver.particles.sorts >= 1
+        assert simulation.solver.particles.sorts >= 1 or given.EXAMPLES[method].in_plan
 
 
 def what_leaves_the_domain_is_booked(method):
@@ -191,7 +194,7 @@ def steps_and_clock_are_as_said(method):
 def a_simulation_is_what_its_scene_says(method):
     can, dim = given.able(method), given.least_dimension(method)
     cells = (given.SIDE / given.DX) ** (dim - given.EXAMPLES[method].in_plan)
-    for chosen in (1, 2**dim):
+    for chosen in (1, 2 ** (dim - given.EXAMPLES[method].in_plan)):
         simulation = Simulation(given.scene(method, solver={"particles_per_cell": chosen}))
         assert simulation.n_particles == round((can.filling or chosen) * cells)
         assert simulation.audit()["mass"] == pytest.approx(MASS[dim], rel=1e-12)

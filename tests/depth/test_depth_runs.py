@@ -4,10 +4,10 @@ import signal
 
 import numpy as np
 import pytest
-from tests.resume.same_runs import assert_same, assert_same_runs, run_with_signal
 
 import snowmpm
 from snowmpm.scenes import Scene
+from tests.support.same_runs import assert_same, assert_same_runs, run_with_signal
 
 ANGLE, DX = 30.0, 1.0
 NO_DATA = -9999.0

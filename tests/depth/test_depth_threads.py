@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from snowmpm.compiler import runtime
-from tests.depth.flows import OPEN, WALL, Ground, Options, coulomb, flow, lattice, run_to
+from tests.support.depth_flows import OPEN, WALL, Ground, Options, coulomb, flow, lattice, run_to
 
 DX = 0.25
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from snowmpm.ground import Coulomb, Voellmy
-from tests.depth.flows import OPEN, UNDAMPED, USUAL, WALL, G, Ground, flow, lattice, order, run_to, slope
+from tests.support.depth_flows import OPEN, UNDAMPED, USUAL, WALL, G, Ground, flow, lattice, order, run_to, slope
 
 VOELLMY = [
     (0.155, 1750.0, 1.0, 35.0, {5.0: (18.304677, None), 10.0: (None, 163.515438), 20.0: (None, 435.816827)}),
@@ -97,8 +97,8 @@ def test_energy_without_friction():
 
 
 @pytest.mark.parametrize("cfl", [pytest.param(None, marks=pytest.mark.xfail(
-    strict=True, reason="0.11 m on the way, 0.13 m at the end: of first order, since where the ground is curved the"
-    " velocity at half of the step knows nothing of friction")), 0.06])
+    strict=True, reason="0.01 m on the way, 0.04 m at the end: the last step, as long as free fall takes for 0.9 cells,"
+    " carries a column half of its way and not until it stops")), 0.25])
 def test_energy_line(cfl):
     """Heights to 0.02 m; and so the run-out, mu times which the line falls."""
     solver = strip(centrifugal=False, cfl=cfl)

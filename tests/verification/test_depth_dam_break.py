@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.depth.flows import USUAL, front, order
-from tests.depth.riemann import DryDam, WetDam
+from tests.support.dam_breaks import DryDam, WetDam
+from tests.support.depth_flows import USUAL, front, order
 
 RITTER, STEEP, HELD = DryDam(), DryDam(30.0, 20.0), DryDam(22.0, 25.0)
 SPACINGS = (0.2, 0.1, 0.05)

@@ -4,7 +4,7 @@ Maps are those of the columns turned back."""
 import numpy as np
 import pytest
 
-from tests.depth.flows import Ground, coulomb, flow, lattice, run_to
+from tests.support.depth_flows import Ground, coulomb, flow, lattice, run_to
 
 RADIUS, RELEASE, DX = 100.0, 45.0, 1.0
 """Of the bowl, and of the release from its middle; cells [m]."""

@@ -7,7 +7,7 @@ the ground. So a level surface z = b + cos^2 H holds the volume (z - b) / cos^2 
 import numpy as np
 import pytest
 
-from tests.depth.flows import (
+from tests.support.depth_flows import (
     PERIODIC,
     UNDAMPED,
     USUAL,

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.depth.flows import G, Ground, coulomb, depths, flow, front, lattice, order, run_to, slope
+from tests.support.depth_flows import G, Ground, coulomb, depths, flow, front, lattice, order, run_to, slope
 
 SLOPE, FRICTION = 35.0, 25.0
 LENGTH, HEIGHT = 80.0, 4.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.depth.flows import OPEN, USUAL, WALL, G, Ground, coulomb, flow, graded, profile, run_to, slope
+from tests.support.depth_flows import OPEN, USUAL, WALL, G, Ground, coulomb, flow, graded, profile, run_to, slope
 
 LINES = 3
 """Cells across the channel, the fewest that a grid has; one column a cell across."""
