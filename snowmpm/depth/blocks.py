@@ -24,19 +24,24 @@ from snowmpm.quantities.motion import MOVING_SPEED
 
 BLOCKS = 100
 """Blocks at most, spread evenly over the columns."""
+DEEPER = 4.0
+"""Depth that a flow reaches where it is squeezed or stops, over that of its release, for the waves that limit its
+steps: 4.5 in the library's valley."""
 MOST_STEPS = 20000
 """Steps after which the rest of the run is taken to go on as it is."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """What blocks did. steps: of the run; rests: time when the last of them stops [s], inf if none does; speed: largest
+    """What blocks did. steps: of the run; rests: time when the last of them stops [s], inf if none does; last: step of
+    a run that rests [s]; speed: largest
     [m/s]; bend: largest depth over radius of curvature of the ground along a path [-]; slope: steepest angle on the way
     [degrees]; lift: largest share of the weight that the ground's curvature takes off [-]: above 1, snow leaves the
     ground."""
 
     steps: int
     rests: float
+    last: float
     speed: float
     bend: float
     slope: float
@@ -149,4 +154,6 @@ def run_blocks(blocks, longest, end_time, interval):
             break
     if 0.0 < time < end_time and rests == math.inf and len(blocks.plan):
         steps = math.ceil(steps * end_time / time)
-    return Course(max(steps, 1), rests if len(blocks.plan) else time, most, blocks.bend, blocks.slope, blocks.lift)
+    last = interval / math.ceil(interval / longest(0.0) - 1e-9)
+    return Course(max(steps, 1), rests if len(blocks.plan) else time, last, most, blocks.bend, blocks.slope,
+                  blocks.lift)

@@ -16,7 +16,7 @@ from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter
 from snowmpm.depth.bed import Bed
-from snowmpm.depth.blocks import BLOCKS, Blocks, run_blocks
+from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.cover import Cover
 from snowmpm.depth.gather import LEAST_DEPTH
@@ -202,7 +202,8 @@ class DepthSolver(Method):
         friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
                         np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
-        return run_blocks(blocks, lambda speed: self._longest(self.cfl, self._advective, speed)[0], end_time, interval)
+        share = self.cfl / math.sqrt(DEEPER)
+        return run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
 
     @property
     def limits(self):

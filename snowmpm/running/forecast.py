@@ -27,6 +27,6 @@ def forecast(scene, solver):
         return Forecast(end / first, first, end)
     if ends_at_rest(scene):
         end = min(end, course.rests + (scene.stop.hold or HOLD * end))
-    steps = course.steps + max(0.0, end - course.rests) / min(first, scene.output.interval)
+    steps = course.steps + max(0.0, end - course.rests) / course.last
     return Forecast(end / scene.solver.dt, scene.solver.dt, end, course) if scene.solver.dt else Forecast(
         steps, end / steps, end, course)

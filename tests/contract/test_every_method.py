@@ -18,8 +18,12 @@ from tests.contract.method_suite import CHECKS
 
 VALUES = {"dimensions": (2, 3), "precisions": ("f32", "f64")}
 """What a scene may choose of a capability that is a set."""
-CHOICES = {"filling", "grid"}
+CHOICES = {"filling", "usual_filling", "grid", "plan"}
 """Capabilities that no scene asks for: they say which of its choices count (`a_simulation_is_what_its_scene_says`)."""
+ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesion": "scenes/test_ground_friction.py",
+             "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
+             "sides": "contract/test_depth_refusals.py", "entrainment": "verification/test_depth_entrainment.py"}
+"""Capabilities of the ground and the sides, and the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]
 
 
@@ -32,7 +36,9 @@ def test_every_registered_method_has_an_example():
 
 
 def test_every_capability_is_asked_for():
-    assert {field.name for field in fields(Capabilities)} == {*CAPABILITIES, *VALUES, *CHOICES}
+    assert {field.name for field in fields(Capabilities)} == {
+        *CAPABILITIES, *VALUES, *CHOICES, *ELSEWHERE}
+    assert all((Path(__file__).parents[1] / file).is_file() for file in ELSEWHERE.values())
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)

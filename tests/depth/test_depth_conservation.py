@@ -80,13 +80,15 @@ def test_momentum_on_level_ground():
     np.testing.assert_allclose(momentum(shifted), expected, rtol=1e-3)  # the heap's volume: 5e-4
 
 
-def test_exchange_keeps_momentum_to_round_off():
+@pytest.mark.parametrize("densities", [(DENSITY,), pytest.param((100.0, 400.0), marks=pytest.mark.xfail(
+    strict=True, reason="1 % of the sum of all momenta in 0.4 s: neighbours even out v by volume, not by mass"))])
+def test_exchange_keeps_momentum_to_round_off(densities):
     """Columns too thin for pressure, with velocities at random: neighbours even them out."""
     rng = np.random.default_rng(5)
     plan, area = lattice((-2.0, -2.0), (2.0, 2.0), DX / 3)
     ground = Ground(flat, (-2.0, -2.0), (2.0, 2.0), sides=(PERIODIC, PERIODIC))
     solver = flow(plan, 1e-16 * area * rng.uniform(0.5, 1.5, len(plan)), ground, DX,
-                  velocities=rng.normal(size=plan.shape), options=replace(USUAL, mixing=8.0))
+                  velocities=rng.normal(size=plan.shape), options=replace(USUAL, mixing=8.0), densities=densities)
     before, mass = momentum(solver), solver.particles.masses()
     kinetic = mass @ (solver.particles.column("velocity") ** 2).sum(axis=1)
     for _ in range(20):
@@ -109,9 +111,7 @@ def test_no_snow_is_lost(sides):
 
 
 @pytest.mark.parametrize("sides", [
-    pytest.param((OPEN, OPEN), id="open"),
-    pytest.param((WALL, WALL), id="walls", marks=pytest.mark.xfail(
-        strict=True, reason="what walls give when they turn columns back is missing in the totals"))])
+    pytest.param((OPEN, OPEN), id="open"), pytest.param((WALL, WALL), id="walls")])
 def test_what_leaves_is_counted(sides):
     """On a slope: mass, momentum and the count of columns close."""
     ground = Ground(slope(20.0), (-3.0, -3.0), (5.0, 3.0), coulomb(10.0), sides)

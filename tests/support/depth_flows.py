@@ -10,6 +10,7 @@ from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
+from snowmpm.scenes.numerics import Depth
 
 G = 9.81
 DENSITY = 250.0
@@ -50,8 +51,8 @@ class Ground:
 class Options:
     """What a scene's solver table says; as a scene has it when missing."""
 
-    damping: float = 0.5
-    mixing: float = 4.0
+    damping: float = Depth().damping
+    mixing: float = Depth().mixing
     centrifugal: bool = True
     cfl: float | None = None
     precision: str = "f64"
@@ -91,14 +92,15 @@ def front(x, depth, threshold):
     return x[last] + share * (x[last + 1] - x[last])
 
 
-def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL):
-    """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2)."""
+def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,)):
+    """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2); densities
+    [kg/m3]: of one column after the other, in turn."""
     upright = np.zeros((len(plan), 1))
     still = np.zeros_like(plan) if velocities is None else velocities
-    population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float), 0,
-                            np.hstack([still, upright]))
-    law = LAWS["elastic"](density=DENSITY, youngs_modulus=1e6, poisson_ratio=0.3)
-    return DepthSolver(population, [law], options, dx=dx, precision=options.precision,
+    population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float),
+                            np.arange(len(plan)) % len(densities), np.hstack([still, upright]))
+    laws = [LAWS["elastic"](density=density, youngs_modulus=1e6, poisson_ratio=0.3) for density in densities]
+    return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
                        sides=[*ground.sides, OPEN])

@@ -68,8 +68,8 @@ def test_stress_on_the_wall(scheme, speed):
 
 
 def test_steps_at_large_strain_do_not_jump():
-    """At 5 m/s the bar is between small and large strains (0.075), where steps that jumped between two lengths made the
-    stress scatter by 2 %."""
+    """At 5 m/s the strain, 0.075, rings up to 0.1 and beyond: steps that jumped to another length there made the stress
+    scatter by 2 %."""
     time, stress, *_ = throw(AFLIP, 5.0)
     loaded = (time > 0.2 * 2.0 * LENGTH / LAW.wave_speed()) & (time < 0.8 * 2.0 * LENGTH / LAW.wave_speed())
     steps = np.diff(time[loaded])

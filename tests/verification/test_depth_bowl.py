@@ -9,7 +9,6 @@ Errors: L1 of the depth after one period, over all of it.
 """
 
 import functools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ SHIFT, SWING = 1.0, 0.5
 """X [m] and A [-] at the start."""
 PLANAR_PERIOD, CURVED_PERIOD = 20.060667, 10.030333
 """[s]"""
-DAMPED = replace(USUAL, damping=1.0, mixing=12.0)
 
 
 def planar_depth(x):
@@ -68,25 +66,19 @@ def converges(errors, gate):
     return errors[-1] < gate and order(errors).min() > 0.8
 
 
-@pytest.mark.xfail(strict=True, reason="1.6, 5.6, 13 %: slow flow stops against the grid, see test_depth_drift")
+@pytest.mark.xfail(strict=True, reason="0.7, 0.2 and 0.15 %, and 1.9 % on the next finer grid: slow flow is held back"
+                   " by the grid, see test_depth_drift; with damping 0.5, mixing 4 it is 1.6, 5.6, 13 %")
 def test_planar():
     assert converges([planar(dx)[1] for dx in (1.0, 0.5, 0.25)], 0.01)
 
 
-def test_planar_with_more_damping():
-    """The same, half as far: seen 0.7 and 0.2 % with damping 1, mixing 12; the next finer one 0.15 %, then 1.9 %."""
-    assert converges([planar(dx, DAMPED)[1] for dx in (1.0, 0.5)], 0.003)
+def test_planar_on_coarse_grids():
+    assert converges([planar(dx)[1] for dx in (1.0, 0.5)], 0.003)
 
 
-@pytest.mark.xfail(strict=True, reason="7.4, 2.9, 5.2 %: as in the planar motion")
 def test_curved():
-    assert converges([curved(dx)[1] for dx in (1.0, 0.5, 0.25)], 0.05)
-
-
-@pytest.mark.parametrize("spacings", [(1.0, 0.5), pytest.param((0.5, 0.25), marks=pytest.mark.slow)])
-def test_curved_with_more_damping(spacings):
     """Seen 10.3, 4.5, 2.0 %."""
-    assert converges([curved(dx, DAMPED)[1] for dx in spacings], 0.1 * spacings[-1])
+    assert converges([curved(dx)[1] for dx in (1.0, 0.5, 0.25)], 0.025)
 
 
 def test_edge():

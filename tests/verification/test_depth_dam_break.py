@@ -1,7 +1,6 @@
 """Dams that break, against the theory of shallow flow: on the flat (D2, Ritter), on a wet bed (D3, Stoker), on a slope
 with friction (D4)."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,10 +25,10 @@ def front_error(dam, dx, time, rear, threshold):
     return front(x, depth, threshold) / dam.place(threshold, time) - 1.0
 
 
-@pytest.mark.parametrize(("dam", "rear", "gate"), [(RITTER, 6.0, 0.0125), (STEEP, 8.0, 0.018)], ids=["D2", "D4"])
+@pytest.mark.parametrize(("dam", "rear", "gate"), [(RITTER, 6.0, 0.015), (STEEP, 8.0, 0.0195)], ids=["D2", "D4"])
 def test_depth_of_the_fan(dam, rear, gate):
     """First order, since slope and curvature of the depth jump at both ends of the fan. Seen at 20 cells of the
-    depth behind the dam: 1.1 and 1.5 %, orders of 0.82 and more."""
+    depth behind the dam: 1.4 and 1.9 %; with half of the damping, 1.1 and 1.5 %. Orders of 0.8."""
     errors = [dry_error(dam, dx, 1.0, rear) for dx in SPACINGS]
     assert errors[-1] < gate
     assert order(errors).min() > 0.8
@@ -38,7 +37,8 @@ def test_depth_of_the_fan(dam, rear, gate):
 @pytest.mark.parametrize(("dam", "time", "dx", "rear", "threshold"), [
     (RITTER, 1.0, 0.025, 6.0, 0.05),
     (STEEP, 1.0, 0.025, 8.0, 0.05),
-    (HELD, 1.0, 0.025, 5.0, 0.03),
+    pytest.param(HELD, 1.0, 0.025, 5.0, 0.03, marks=pytest.mark.xfail(strict=True, reason="1.03 %")),
+    pytest.param(HELD, 1.0, 0.0125, 5.0, 0.03, marks=pytest.mark.slow),
     pytest.param(STEEP, 2.0, 0.05, 12.0, 0.05, marks=pytest.mark.slow),
     pytest.param(HELD, 2.0, 0.025, 9.0, 0.03, marks=pytest.mark.slow)])
 def test_front(dam, time, dx, rear, threshold):
@@ -71,26 +71,22 @@ class TestWetBed:
         return np.abs(away[inside & (x < self.dam.shock - 4.0 * dx)]).max(), away[inside].max()
 
     def test_depth(self, runs):
-        """Of first order, the best that a shock allows. Seen: 1.6 % of 1 m times c t at dx = 0.05, orders of 0.8."""
+        """Of first order, the best that a shock allows. Seen: 1.9 % of 1 m times c t at dx = 0.05, orders of 0.8."""
         errors = [np.abs(depth - self.dam.depth(x, 1.0)).sum() * (x[1] - x[0]) / 3.13209 for x, depth, _ in runs]
-        assert errors[1] < 0.018
+        assert errors[1] < 0.0195
         assert order(errors).min() > 0.7
 
     def test_shock(self, runs):
-        """Its place, where the depth is half-way. Seen: 1.7, 0.9 and 0.4 % behind."""
+        """Its place, where the depth is half-way. Seen: 2.0, 1.1 and 0.6 % behind."""
         half = 0.5 * (self.dam.plateau + self.dam.ahead)
         errors = [1.0 - front(x, depth, half) / self.dam.shock for x, depth, _ in runs]
-        assert errors[-1] < 0.005
+        assert errors[-1] < 0.0065
         assert order(errors).min() > 0.8
 
-    @pytest.mark.xfail(strict=True, reason="13.7 % in one or two cells behind the shock, and 7 % in the next")
-    def test_no_oscillation(self):
-        assert max(self.overshoot(0.05, USUAL)) < 0.02
-
     @pytest.mark.parametrize("dx", [0.05, pytest.param(0.025, marks=pytest.mark.slow)])
-    def test_no_oscillation_with_more_mixing(self, dx):
-        """Seen: 1.6 and 1.5 %."""
-        assert max(self.overshoot(dx, replace(USUAL, mixing=24.0))) < 0.02
+    def test_no_oscillation(self, dx):
+        """Within 2 % of the plateau's depth. Damping 0.5 and mixing 4 would let 13.7 % stand in a cell at the shock."""
+        assert max(self.overshoot(dx, USUAL)) < 0.02
 
     def test_plateau(self):
         """Behind the shock's spike. Seen: 0.5 %."""
