@@ -17,6 +17,7 @@ time. What Taichi compiles is the same as of a flat kernel. Functions take a gro
 
 import functools
 import inspect
+import itertools
 import linecache
 import types
 
@@ -53,6 +54,10 @@ def grouped_kernel(real):
         whole = [fields is None for fields in groups.values()]
 
         @functools.wraps(function)
+        def launch_groups(*arguments):
+            kernel(*itertools.chain.from_iterable(arguments))
+
+        @functools.wraps(function)
         def launch(*arguments):
             flat = []
             for single, argument in zip(whole, arguments, strict=True):
@@ -62,7 +67,7 @@ def grouped_kernel(real):
                     flat += argument
             kernel(*flat)
 
-        return launch
+        return launch if any(whole) else launch_groups
 
     return decorate
 

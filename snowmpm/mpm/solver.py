@@ -9,7 +9,6 @@ from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
-from snowmpm.mpm.transfer.arguments import Blocks, Nodes, Owners, Particles, Reports, Step
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -109,7 +108,10 @@ class MpmSolver(Solver):
         return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
 
     def particles_to_grid(self, dt):
-        self._scatter(*self._taken(), Step(dt, self.dx, self.flip_ratio))
+        grid, store = self.grid, self.particles
+        owners, work = self._work()
+        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
+                      grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -128,8 +130,12 @@ class MpmSolver(Solver):
                              grid.first_tile, grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
 
     def grid_to_particles(self, dt):
+        grid, store = self.grid, self.particles
+        owners, work = self._work()
         report = np.zeros(step_report.N_REPORT)
-        self._gather(*self._taken(), Step(dt, self.dx, self.flip_ratio), Reports(self._reports, report))
+        self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
+                     owners, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
+                     report, grid.n_tiles, work)
         self._read(report)
 
     @property
@@ -159,12 +165,11 @@ class MpmSolver(Solver):
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
             self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
 
-    def _taken(self):
-        """What both transfers take (`transfer.arguments`)."""
-        store, materials, grid = self.particles, self.materials, self.grid
-        return (Particles(store.reals, store.slot_offset, store.material, materials.numbers, materials.law_of),
-                Owners(store.block_of, store.count) if self.atomic else Blocks(store.start, store.chunk_bounds),
-                Nodes(grid.active_nodes, grid.tiles, grid.impulses, grid.n_tiles))
+    def _work(self):
+        """Which block owns which particles, and how the work is cut: first particles and chunks for the threads of a
+        CPU, or the block of each particle and their number."""
+        particles = self.particles
+        return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.chunk_bounds)
 
     def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees

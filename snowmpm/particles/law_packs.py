@@ -31,21 +31,17 @@ def law_functions(layout, real, laws, width=LANES):
 
     @ti.func
     def apply_laws(pack: ti.template(), work: ti.template(), iterations: ti.template(), first, count,
-                   particles: ti.template(), dt):
-        """A pack of one material at once as far as its law can, everything else particle by particle.
-
-        particles: a group with material, materials and law_of.
-        """
-        materials = ti.static(particles.materials)
-        common, alike = ti.cast(particles.material[first], ti.i32), 1
+                   material: ti.template(), materials: ti.template(), law_of: ti.template(), dt):
+        """A pack of one material at once as far as its law can, everything else particle by particle."""
+        common, alike = ti.cast(material[first], ti.i32), 1
         for lane in range(count):
             iterations[lane] = REDO
-            if particles.material[first + lane] != common:
+            if material[first + lane] != common:
                 alike = 0
         if alike == 1:
             for k in ti.static(range(n_laws)):
                 if ti.static(has_vector_update[k]):  # noqa: SIM102 (one is compile time)
-                    if particles.law_of[common] == k:
+                    if law_of[common] == k:
                         update_pack(vector_update[k], particle.parameters_of(k, materials, common), dt, pack["h"],
                                     pack["state"], pack["A"], pack["tau"], work, iterations, pack["held"])
         left = 0
@@ -53,9 +49,9 @@ def law_functions(layout, real, laws, width=LANES):
             left += ti.select(iterations[lane] == REDO, 1, 0)
         some_left = left > 0 or ti.static(some_stiffen or some_bonded)
         for lane in range(ti.select(some_left, count, 0)):
-            own = ti.cast(particles.material[first + lane], ti.i32)
+            own = ti.cast(material[first + lane], ti.i32)
             for k in ti.static(range(n_laws)):
-                if particles.law_of[own] == k:
+                if law_of[own] == k:
                     if iterations[lane] == REDO:
                         update_lane(updates[k], lane, particle.parameters_of(k, materials, own), dt, pack["h"],
                                     pack["state"], pack["A"], pack["tau"], work, iterations)

@@ -3,7 +3,7 @@
 import math
 
 from snowmpm.compiler.runtime import DTYPES
-from snowmpm.sph.momentum import Acting, Lists, PackTable, RowTable, Step, Sums, momentum_kernel
+from snowmpm.sph.momentum import momentum_kernel
 from snowmpm.sph.tallies import Tallies
 
 
@@ -33,12 +33,9 @@ class Forces:
             self._near, self._rows, self._boundary.dummies, self._tallies, self._scheme)
         packs, totals = near.packs, tallies.none()
         covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
-        self._kick(
-            PackTable(packs.table, packs.n, packs.chunk_bounds),
-            RowTable(rows.source, rows.moved, dummies.frames, dummies.first_row),
-            Lists(*near.lists.arguments, near.lists.ints),
-            Acting(self._boundary.table, loads, n_loads, tallies.corners),
-            Sums(tallies.sums, tallies.of, tallies.n, totals),
-            Step(self._gravity, self._dx, dt, damping_factor, scheme.viscosity, scheme.quadratic_viscosity,
-                 scheme.disorder_damping, scheme.confining_pressure, covered))
+        self._kick(packs.table, rows.source, rows.moved, *near.lists.arguments, near.lists.ints, dummies.frames,
+                   dummies.first_row, self._boundary.table, tallies.corners, loads, n_loads, tallies.sums, tallies.of,
+                   self._gravity, self._dx, dt, damping_factor, scheme.viscosity, scheme.quadratic_viscosity,
+                   scheme.disorder_damping, scheme.confining_pressure, covered, tallies.n, totals, packs.n,
+                   packs.chunk_bounds)
         return totals if tallies.n else None

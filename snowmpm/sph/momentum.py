@@ -22,11 +22,10 @@ Forces of each surface are summed apart, and it says what becomes of them (`surf
 """
 
 import functools
-from typing import NamedTuple
 
 import taichi as ti
 
-from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
@@ -36,68 +35,6 @@ from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.surface_forces import surface_functions, tally_width
 from snowmpm.sph.viscosity import viscosity_functions
-
-
-class PackTable(NamedTuple):
-    """Packs, and their cut into chunks."""
-
-    table: Array
-    n: int
-    chunk_bounds: Array
-
-
-class RowTable(NamedTuple):
-    """What particles and dummies show, what a kick leaves of it, and how dummies face."""
-
-    source: Array
-    moved: Array
-    frames: Array
-    first_dummy: int
-
-
-class Lists(NamedTuple):
-    """Neighbours of each pack in runs, and the candidates that a run is of (`neighbours`, `candidates`)."""
-
-    entries: Array
-    runs: Array
-    n_runs: Array
-    reals: Array
-    capacity: int
-    most_runs: int
-    ints: Array
-
-
-class Acting(NamedTuple):
-    """What acts beside neighbours: surfaces and loads; corner of each block, where moments are taken from [cells]."""
-
-    surfaces: Array
-    loads: Array
-    n_loads: int
-    corners: Array
-
-
-class Sums(NamedTuple):
-    """What surfaces and loads gave, by packs and in total (`tallies`)."""
-
-    tallies: Array
-    of: Array
-    n: int
-    total: Array
-
-
-class Step(NamedTuple):
-    """gravity [m/s2], dx [m], dt [s], share of the velocity that is left; viscosities alpha, beta and gamma; confining
-    pressure [Pa], and the coverage below which it acts."""
-
-    gravity: Array
-    dx: Real
-    dt: Real
-    damping_factor: Real
-    alpha: Real
-    beta: Real
-    gamma: Real
-    pressure: Real
-    threshold: Real
 
 
 @functools.cache
@@ -120,7 +57,6 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("earlier", dim), ("normal", dim),
                ("wall_v", dim), ("share", 1), ("height", 1), ("cover", 1), ("edge", dim))
-    into = {"own": "f", "mirrored": "wall", "dummies": "wall"}  # column that the force of a kind of rows is added to
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, source: ti.template()):
@@ -142,15 +78,15 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             pack["cover"][0][lane] = 0.0
 
     @ti.func
-    def add_run(pack: ti.template(), kind: ti.template(), c, begin, end, rows: ti.template(), lists: ti.template(),
-                step: ti.template()):
-        """Sum of the rows of one run: of a kind of particles "own", "mirrored", or "dummies", also where they face."""
-        alpha, beta, gamma, first_dummy = step.alpha, step.beta, step.gamma, rows.first_dummy
-        sign = pair.signs(lists.reals, c)
+    def add_run(pack: ti.template(), into: ti.template(), dummies: ti.template(), c, begin, end,
+                source: ti.template(), entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy,
+                alpha, beta, gamma):
+        """Sum of the rows of one run into pack[into]; of dummies also where they face."""
+        sign = pair.signs(reals, c)
         for e in range(begin, end):
-            j = lists.entries[e]
-            row = rows.source[j]
-            xj, vj, Sj = pair.place(lists.reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
+            j = entries[e]
+            row = source[j]
+            xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
             Rj, Dj = ti.Vector.zero(real, n_stress), ti.Vector.zero(real, n_stress)
             if ti.static(layout.tension):
                 Rj = pair.tensor(sign, row, at["R"])
@@ -158,8 +94,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 Dj = pair.tensor(sign, row, at["D"])
             mj, Vj, zj = row[at["m"]], row[at["V"]], row[at["z"]]
             nj, uj, depth = xj * 0.0, xj * 0.0, xj[0] * 0.0
-            if ti.static(kind == "dummies"):
-                frame = rows.frames[j - first_dummy]
+            if ti.static(dummies):
+                frame = frames[j - first_dummy]
                 nj, uj, depth = pair.vector(sign, frame, 0), pair.vector(sign, frame, dim + 1), frame[dim]
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
@@ -169,7 +105,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 ratio = pack["ratio"][0][lane]
                 Si = read_lane(pack["S"], lane)
                 sum_S = Si + Sj
-                if ti.static(kind == "dummies" and walls == "copied"):
+                if ti.static(dummies and walls == "copied"):
                     sum_S = 2.0 * Si
                 elif ti.static(form == "difference"):
                     sum_S = Sj - Si
@@ -178,7 +114,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     pair_mass = Vj * ratio
                 closing, z = (read_lane(pack["v"], lane) - vj).dot(d), pack["z"][0][lane] + zj
                 viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
-                if ti.static(layout.ordered and kind != "dummies"):
+                if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
                     viscous_pressure += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
                 if ti.static(layout.tension):
@@ -189,8 +125,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     stress_term += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
                 force = F * (pair_mass * stress_term - viscous_pressure * d)
                 for a in ti.static(range(dim)):
-                    pack[into[kind]][a][lane] += force[a]
-                if ti.static(kind == "dummies"):
+                    pack[into][a][lane] += force[a]
+                if ti.static(dummies):
                     near = -F * Vj
                     pack["share"][0][lane] += near
                     pack["height"][0][lane] += near * (d.dot(nj) - depth)
@@ -211,53 +147,56 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 pack["inner"][a][lane] += confining * pack["edge"][a][lane]
 
     @ti.func
-    def accelerate(pack: ti.template(), k, packs: ti.template(), rows: ti.template(), lists: ti.template(),
-                   acting: ti.template(), sums: ti.template(), step: ti.template()):
-        capacity, most_runs, n_loads = lists.capacity, lists.most_runs, acting.n_loads
-        dx, dt, damping_factor, pressure, threshold = (
-            step.dx, step.dt, step.damping_factor, step.pressure, step.threshold)
-        first, count, block = packs.table[k, FIRST], packs.table[k, COUNT], packs.table[k, BLOCK]
-        n_surfaces = acting.surfaces.shape[0]
-        tally, volume = sums.of[k], ti.cast(dx, real) ** dim
+    def accelerate(pack: ti.template(), k, table: ti.template(), source: ti.template(), moved: ti.template(),
+                   entries: ti.template(), runs: ti.template(), n_runs: ti.template(), reals: ti.template(), capacity,
+                   most_runs, ints: ti.template(), frames: ti.template(), first_dummy, surfaces: ti.template(),
+                   coordinates: ti.template(), loads: ti.template(), n_loads, tallies: ti.template(),
+                   tally_of: ti.template(), gravity: ti.template(), dx, dt, damping_factor, alpha, beta, gamma,
+                   pressure, threshold):
+        first, count, block = table[k, FIRST], table[k, COUNT], table[k, BLOCK]
+        n_surfaces = surfaces.shape[0]
+        tally, volume = tally_of[k], ti.cast(dx, real) ** dim
         inverse_dx = 1.0 / dx
-        g = ti.Vector([ti.cast(step.gravity[a], real) for a in ti.static(range(dim))])
+        g = ti.Vector([ti.cast(gravity[a], real) for a in ti.static(range(dim))])
         if tally >= 0:
             for s in range(n_surfaces):
                 for q in ti.static(range(n_tally)):
-                    sums.tallies[tally, s, q] = 0.0
-        read_pack(pack, first, count, rows.source)
+                    tallies[tally, s, q] = 0.0
+        read_pack(pack, first, count, source)
         begin, current, mirror = k * capacity, -1, 0
-        for q in range(lists.n_runs[k]):
-            run = k * most_runs + q
-            c, end = lists.runs[run, 0], k * capacity + lists.runs[run, 1]
-            surface = lists.ints[c, SURFACE]
+        for q in range(n_runs[k]):
+            c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
+            surface = ints[c, SURFACE]
             if surface != current:
                 if current < 0:
                     write_inner(pack)
                 else:
-                    surface_forces.apply_contact(pack, count, current, mirror, acting.surfaces, block, acting.corners,
-                                                 inverse_dx, dt, g, volume, sums.tallies, tally)
+                    surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx,
+                                                 dt, g, volume, tallies, tally)
                 surface_forces.clear(pack)
                 current = surface
             if surface < 0:
-                add_run(pack, "own", c, begin, end, rows, lists, step)
-            elif acting.surfaces[surface, 2] > 0.0:
+                add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
+            elif surfaces[surface, 2] > 0.0:
                 mirror = 1
-                add_run(pack, "mirrored", c, begin, end, rows, lists, step)
+                add_run(pack, "wall", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
             else:
                 mirror = 0
-                add_run(pack, "dummies", c, begin, end, rows, lists, step)
+                add_run(pack, "wall", True, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                        gamma)
             begin = end
         if current < 0:
             write_inner(pack)
         else:
-            surface_forces.apply_contact(pack, count, current, mirror, acting.surfaces, block, acting.corners,
-                                         inverse_dx, dt, g, volume, sums.tallies, tally)
+            surface_forces.apply_contact(pack, count, current, mirror, surfaces, block, coordinates, inverse_dx, dt, g,
+                                         volume, tallies, tally)
         if ti.static(confined):
             confine(pack, pressure, threshold)
         if n_loads > 0:
-            surface_forces.apply_loads(pack, count, block, acting.corners, acting.loads, n_loads, dx,
-                                       dt, volume, sums.tallies, tally, n_surfaces - 1)
+            surface_forces.apply_loads(pack, count, block, coordinates, loads, n_loads, dx, dt, volume, tallies, tally,
+                                       n_surfaces - 1)
         for lane in range(count):
             row = ti.Vector.zero(real, layout.moved_width)
             for a in ti.static(range(dim)):
@@ -265,7 +204,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 row[dim + a] = damping_factor * (
                     pack["v"][a][lane] + dt * (inverse_dx * pack["inner"][a][lane] + g[a]))
             row[2 * dim] = pack["V"][0][lane]
-            rows.moved[first + lane] = row
+            moved[first + lane] = row
 
     @ti.func
     def write_inner(pack: ti.template()):
@@ -273,27 +212,38 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] = pack["f"][a][lane]
 
-    @grouped_kernel(real)
-    def kick(packs: PackTable, rows: RowTable, lists: Lists, acting: Acting, sums: Sums, step: Step):
+    @taichi_kernel
+    def kick(table: ti.types.ndarray(), source: ti.types.ndarray(), moved: ti.types.ndarray(),
+             entries: ti.types.ndarray(), runs: ti.types.ndarray(), n_runs: ti.types.ndarray(),
+             reals: ti.types.ndarray(), capacity: int, most_runs: int, ints: ti.types.ndarray(),
+             frames: ti.types.ndarray(), first_dummy: int, surfaces: ti.types.ndarray(),
+             coordinates: ti.types.ndarray(), loads: ti.types.ndarray(), n_loads: int, tallies: ti.types.ndarray(),
+             tally_of: ti.types.ndarray(), gravity: ti.types.ndarray(), dx: real, dt: real, damping_factor: real,
+             alpha: real, beta: real, gamma: real, pressure: real, threshold: real, n_tallies: int,
+             total: ti.types.ndarray(), n_packs: int, chunk_bounds: ti.types.ndarray()):
         if ti.static(width == 1):
-            for k in range(packs.n):
+            for k in range(n_packs):
                 blank = ti.Vector.zero(real, width)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                accelerate(pack, k, packs, rows, lists, acting, sums, step)
+                accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs, ints,
+                           frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of, gravity, dx,
+                           dt, damping_factor, alpha, beta, gamma, pressure, threshold)
         else:
             ti.loop_config(serialize=serial)
-            for i in range(chunks(packs.chunk_bounds)):
+            for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
-                    begin, end = chunk(i, packs.chunk_bounds)
+                    begin, end = chunk(i, chunk_bounds)
                     blank = ti.Vector.zero(real, width)
                     pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                     for k in range(begin, end):
-                        accelerate(pack, k, packs, rows, lists, acting, sums, step)
+                        accelerate(pack, k, table, source, moved, entries, runs, n_runs, reals, capacity, most_runs,
+                                   ints, frames, first_dummy, surfaces, coordinates, loads, n_loads, tallies, tally_of,
+                                   gravity, dx, dt, damping_factor, alpha, beta, gamma, pressure, threshold)
         ti.loop_config(serialize=ti.static(in_order()))
-        for t in range(sums.n):
-            for s in range(sums.total.shape[0]):
+        for t in range(n_tallies):
+            for s in range(total.shape[0]):
                 for q in ti.static(range(n_tally)):
-                    sums.total[s, q] += sums.tallies[t, s, q]
+                    total[s, q] += tallies[t, s, q]
 
     def kick_packs(*arguments):
         with plain_compilation():

@@ -21,7 +21,6 @@ K = I of a full neighbourhood, and has no inverse where there are too few (`mome
 """
 
 import functools
-from typing import NamedTuple
 
 import taichi as ti
 
@@ -49,14 +48,6 @@ from snowmpm.stepping.step_report import (
     larger,
     particle_report,
 )
-
-
-class Laws(NamedTuple):
-    """Material of each particle, numbers of the materials, and the law of each."""
-
-    material: object
-    materials: object
-    law_of: object
 
 
 @functools.cache
@@ -217,7 +208,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
             add_run(pack, runs[k * most_runs + q, 0], begin, end, moved, entries, signs)
             begin = end
         deform_pack(pack, dt, 1.0 / dx)
-        apply_laws(pack, work, iterations, first, count, ti.static(Laws(material, materials, law_of)), dt)
+        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
         report_pack(pack, work, iterations, mean, first, count, k, reports)
         write_pack(pack, first, count, reals, places, source, material, materials, speeds, law_of, dx)
 

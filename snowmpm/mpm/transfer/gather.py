@@ -16,10 +16,9 @@ import functools
 
 import taichi as ti
 
-from snowmpm.compiler.groups import grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import in_order
 from snowmpm.mpm.report import report_functions
-from snowmpm.mpm.transfer.arguments import Nodes, Owners, Particles, Reports, Step
 from snowmpm.mpm.transfer.gather_packs import pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.response import response_functions
@@ -44,6 +43,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     """The kernel for one particle a thread."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
+    vec4 = ti.types.vector(4, real)
     n_laws, updates = len(laws), [law.update for law in laws]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape)
@@ -51,58 +51,62 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     particle = response_functions(layout, real, laws)
 
     @ti.func
-    def gather_particle(p, b, particles: ti.template(), places, nodes: ti.template(), dt, inverse_dx, flip_ratio):
+    def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
+                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, inverse_dx,
+                        flip_ratio):
         """Advance one particle; -> its report."""
-        x = access.load(particles.reals, places, p, at["position"], dim)
+        x = access.load(reals, places, p, at["position"], dim)
         address, f, w, dw = grid.locate(x, b)
-        v, moments, slopes = grid.interpolate(nodes.tiles, address, w, dw, True)
+        v, moments, slopes = grid.interpolate(tiles, address, w, dw, True)
         C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
         velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
         x += (dt * inverse_dx) * velocity
         if ti.static(flip):
-            change, _, _ = grid.interpolate(nodes.changes, address, w, dw, False)
-            old = access.load(particles.reals, places, p, at["velocity"], dim)
+            change, _, _ = grid.interpolate(changes, address, w, dw, False)
+            old = access.load(reals, places, p, at["velocity"], dim)
             velocity = particle.blend(velocity, old + ti.Vector([change[i] for i in ti.static(range(dim))]), flip_ratio)
-        A, growth, ratio = particle.deform(L, access.load(particles.reals, places, p, at["volume_ratio"], 1)[0], dt)
-        h, tau = access.load(particles.reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
-        state = access.load(particles.reals, places, p, at["state"], layout.state_size)
+        A, growth, ratio = particle.deform(L, access.load(reals, places, p, at["volume_ratio"], 1)[0], dt)
+        h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
+        state = access.load(reals, places, p, at["state"], layout.state_size)
         work, iterations = ti.cast(0.0, real), 0
         strain, wave2, breaks = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
-        material = particles.material[p]
         for k in ti.static(range(n_laws)):
-            if particles.law_of[material] == k:
-                h, tau, state, work, iterations = updates[k](particle.parameters_of(k, particles.materials, material),
-                                                             h, state, A, dt)
-                strain, wave2 = particle.extremes_of_law(k, particles.materials, material, h, tau, state)
-                breaks = particle.breaks(k, particles.materials, material, state, work)
-        access.store(particles.reals, places, p, at["position"], x)
-        particle.store_motion(p, particles.reals, places, velocity, C)
-        particle.store_response(p, particles.reals, places, h, tau, state, ratio)
-        volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
+            if law_of[material[p]] == k:
+                h, tau, state, work, iterations = updates[k](particle.parameters_of(k, materials, material[p]), h,
+                                                             state, A, dt)
+                strain, wave2 = particle.extremes_of_law(k, materials, material[p], h, tau, state)
+                breaks = particle.breaks(k, materials, material[p], state, work)
+        access.store(reals, places, p, at["position"], x)
+        particle.store_motion(p, reals, places, velocity, C)
+        particle.store_response(p, reals, places, h, tau, state, ratio)
+        volume = access.load(reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
         report[BREAKING] = breaks
         return report
 
-    @grouped_kernel(real)
-    def gather_atomic(particles: Particles, owners: Owners, nodes: Nodes, step: Step, reports: Reports):
-        for b, c in ti.ndrange(nodes.n_tiles, N_REPORT):
-            reports.of_blocks[b, c] = 0.0
-        for p in range(owners.n):
-            b = owners.block_of[p]
-            one = gather_particle(p, b, particles, access.places(particles.reals, particles.slot_offset), nodes,
-                                  step.dt, 1.0 / step.dx, step.flip_ratio)
+    @taichi_kernel
+    def gather_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
+                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int, count: int):
+        for b, c in ti.ndrange(n_tiles, N_REPORT):
+            reports[b, c] = 0.0
+        for p in range(count):
+            one = gather_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, law_of,
+                                  tiles, changes, dt, 1.0 / dx, flip_ratio)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):
                     value *= p + 1
                 if ti.static(c in SUMMED):
-                    ti.atomic_add(reports.of_blocks[b, c], value)
-                elif value > reports.of_blocks[b, c]:
+                    ti.atomic_add(reports[block_of[p], c], value)
+                elif value > reports[block_of[p], c]:
                     # What is seen may be old, but is never too large: looking spares nearly all of the atomics
-                    ti.atomic_max(reports.of_blocks[b, c], value)
+                    ti.atomic_max(reports[block_of[p], c], value)
         ti.loop_config(serialize=ti.static(in_order()))
-        for b in range(nodes.n_tiles):
-            judged.add_row(reports.of_blocks, b, reports.total)
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
 
     return gather_atomic

@@ -6,17 +6,15 @@ block, in the order of its particles, so that no division of work changes a resu
 """
 
 import functools
-from typing import NamedTuple
 
 import taichi as ti
 
-from snowmpm.compiler.groups import grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.grid import NODE_MASK
 from snowmpm.mpm.report import report_functions
-from snowmpm.mpm.transfer.arguments import Blocks, Nodes, Particles, Reports, Step
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
@@ -26,18 +24,12 @@ from snowmpm.particles.store import accessors
 from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
 
 
-class Stored(NamedTuple):
-    """Rows of particles, and where their columns begin now (`particles.store`)."""
-
-    reals: object
-    places: object
-
-
 @functools.cache
 def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
+    vec4 = ti.types.vector(4, real)
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
@@ -78,7 +70,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
 
     @ti.func
     def sum_over_nodes(pack: ti.template(), address: ti.template(), sums: ti.template(), first, count,
-                       stored: ti.template(), nodes: ti.template(), cells_per_metre):
+                       reals: ti.template(), places, tiles: ti.template(), changes: ti.template(), cells_per_metre):
         """Interpolate to each lane, and move it. Node vectors are kept whole, four numbers in a register; were the
         position not stored here, the compiler would take several lanes at once and each number of a node alone."""
         for lane in range(count):
@@ -88,7 +80,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                     w[k, a] = pack["w"][k * dim + a][lane]
                     if ti.static(shape):
                         dw[k, a] = pack["dw"][k * dim + a][lane]
-            v, moments, slopes = grid.interpolate(nodes.tiles, address[lane] & NODE_MASK, w, dw, True)
+            v, moments, slopes = grid.interpolate(tiles, address[lane] & NODE_MASK, w, dw, True)
             for c in ti.static(range(4)):
                 sums[0][4 * lane + c] = v[c]
                 for a in ti.static(range(dim)):
@@ -96,14 +88,14 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                     if ti.static(shape):
                         sums[1 + dim + a][4 * lane + c] = slopes[a, c]
             if ti.static(flip):
-                change, _, _ = grid.interpolate(nodes.changes, address[lane] & NODE_MASK, w, dw, False)
+                change, _, _ = grid.interpolate(changes, address[lane] & NODE_MASK, w, dw, False)
                 for c in ti.static(range(4)):
                     sums[n_sums - 1][4 * lane + c] = change[c]
             x = read_lane(pack["x"], lane)
             for a in ti.static(range(dim)):
                 x[a] += cells_per_metre * v[a]
             write_lane(pack["x"], lane, x)
-            access.store(stored.reals, stored.places, first + lane, at["position"], x)
+            access.store(reals, places, first + lane, at["position"], x)
 
     @ti.func
     def spread_sums(pack: ti.template(), sums: ti.template()):
@@ -199,14 +191,18 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
             reports[b, c] = ti.cast(block[c], ti.f64)
         reports[b, BAD] = ti.cast(worst.max(), ti.f64)
 
-    @grouped_kernel(real)
-    def gather_blocks(particles: Particles, blocks: Blocks, nodes: Nodes, step: Step, reports: Reports):
+    @taichi_kernel
+    def gather_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                      materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
+                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
+                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
+                      chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(blocks.chunk_bounds)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                begin, end = chunk(i, blocks.chunk_bounds)
-                places = access.places(particles.reals, particles.slot_offset)
-                stored = ti.static(Stored(particles.reals, places))
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
                 blanks = ti.Vector.zero(real, 4 * LANES)
@@ -216,20 +212,20 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                 sums = [blanks for _ in ti.static(range(n_sums))]
                 for b in range(begin, end):
                     clear_found(found, worst)
-                    for k in range((blocks.start[b + 1] - blocks.start[b] + LANES - 1) // LANES):
-                        first = blocks.start[b] + k * LANES
-                        count = ti.min(LANES, blocks.start[b + 1] - first)
-                        read_pack(pack, address, first, count, b, particles.reals, places)
-                        sum_over_nodes(pack, address, sums, first, count, stored, nodes, step.dt / step.dx)
+                    for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
+                        first = start[b] + k * LANES
+                        count = ti.min(LANES, start[b + 1] - first)
+                        read_pack(pack, address, first, count, b, reals, places)
+                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, changes, dt / dx)
                         spread_sums(pack, sums)
-                        deform_pack(pack, step.dt, 1.0 / step.dx, step.flip_ratio)
-                        apply_laws(pack, work, iterations, first, count, particles, step.dt)
+                        deform_pack(pack, dt, 1.0 / dx, flip_ratio)
+                        apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)
                         report_pack(pack, work, iterations, found, worst, first, count)
-                        write_pack(pack, first, count, particles.reals, places)
-                    write_found(found, worst, b, nodes.active_nodes, reports.of_blocks)
+                        write_pack(pack, first, count, reals, places)
+                    write_found(found, worst, b, active_nodes, reports)
         ti.loop_config(serialize=True)
-        for b in range(nodes.n_tiles):
-            judged.add_row(reports.of_blocks, b, reports.total)
+        for b in range(n_tiles):
+            judged.add_row(reports, b, report)
 
     def gather_packs(*arguments):
         with plain_compilation():

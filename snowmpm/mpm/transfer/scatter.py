@@ -17,10 +17,9 @@ import functools
 
 import taichi as ti
 
-from snowmpm.compiler.groups import grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE
-from snowmpm.mpm.transfer.arguments import Nodes, Owners, Particles, Step
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.scatter_packs import scatter_pack_kernel
 from snowmpm.particles.material_table import DENSITY
@@ -57,31 +56,35 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             return ti.Matrix([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
 
     @ti.func
-    def scatter_particle(p, b, particles: ti.template(), places, nodes: ti.template(), dt, dx):
-        address, f, w, dw = grid.locate(access.load(particles.reals, places, p, at["position"], dim), b)
-        velocity = access.load(particles.reals, places, p, at["velocity"], dim)
+    def scatter_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
+                         tiles: ti.template(), impulses: ti.template(), dt, dx):
+        address, f, w, dw = grid.locate(access.load(reals, places, p, at["position"], dim), b)
+        velocity = access.load(reals, places, p, at["velocity"], dim)
         C = ti.Matrix.zero(real, dim, dim)
         if ti.static(affine):
-            rows = dx * access.load(particles.reals, places, p, at["affine"], dim * dim)
+            rows = dx * access.load(reals, places, p, at["affine"], dim * dim)
             for i in ti.static(range(dim)):
                 for a in ti.static(range(dim)):
                     C[i, a] = rows[dim * i + a]
-        tau = symmetric_matrix(access.load(particles.reals, places, p, at["stress"], layout.sym_size))
-        volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
-        mass = volume * particles.materials[particles.material[p], DENSITY]
+        tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
+        volume = access.load(reals, places, p, at["volume"], 1)[0]
+        mass = volume * materials[material[p], DENSITY]
         for field, n in ti.static(parts.fields):
             vectors = [vec4(0.0) for _ in ti.static(range(n))]
             parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
-            parts.spread(field, nodes.changes if ti.static(field == 1) else nodes.tiles, address, w, vectors, 0)
+            parts.spread(field, impulses if ti.static(field == 1) else tiles, address, w, vectors, 0)
 
-    @grouped_kernel(real)
-    def scatter_atomic(particles: Particles, owners: Owners, nodes: Nodes, step: Step):
-        for q in range(nodes.n_tiles * tile_edge**dim):
-            nodes.tiles[q] = vec4(0.0)
+    @taichi_kernel
+    def scatter_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), block_of: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
+                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
+                       dt: real, dx: real, n_tiles: int, count: int):
+        for q in range(n_tiles * tile_edge**dim):
+            tiles[q] = vec4(0.0)
             if ti.static(flip):
-                nodes.changes[q] = vec4(0.0)
-        for p in range(owners.n):
-            scatter_particle(p, owners.block_of[p], particles, access.places(particles.reals, particles.slot_offset),
-                             nodes, step.dt, step.dx)
+                impulses[q] = vec4(0.0)
+        for p in range(count):
+            scatter_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, tiles,
+                             impulses, dt, dx)
 
     return scatter_atomic

@@ -8,12 +8,11 @@ import functools
 
 import taichi as ti
 
-from snowmpm.compiler.groups import grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import NODE_MASK, TILE, tile_strides
-from snowmpm.mpm.transfer.arguments import Blocks, Nodes, Particles, Step
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.material_table import DENSITY
@@ -36,18 +35,19 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
     entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
 
     @ti.func
-    def read_pack(pack: ti.template(), first, count, particles: ti.template(), places):
+    def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, material: ti.template(),
+                  materials: ti.template()):
         """Load the particles first .. first + count - 1."""
         for lane in range(count):
             p = first + lane
-            write_lane(pack["x"], lane, access.load(particles.reals, places, p, at["position"], dim))
-            write_lane(pack["v"], lane, access.load(particles.reals, places, p, at["velocity"], dim))
+            write_lane(pack["x"], lane, access.load(reals, places, p, at["position"], dim))
+            write_lane(pack["v"], lane, access.load(reals, places, p, at["velocity"], dim))
             if ti.static(affine):
-                write_lane(pack["C"], lane, access.load(particles.reals, places, p, at["affine"], dim * dim))
-            write_lane(pack["tau"], lane, access.load(particles.reals, places, p, at["stress"], sym_size))
-            volume = access.load(particles.reals, places, p, at["volume"], 1)[0]
+                write_lane(pack["C"], lane, access.load(reals, places, p, at["affine"], dim * dim))
+            write_lane(pack["tau"], lane, access.load(reals, places, p, at["stress"], sym_size))
+            volume = access.load(reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
-            pack["mass"][0][lane] = volume * particles.materials[particles.material[p], DENSITY]
+            pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
@@ -80,32 +80,35 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
                 # Always zero; told so by a choice, LLVM stores a node at once, not number by number
                 tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
 
-    @grouped_kernel(real)
-    def scatter_blocks(particles: Particles, blocks: Blocks, nodes: Nodes, step: Step):
+    @taichi_kernel
+    def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                       materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
+                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
+                       dt: real, dx: real, n_tiles: int, chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
-        for i in range(chunks(blocks.chunk_bounds)):
+        for i in range(chunks(chunk_bounds)):
             if is_worker(i):
-                begin, end = chunk(i, blocks.chunk_bounds)
-                places = access.places(particles.reals, particles.slot_offset)
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, 4 * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 vectors = [[blanks for _ in ti.static(range(n))] for _, n in ti.static(parts.fields)]
                 address = ti.Vector.zero(ti.i32, LANES)
                 for b in range(begin, end):
-                    clear_box(nodes.tiles, nodes.active_nodes, b)
+                    clear_box(tiles, active_nodes, b)
                     if ti.static(flip):
-                        clear_box(nodes.changes, nodes.active_nodes, b)
-                    for k in range((blocks.start[b + 1] - blocks.start[b] + LANES - 1) // LANES):
-                        first = blocks.start[b] + k * LANES
-                        count = ti.min(LANES, blocks.start[b + 1] - first)
-                        read_pack(pack, first, count, particles, places)
-                        prepare_pack(pack, address, vectors, b, step.dt, step.dx)
+                        clear_box(impulses, active_nodes, b)
+                    for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
+                        first = start[b] + k * LANES
+                        count = ti.min(LANES, start[b + 1] - first)
+                        read_pack(pack, first, count, reals, places, material, materials)
+                        prepare_pack(pack, address, vectors, b, dt, dx)
                         for lane in range(count):
                             w = ti.Matrix([[pack["w"][k * dim + a][lane] for a in ti.static(range(dim))]
                                            for k in ti.static(range(width))])
-                            parts.spread(0, nodes.tiles, address[lane] & NODE_MASK, w, vectors[0], lane)
+                            parts.spread(0, tiles, address[lane] & NODE_MASK, w, vectors[0], lane)
                             if ti.static(flip):
-                                parts.spread(1, nodes.changes, address[lane] & NODE_MASK, w, vectors[1], lane)
+                                parts.spread(1, impulses, address[lane] & NODE_MASK, w, vectors[1], lane)
 
     return scatter_blocks
