@@ -64,7 +64,7 @@ class Sph(Spec):
     overshoots by 40 %. 0.3 overshoots by less than 30 % and lowers heaps by 0.5 %. 1 shortens run-outs"""
     quadratic_viscosity: NonNegative = 0.0
     """beta of the artificial viscosity, quadratic in the closing speed, against interpenetration [-]"""
-    disorder_damping: NonNegative = 1.0
+    disorder_damping: NonNegative = 0.5
     """gamma of a viscosity that acts only on velocity differences beyond a linear field [-]: it keeps particles ordered
     in tension and does not affect smooth motion"""
     walls: Literal["extrapolated", "copied", "most_compressive"] = "extrapolated"

@@ -20,11 +20,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-import iseesnow
 import numpy as np
 import rasterio
 
 import snowmpm
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from tests.support import iseesnow
 
 HERE = Path(__file__).parent
 CASE = "CoulombOnly"

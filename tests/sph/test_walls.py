@@ -111,12 +111,12 @@ def test_a_wall_that_separates_lets_go_and_one_that_sticks_does_not():
     assert speeds["stick"] < 0.5
 
 
-def leaked(barrier, walls, speed=10.0):
-    """Particles of soft sand that a wall hit at about nine tenths of its sound speed does not hold, by a gradient that
-    does not see them crowd."""
+def leaked(barrier, walls):
+    """Particles of soft sand that a wall hit at 10 m/s, nine tenths of its sound speed, does not hold, by a gradient
+    that does not see them crowd."""
     sand = SAND.model_copy(update={"youngs_modulus": 2e5})
     positions, volumes = lattice([0.0, DX], [16 * DX, 9 * DX], DX, 1)
-    solver = solver_of(positions, volumes, sand, dx=DX, velocity=lambda x: np.tile([0.0, -speed], (len(x), 1)),
+    solver = solver_of(positions, volumes, sand, dx=DX, velocity=lambda x: np.tile([0.0, -10.0], (len(x), 1)),
                        gravity=[0.0, -9.81], lower=[-2.0, 0.0], upper=[3.0, 3.0],
                        sides=[["open", "open"], ["separate", "open"]],
                        scheme={"walls": walls, "barrier": barrier, "gradient": "corrected"})
@@ -126,9 +126,8 @@ def leaked(barrier, walls, speed=10.0):
 
 
 def test_a_barrier_holds_what_copied_stresses_do_not():
-    """In three throws together: how many of one leak hangs on the steps (8 at 10 m/s, 4 with shorter ones)."""
-    assert sum(leaked(False, "copied", speed) for speed in (10.0, 11.0, 12.0)) > 5
-    assert not any(leaked(True, "copied", speed) for speed in (10.0, 11.0, 12.0))
+    assert leaked(False, "copied") > 5
+    assert leaked(True, "copied") == 0
 
 
 @pytest.mark.slow
