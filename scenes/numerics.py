@@ -104,7 +104,7 @@ class Depth(Spec):
 
     damping: NonNegative = 1.0
     """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
-    it keeps columns in order and does not affect smooth motion; 0 in the test of a block on its energy line"""
+    it keeps columns in order"""
     mixing: NonNegative = 12.0
     """C_2 of the same where snow gathers, as at a shock, over -div v [-]"""
     centrifugal: Annotated[bool, Field(strict=True)] = True
@@ -135,7 +135,8 @@ class Solver(Spec):
     sampling: Literal["regular", "jittered", "poisson"] = "regular"
     cfl: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
     """share of a cell that a wave or a particle may cross in a step [-]. When missing, the step follows the state: 0.9
-    of the largest stable one, for waves 0.4 while bonds of a weak layer break; 0.3 in sph"""
+    of the largest stable one, for waves 0.4 while bonds of a weak layer break; 0.3 in sph; in depth 0.5 for waves and
+    0.9 for columns"""
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"

@@ -60,12 +60,14 @@ class Columns(Particles):
         removed["mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
-        # What columns do to each other goes with pairs of them: one that leaves takes its pairs along
-        pairs = 0.5 * snapshot.surface()[gone] * gravity[2]
-        removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity - pairs))
+        removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
         self.mass -= float(mass.sum())
+        before = self.masses()[keep] @ snapshot.surface()[keep]
         self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], snapshot.labels[keep, 0],
                    snapshot.labels[keep, 1])
+        # The potential is one of pairs: the snow that stays lies lower without its neighbours (see `positions`)
+        after = self.masses() @ self.snapshot().surface() if self.count else 0.0
+        removed["energy"] += -0.5 * gravity[2] * float(before - after)
         self.sorts += 1
 
     def gain(self, mass, height, gravity):

@@ -2,10 +2,11 @@
 
 A column slides on the ground z = b(x): its velocity in plan w has the speed v^2 = |w|^2 + (w . s)^2, s = grad b, and
 
-    dw/dt = -(s (g + w.B w) + grad phi - s (s . grad phi)) / (1 + s^2) ... - friction,   B = grad grad b
+    dw/dt = -s (g + w.B w) / (1 + s^2) - grad phi + s (s . grad phi) / (1 + s^2) - friction,   B = grad grad b
 
 (Lagrange's equations of a mass point on a surface; M^-1 = I - s s / (1 + s^2) for the plan metric M = I + s s). The
-normal force of the ground per mass is N = cos (g + w.B w), where w.B w, the centrifugal term, is a choice. Friction
+normal force of the ground per mass is N = cos (g + w.B w), not below 0, where w.B w, the centrifugal term, is
+a choice. Friction
 (`snowmpm.ground`) acts against the speed, dry (A) and growing with it (K v):
 
     v_new = max(0, v - dt A) / (1 + dt K),   K at the speed before the step
@@ -26,11 +27,10 @@ from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
 from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
 from snowmpm.materials.parameters import named
 
-SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, LIFTED, ENTRAINED, HEIGHT = 0, 1, 2, 3, 4, 6, 7, 8
+SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, ENTRAINED, HEIGHT = 0, 1, 2, 3, 4, 6, 7
 """Columns of a segment's report: largest v^2 and c^2, columns that left, work taken by friction [J], impulse in plan of
-ground and pressure (2) [N s], columns that the ground would have to pull down; snow cover taken up [kg], and its sum of
-mass times height [kg m]."""
-REPORT = 9
+ground and pressure (2) [N s], snow cover taken up [kg], and its sum of mass times height [kg m]."""
+REPORT = 8
 
 LEAST_DEPTH = 1e-3
 """Depth [m] below which friction takes a column for this deep."""
@@ -58,9 +58,9 @@ def gather_kernel(real, law, entrains, serial):
         for worker_at in range(chunks(bounds)):
             if is_worker(worker_at):
                 for segment in range(bounds[worker(worker_at)], bounds[worker(worker_at) + 1]):
-                    speed2, wave2, left, lifted = ti.cast(0.0, real), ti.cast(0.0, real), 0, 0
+                    speed2, wave2, left = ti.cast(0.0, real), ti.cast(0.0, real), 0
                     work, impulse = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 2)
-                    entrained, lifted_energy = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
+                    entrained, height = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
                     for p in range(segment * SEGMENT, ti.min((segment + 1) * SEGMENT, n)):
                         cell = cells[p]
                         column = reals[p]
@@ -107,7 +107,6 @@ def gather_kernel(real, law, entrains, serial):
                         before = ti.sqrt(old.dot(old) + old.dot(s) ** 2)
                         normal = cosine * (g + centrifugal * turn)
                         if normal < 0.0:
-                            lifted += 1
                             normal = ti.cast(0.0, real)
                         thickness = ti.max(LEAST_DEPTH, depth * cosine)
                         rho = ti.cast(density[material[p]], real)
@@ -149,7 +148,7 @@ def gather_kernel(real, law, entrains, serial):
                         work += 0.5 * (ti.cast(mass, ti.f64) * ti.cast(speed, ti.f64) ** 2
                                        - heavier * ti.cast(slowed, ti.f64) ** 2)
                         entrained += ti.cast(taken, ti.f64)
-                        lifted_energy += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
+                        height += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
                         cell, f = moved(cell, f, 0.5 * dt * inverse_dx * new)
                         speed2 = ti.max(speed2, slowed**2)
@@ -172,9 +171,9 @@ def gather_kernel(real, law, entrains, serial):
                         cells[p] = cell
                         reals[p] = ti.Vector([f[0], f[1], new[0], new[1], volume, depth * cosine, new.dot(s), wanted])
                     report[segment, SPEED2], report[segment, WAVE2] = speed2, wave2
-                    report[segment, LEFT], report[segment, LIFTED] = left, lifted
+                    report[segment, LEFT] = left
                     report[segment, FRICTION_WORK] = work
-                    report[segment, ENTRAINED], report[segment, HEIGHT] = entrained, lifted_energy
+                    report[segment, ENTRAINED], report[segment, HEIGHT] = entrained, height
                     for a in ti.static(range(2)):
                         report[segment, IMPULSE + a] = impulse[a]
 

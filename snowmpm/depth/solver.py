@@ -155,7 +155,6 @@ class DepthSolver(Method):
         self.extremes, self._wave = Extremes(speed=math.sqrt(speed2)), math.sqrt(wave2)
         self.contact_work += report[:, gather.FRICTION_WORK].sum()
         self._plan_impulse += report[:, gather.IMPULSE : gather.IMPULSE + 2].sum(axis=0)
-        self.lifted = int(report[:, gather.LIFTED].sum())
 
     def _inside(self):
         """Whether each column is over ground, inside the domain (n,)."""
@@ -233,7 +232,7 @@ class DepthSolver(Method):
 
     def restart_clock(self):
         """Time zero is now: totals start again."""
-        self.time, self.steps, self.contact_work, self.lifted = 0.0, 0, 0.0, 0
+        self.time, self.steps, self.contact_work = 0.0, 0, 0.0
         self._plan_impulse, self.weight_impulse = np.zeros(2), np.zeros(3)
         self._start = self._momentum() + self.particles.removed["momentum"]
 
@@ -264,7 +263,7 @@ class DepthSolver(Method):
         return {"columns": self.particles.state(), "frame": self.frame.bounds, "extremes": asdict(self.extremes),
                 "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
                 "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
-                "start": self._start.copy(), "lifted": self.lifted, "cover": self.cover.state(),
+                "start": self._start.copy(), "cover": self.cover.state(),
                 "ground": self.bed.table.to_numpy() if self.cover.law else np.zeros(0)}
 
     def restore(self, state):
@@ -275,7 +274,6 @@ class DepthSolver(Method):
         self.time, self.steps, self.contact_work = state["time"], state["steps"], state["contact_work"]
         self._plan_impulse = np.array(state["plan_impulse"])
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
-        self.lifted = state["lifted"]
         self.cover.restore(state["cover"])
         if self.cover.law:
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))

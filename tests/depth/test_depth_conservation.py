@@ -127,8 +127,6 @@ def test_what_leaves_is_counted(sides):
     assert solver.particles.mass == pytest.approx(solver.particles.masses().sum(), rel=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="9 % missing: a column takes the work of its pressure with it as well, g times"
-                   " the whole height of the surface over the ground, of which half is booked")
 def test_energy_of_what_leaves_is_counted():
     """Over an edge, without damping and friction: what stays and what left have the energy of the start."""
     solver = heap(Ground(flat, (-3.0, -3.0), (3.0, 3.0)), UNDAMPED, (3.0, 0.0))
