@@ -35,8 +35,8 @@ def surface_heights(depth, cos2, repeats):
 
 
 def smoothed_ground(z):
-    """b_i (nx, ny) of heights at the nodes: what the spline of depths gives at the nodes for coefficients z, [1 6 1] / 8
-    along both axes, then the way over the corners. Beyond the border it continues in a straight line."""
+    """b_i (nx, ny) of heights at the nodes: what the spline of depths gives there for coefficients z, [1 6 1] / 8 along
+    both axes, then the way over the corners. Beyond the border it continues in a straight line."""
     b = _filtered(z, 1.0 / 8.0)
     return (1.0 - SMOOTHING) * b + SMOOTHING * _filtered(b, 1.0 / 4.0)
 

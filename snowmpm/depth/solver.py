@@ -134,9 +134,9 @@ class DepthSolver(Method):
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
                 self._unit, grid.n_nodes, store.count)
             node_kernel(real, cover.law is not None, self._serial)(
-                self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2, cover.mass,
-                cover.lowering, cover.under, self.bed.table, g, grid.dx, self._unit, options.damping, options.mixing,
-                dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
+                self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
+                cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self._unit, options.damping,
+                options.mixing, dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
             gather.gather_kernel(real, self._law, cover.law, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
