@@ -25,6 +25,8 @@ class Body(Spec):
     friction: NonNegative = 0.3
     """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
     [-]"""
+    start_time: NonNegative = 0.0
+    """when it is released [s]: until then it lies where it is; method = "depth" only"""
 
 
 def _no_rotation():

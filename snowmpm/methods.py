@@ -31,6 +31,10 @@ class Capabilities:
     """rasters as numbers of these laws"""
     entrainment: bool = False
     """snow cover that the flow takes up"""
+    thickness_rasters: bool = False
+    """layers whose thickness is a raster"""
+    delays: bool = False
+    """bodies that lie still until their start_time"""
     obstacles: bool = True
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
@@ -100,6 +104,7 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
+        thickness_rasters=True, delays=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),

@@ -137,7 +137,7 @@ class DepthSolver(Method):
             gather.gather_kernel(real, self._law, cover.law, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.count)
+                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.flowing)
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
@@ -146,6 +146,8 @@ class DepthSolver(Method):
         self.steps += 1
         if report[:, gather.LEFT].any():
             self.particles.take(self._inside(), self.gravity)
+        if store.release(self.time):
+            self._wave = max(self._wave, self._first_wave())
 
     def _read(self, report):
         speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
@@ -202,7 +204,8 @@ class DepthSolver(Method):
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
                         np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
         share = self.cfl / math.sqrt(DEEPER)
-        return run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
+        course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
+        return course.later(float(store.starts[-1]), end_time)
 
     @property
     def limits(self):

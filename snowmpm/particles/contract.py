@@ -78,5 +78,10 @@ class Particles(ABC):
 
         lower (2,) [m]: corner of the first cell; cell: side [m]; shape: cells along x and y. window: slices of those
         that may hold particles; sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass
-        times speed squared.
+        times speed squared. Of snow that may flow: see `resting_in_plan`.
         """
+
+    def resting_in_plan(self, lower: Floats, cell: float, shape: tuple[int, int]) -> Floats | None:
+        """Volume [m3] over each plan cell (columns along x, rows along y) of snow that is no part of the flow: not
+        released yet, or laid down; None where there is none."""
+        return None

@@ -47,6 +47,7 @@ class Recorder:
         model = simulation.model
         self._origin = model.lower
         self._maps, self._moved, self._path = None, 0.0, []
+        self._starts = [body.start_time for body in simulation.scene.bodies if body.start_time > 0.0]
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
@@ -122,8 +123,13 @@ class Recorder:
             self._loads.watch(simulation.time, simulation.solver.obstacle_totals)
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
-            if self._moved > self._maps.cell:
+            if self._moved > self._maps.cell or self._released():
                 self._see()
+
+    def _released(self):
+        """Whether a body was released in the last step."""
+        time, slack = self._simulation.time, 1e-9 * max(1.0, self._simulation.time)
+        return any(time - self._simulation.dt + slack < start <= time + slack for start in self._starts)
 
     def _see(self):
         self._moved = 0.0

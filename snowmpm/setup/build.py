@@ -112,7 +112,8 @@ def _seed(scene, surface, obstacles, taken):
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
         shares[body.name] = seeds.share
         parts.append(Population(seeds.positions, seeds.volumes, material,
-                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field))
+                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field,
+                                starts=body.start_time))
     population = Population.joined(parts)
     if len(population.volumes) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")

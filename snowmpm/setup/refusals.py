@@ -23,6 +23,10 @@ def demands(scene):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+        if body.start_time > 0.0:
+            yield "delays", True, f"bodies.{i}.start_time", body.start_time
+        if hasattr(raster := getattr(body.shape, "top", None), "file"):
+            yield "thickness_rasters", True, f"bodies.{i}.shape.top.file", raster.file
     for name, boundary in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
         yield "sides", boundary, f"domain.boundary.{name}", boundary
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
