@@ -5,6 +5,7 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import ColumnProbe, ColumnSnapshot
 from snowmpm.particles.contract import Particles
@@ -44,8 +45,11 @@ class Columns(Particles):
             self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
-                        "momentum": np.zeros(3)}
+                        "laid": 0.0, "momentum": np.zeros(3)}
         self.sorts = 0
+        self.deposit = None
+        """`depth.deposit.Deposit` of snow that stops, set by the solver"""
+        self.empty = 0
 
     def _fill(self, cells, reals, material, identity):
         real, numpy_real = DTYPES[self.precision]
@@ -57,14 +61,16 @@ class Columns(Particles):
             self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
             self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
 
-    def take(self, keep, gravity, taken=False):
-        """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave."""
+    def take(self, keep, gravity, taken=False, laid=False):
+        """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave, as
+        `laid` those that have laid down all of their snow."""
         snapshot, gone = self.snapshot(), ~np.asarray(keep, bool)
         self.starts, self.flowing = self.starts[~gone], int((~gone[: self.flowing]).sum())
         mass, velocity = self.masses()[gone], snapshot.column("velocity")[gone]
         removed, positions = self.removed, snapshot.positions()[gone]
-        removed["count"] += int(gone.sum())
-        removed["mass"] += float(mass.sum())
+        if not laid:
+            removed["count"] += int(gone.sum())
+        removed["laid" if laid else "mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
@@ -89,6 +95,19 @@ class Columns(Particles):
         self.mass += mass
         self.removed["entrained"] += mass
         self.removed["energy"] += height * gravity[2]
+
+    def lay(self, sums):
+        """Count snow that was laid down in a step: `sums` of `Deposit.take`."""
+        self.mass -= float(sums[MASS])
+        self.removed["laid"] += float(sums[MASS])
+        self.removed["momentum"] = self.removed["momentum"] + sums[MOMENTUM : MOMENTUM + 3]
+        self.removed["energy"] += float(sums[ENERGY])
+        self.empty = int(sums[EMPTY])
+
+    @property
+    def too_many_empty(self):
+        """Whether the columns that hold next to nothing should go."""
+        return self.empty > CROWD * self.flowing
 
     def _table(self):
         return self.reals.to_numpy()[: self.count]
@@ -142,12 +161,13 @@ class Columns(Particles):
         return plan_sums(self, lower, cell, shape, (0, self.flowing))
 
     def resting_in_plan(self, lower, cell, shape):
-        """Volume of columns that wait (`particles.contract.Particles`)."""
+        """Volume of columns that wait, and of what was laid down (`particles.contract.Particles`)."""
+        laid = self.deposit.in_plan(lower, cell, shape) if self.deposit else None
         if self.flowing == self.count:
-            return None
-        volume = np.zeros(shape)
+            return laid
+        volume = np.zeros(shape) if laid is None else laid
         window, sums = plan_sums(self, lower, cell, shape, (self.flowing, self.count))
-        volume[window] = sums[..., 0]
+        volume[window] += sums[..., 0]
         return volume
 
     # ---- checkpoint -------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ class Particles(ABC):
     removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
     that did not leave the domain but were taken out; entrained, of methods that entrain: mass [kg] that came in, whose
-    energy is subtracted"""
+    energy is subtracted; laid, of methods with deposition: mass [kg] that was laid down and is ground now"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
     sorts: int

@@ -18,6 +18,10 @@ def demands(scene):
         yield from _of_friction(scene.terrain.friction)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
+        if scene.terrain.forest:
+            yield "deposition", True, "terrain.forest.0.name", scene.terrain.forest[0].name
+        if scene.terrain.deposition:
+            yield "deposition", True, "terrain.deposition.law", scene.terrain.deposition.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
     for i, body in enumerate(scene.bodies):
