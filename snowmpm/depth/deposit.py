@@ -4,7 +4,7 @@
     at rest     dm/dt = -m / T             T: time of the deposition
 
 What is laid down takes its momentum with it, so that the speed of what flows on stays. The ground rises by the volume
-over a cell, spread as the depth is, so that the surface of the snow stays where it is.
+over a cell, spread as the depth is (`depth.smoothing`), so that the surface of the snow stays where it is.
 """
 
 import functools
@@ -19,6 +19,7 @@ from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.smoothing import SMOOTHING
 from snowmpm.depth.spline import weights
 
 MASS, MOMENTUM, ENERGY, EMPTY = 0, 1, 4, 5
@@ -77,6 +78,12 @@ def mirrored(cell, count):
     return ti.select(cell < 0, -1 - cell, ti.select(cell >= count, 2 * count - 1 - cell, cell))
 
 
+@ti.func
+def over_corners(w):
+    """Weights of three nodes after half of them went to each side: the [1 2 1] / 4 of `depth.smoothing` (5,)."""
+    return 0.25 * ti.Vector([w[0], 2.0 * w[0] + w[1], w[0] + 2.0 * w[1] + w[2], w[1] + 2.0 * w[2], w[2]])
+
+
 @functools.cache
 def lay_kernel(real, shared):
     """Kernel that lays snow of the columns down. One thread in the order of the columns, so that sums do not depend on
@@ -92,14 +99,15 @@ def lay_kernel(real, shared):
     @ti.func
     def lift(ground: ti.template(), i, j, rise):
         """Raise the bed at a cell, and at its mirror images just beyond the sides."""
-        for a in ti.static(range(3)):
-            for b in ti.static(range(3)):
-                row = ti.select(a == 0, i, ti.select(a == 1, -1, ground.nx))
-                column = ti.select(b == 0, j, ti.select(b == 1, -1, ground.ny))
-                there_x = a == 0 or (a == 1 and i == 0) or (a == 2 and i == ground.nx - 1)
-                there_y = b == 0 or (b == 1 and j == 0) or (b == 2 and j == ground.ny - 1)
-                if there_x and there_y:
-                    add(ground.bed, (row + MARGIN) * ground.stride + column + MARGIN, rise)
+        add(ground.bed, (i + MARGIN) * ground.stride + j + MARGIN, rise)
+        beyond = ti.Vector([ti.select(i == 0, -1, ti.select(i == ground.nx - 1, ground.nx, i)),
+                            ti.select(j == 0, -1, ti.select(j == ground.ny - 1, ground.ny, j))])
+        if beyond[0] != i:
+            add(ground.bed, (beyond[0] + MARGIN) * ground.stride + j + MARGIN, rise)
+        if beyond[1] != j:
+            add(ground.bed, (i + MARGIN) * ground.stride + beyond[1] + MARGIN, rise)
+        if beyond[0] != i and beyond[1] != j:
+            add(ground.bed, (beyond[0] + MARGIN) * ground.stride + beyond[1] + MARGIN, rise)
 
     @grouped_kernel(real)
     def lay(flow: Flow, ground: Ground, laying: Laying, step: Step):
@@ -122,17 +130,21 @@ def lay_kernel(real, shared):
             if left < volume:
                 given = ti.cast(volume, ti.f64) - ti.cast(left, ti.f64)
                 wx, wy = weights(column[0]), weights(column[1])
+                ax, ay = over_corners(wx), over_corners(wy)
                 height, potential, depth = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
-                for a in ti.static(range(3)):
-                    for b in ti.static(range(3)):
-                        w = ti.cast(wx[a] * wy[b], ti.f64)
-                        node = ground.lookup[0, i + a - 1 + MARGIN] + ground.lookup[1, j + b - 1 + MARGIN]
-                        height += w * ground.bed[(i + a - 1 + MARGIN) * ground.stride + j + b - 1 + MARGIN]
-                        potential += w * ti.cast(ground.nodes[node][0], ti.f64)
-                        depth += w * ti.cast(ground.nodes[node][1], ti.f64)
-                        add(laying.laid, node, w * given)
-                        lift(ground, mirrored(i + a - 1, ground.nx), mirrored(j + b - 1, ground.ny),
-                             w * given / area)
+                for a in ti.static(range(5)):
+                    for b in ti.static(range(5)):
+                        x, y = i + a - 2, j + b - 2
+                        node = ground.lookup[0, x + MARGIN] + ground.lookup[1, y + MARGIN]
+                        spread = ti.cast(SMOOTHING * ax[a] * ay[b], ti.f64)
+                        if ti.static(0 < a < 4 and 0 < b < 4):
+                            w = ti.cast(wx[a - 1] * wy[b - 1], ti.f64)
+                            spread += (1.0 - SMOOTHING) * w
+                            height += w * ground.bed[(x + MARGIN) * ground.stride + y + MARGIN]
+                            potential += w * ti.cast(ground.nodes[node][0], ti.f64)
+                            add(laying.laid, node, w * given)
+                        depth += spread * ti.cast(ground.nodes[node][1], ti.f64)
+                        lift(ground, mirrored(x, ground.nx), mirrored(y, ground.ny), spread * given / area)
                 mass = ti.cast(rho, ti.f64) * given
                 add(laying.sums, MASS, mass)
                 add(laying.sums, MOMENTUM, mass * column[2])
