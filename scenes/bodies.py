@@ -94,3 +94,5 @@ class Obstacle(Touching):
     shape: ObstacleShape
     motion: Motion | None = None
     """at rest when missing"""
+    drag: Positive = 2.0
+    """c_d of the pressure c_d density v^2 / 2 of a depth-averaged flow [-]: 2 for walls, 1 to 1.5 for masts"""

@@ -38,6 +38,7 @@ class Capabilities:
     delays: bool = False
     """bodies that lie still until their start_time"""
     obstacles: bool = True
+    moving_obstacles: bool = True
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -109,7 +110,7 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         deposition=True, thickness_rasters=True, delays=True,
-        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
+        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}

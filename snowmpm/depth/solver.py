@@ -21,6 +21,7 @@ from snowmpm.depth.columns import Columns
 from snowmpm.depth.cover import Cover
 from snowmpm.depth.deposit import EMPTIED, Deposit
 from snowmpm.depth.gather import LEAST_DEPTH
+from snowmpm.depth.loads import Gauges
 from snowmpm.depth.nodes import NODE, TOTALS, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
@@ -48,10 +49,11 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, entrainment=None, forest=None, deposition=None):
+                 sides, entrainment=None, forest=None, deposition=None, obstacles=()):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
         numbers; entrainment: the same of a law of entrainment, or None; forest: plan places (n, 2) -> drag [-] and
-        detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None."""
+        detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None; obstacles:
+        `solids.Obstacle`s whose loads are wanted."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
@@ -64,6 +66,8 @@ class DepthSolver(Method):
         trees = None if forest is None else forest(self.grid.places().reshape(-1, 2)).reshape(*self.grid.shape, 2)
         self._tables(friction, entrainment, sides, population, trees)
         self.particles.deposit = self._deposit(trees, deposition)
+        mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
+        self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean) if obstacles else None
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
@@ -71,13 +75,15 @@ class DepthSolver(Method):
 
     @classmethod
     def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
-           terrain_friction=None, terrain_entrainment=None, terrain_forest=None, terrain_deposition=None, **others):
+           obstacles=(), terrain_friction=None, terrain_entrainment=None, terrain_forest=None, terrain_deposition=None,
+           **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
                    cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
-                   entrainment=terrain_entrainment, forest=terrain_forest, deposition=terrain_deposition)
+                   entrainment=terrain_entrainment, forest=terrain_forest, deposition=terrain_deposition,
+                   obstacles=obstacles)
 
     def _deposit(self, trees, time):
         """`Deposit` of snow that stops, None where none does."""
@@ -173,6 +179,8 @@ class DepthSolver(Method):
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
                 self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.flowing)
+            if self._gauges:
+                self._gauges.feel(self._totals, self.unit, dt)
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
@@ -293,6 +301,11 @@ class DepthSolver(Method):
                       self.contact_work)
 
     @property
+    def obstacle_totals(self):
+        """`Method.obstacle_totals` (`depth.loads`)."""
+        return self._gauges.totals if self._gauges else super().obstacle_totals
+
+    @property
     def memory(self):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
@@ -307,6 +320,7 @@ class DepthSolver(Method):
                 "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
                 "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
                 "start": self._start.copy(), "cover": self.cover.state(),
+                "gauges": self._gauges.state() if self._gauges else {},
                 "deposit": self.particles.deposit.state() if self.particles.deposit else {},
                 "ground": self.bed.table.to_numpy() if self._ground_moves else np.zeros(0)}
 
@@ -321,6 +335,8 @@ class DepthSolver(Method):
         self.cover.restore(state["cover"])
         if self.particles.deposit:
             self.particles.deposit.restore(state["deposit"])
+        if self._gauges:
+            self._gauges.restore(state["gauges"])
         if self._ground_moves:
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 

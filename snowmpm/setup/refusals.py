@@ -24,6 +24,9 @@ def demands(scene):
             yield "deposition", True, "terrain.deposition.law", scene.terrain.deposition.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
+    for i, obstacle in enumerate(scene.obstacles):
+        if obstacle.motion:
+            yield "moving_obstacles", True, f"obstacles.{i}.motion", "a table"
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
