@@ -84,8 +84,7 @@ def gather_kernel(real, law, entrains, serial):
                                 ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
                                 phi += values[0] * ti.Vector([wy[j], dy[j]])
                                 snow += values[1] * wy[j]
-                                share = values[2] * wy[j]
-                                beta += share * ti.Vector([1.0, values[3], values[4]])
+                                beta += wy[j] * ti.Vector([values[2], values[3], values[4]])
                             level += wx[i] * ground[0]
                             s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
                             bend += ti.Vector([ddx[i] * ground[0], wx[i] * ground[2], dx[i] * ground[1]])

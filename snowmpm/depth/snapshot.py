@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.smoothing import surface_heights
 
 EMPTY = {"affine": 9, "stress": 6, "elastic": 6, "state": 1}
 """What other particles carry and columns do not, and how many numbers that would be."""
@@ -32,7 +33,8 @@ class ColumnSnapshot:
             (wx, dx), (wy, dy) = (spline(self._reals[:, a]) for a in (0, 1))
             height, slope, surface = np.zeros(n), np.zeros((n, 2)), np.zeros(n)
             heights = self._bed.heights
-            level = surface_heights(grid, self._bed, self._cells, self._reals)
+            depth = depth_at_nodes(grid, self._cells, self._reals)
+            level = grid.flat(surface_heights(depth, self._bed.cos2, grid.repeats))
             for i in range(3):
                 for j in range(3):
                     at = self._cells[:, 0] + i - 1, self._cells[:, 1] + j - 1
@@ -76,15 +78,15 @@ class ColumnSnapshot:
         return np.column_stack([self._grid.plan(self._cells, self._reals[:, :2]), height + 0.5 * surface])
 
 
-def surface_heights(grid, bed, cells, reals):
-    """cos^2 H_i [m] at all nodes by number, from cells (n, 2) and reals (n, 6) of columns."""
+def depth_at_nodes(grid, cells, reals):
+    """H_i (nx, ny) [m], from cells (n, 2) and reals (n, 6) of columns."""
     (wx, _), (wy, _) = (spline(reals[:, a]) for a in (0, 1))
     total = np.zeros(grid.n_nodes)
     for i in range(3):
         for j in range(3):
             node = grid.number(cells[:, 0] + i - 1, cells[:, 1] + j - 1)
             total += np.bincount(node, reals[:, 4] * wx[:, i] * wy[:, j], grid.n_nodes)
-    return total / grid.dx**2 * grid.flat(bed.cos2)
+    return total[grid.nodes()] / grid.dx**2
 
 
 class ColumnProbe:

@@ -20,7 +20,7 @@ from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.cover import Cover
 from snowmpm.depth.gather import LEAST_DEPTH
-from snowmpm.depth.nodes import NODE, node_kernel
+from snowmpm.depth.nodes import NODE, TOTALS, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.ground.friction import GroundFriction
@@ -83,8 +83,11 @@ class DepthSolver(Method):
         self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * grid.n_nodes)
         self._tallies.fill(0.0)
         self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
+        self._live = int_array(np.zeros(grid.n_tiles))
         self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
         self._nodes.fill(0.0)
+        self._totals = ti.Vector.ndarray(TOTALS, real, grid.n_nodes)
+        self._totals.fill(0.0)
         self._cos2 = real_array(grid.flat(self.bed.cos2))
         self._unit = float(population.volumes.mean())
         self._law, numbers = self._on_ground(friction)
@@ -131,13 +134,13 @@ class DepthSolver(Method):
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
                 self._unit, grid.n_nodes, store.count)
             node_kernel(real, cover.law is not None, self._serial)(
-                self._tallies, self._touched, self._cos2, self._nodes, cover.mass, cover.lowering, cover.under,
-                self.bed.table, g, grid.dx, self._unit,
-                options.damping, options.mixing, dt, self._copies, grid.n_tiles)
+                self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
+                cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self._unit, options.damping,
+                options.mixing, dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
             gather.gather_kernel(real, self._law, cover.law, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.count)
+                self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.count)
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from snowmpm.depth.snapshot import surface_heights
+from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
@@ -117,8 +117,7 @@ def depths(solver):
     """Plan positions (nx, ny, 2) and vertical depths (nx, ny) [m] of the nodes."""
     grid, store = solver.grid, solver.particles
     cells, reals = store.cells.to_numpy()[: store.count], store.reals.to_numpy()[: store.count]
-    surface = surface_heights(grid, solver.bed, cells.astype(int), reals.astype(float))[grid.nodes()]
-    return grid.places(), surface / solver.bed.cos2
+    return grid.places(), depth_at_nodes(grid, cells.astype(int), reals.astype(float))
 
 
 def profile(solver):
