@@ -15,7 +15,7 @@ from snowmpm.annotations import Floats
 from snowmpm.errors import SimulationError
 from snowmpm.handover.conversion import converted
 from snowmpm.handover.handed import Handed
-from snowmpm.handover.moment import Moment, at_rest
+from snowmpm.handover.moment import LOOK, Moment, at_rest
 from snowmpm.running.events import Event
 from snowmpm.scenes.switch import parts
 from snowmpm.solids import inside_any
@@ -155,7 +155,14 @@ class HandOver(Event):
 
     def __init__(self, index, switch):
         super().__init__(switch, None)
-        self._index = index
+        self._index, self._way = index, 0.0  # way [m] of the fastest snow since the last look
+
+    def state(self):
+        return {**super().state(), "way": self._way}
+
+    def restore(self, state):
+        super().restore(state)
+        self._way = state["way"]
 
     def to_come(self, time):
         """Only at a given time: snow at rest does not bring about the others."""
@@ -165,7 +172,14 @@ class HandOver(Event):
         relay, others = simulation.relay, [event for event in simulation.events if not isinstance(event, HandOver)]
         if relay.index != self._index or any(event.to_come(simulation.time) for event in others):
             return
-        if simulation.n_particles and relay.next.has_come(simulation):
+        self._way += simulation.max_speed * simulation.dt
+        if self._looks(simulation) and simulation.n_particles and relay.next.has_come(simulation):
             relay.take_over(simulation)
             self.done = True
+
+    def _looks(self, simulation):
+        if self._spec.time is None and simulation.solver.steps % LOOK and self._way < simulation.relay.scene.solver.dx:
+            return False
+        self._way = 0.0
+        return True
 
