@@ -141,6 +141,7 @@ class DepthSolver(Method):
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
                 self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.count)
+        store.changed()
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
