@@ -27,6 +27,8 @@ BLOCKS = 100
 DEEPER = 4.0
 """Depth that a flow reaches where it is squeezed or stops, over that of its release, for the waves that limit its
 steps: 4.5 in the library's valley."""
+STRIDE = 3
+"""Steps of the columns in one of the blocks, which no wave limits."""
 MOST_STEPS = 20000
 """Steps after which the rest of the run is taken to go on as it is."""
 
@@ -155,8 +157,8 @@ def run_blocks(blocks, longest, end_time, interval):
     moved = speed > 0.0
     while time < end_time and len(blocks.plan) and steps < MOST_STEPS:
         dt = interval / math.ceil(interval / longest(speed) - 1e-9)
-        speed = blocks.step(dt)
-        time, steps, most = time + dt, steps + 1, max(most, speed)
+        speed = blocks.step(STRIDE * dt)
+        time, steps, most = time + STRIDE * dt, steps + STRIDE, max(most, speed)
         moved |= speed > MOVING_SPEED
         if speed <= MOVING_SPEED and (moved or time > 0.1 * end_time):
             rests = time

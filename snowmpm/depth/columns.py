@@ -43,6 +43,7 @@ class Columns(Particles):
             now = self.snapshot()
             reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
             self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
+            self.changed()
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
                         "laid": 0.0, "momentum": np.zeros(3)}
@@ -53,7 +54,7 @@ class Columns(Particles):
 
     def _fill(self, cells, reals, material, identity):
         real, numpy_real = DTYPES[self.precision]
-        self.count = len(reals)
+        self.count, self._seen = len(reals), None
         self.material, self.identity = int_array(material), int_array(identity)
         self.cells = ti.Vector.ndarray(2, ti.i32, max(1, self.count))
         self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, self.count))
@@ -141,8 +142,14 @@ class Columns(Particles):
         return len(np.unique(cells[:, 0].astype(np.int64) << 32 | cells[:, 1])) if self.count else 0
 
     def snapshot(self):
-        """`ColumnSnapshot` of all columns as they are now."""
-        return ColumnSnapshot(self)
+        """`ColumnSnapshot` of all columns as they are now; the same one until they change."""
+        if self._seen is None:
+            self._seen = ColumnSnapshot(self)
+        return self._seen
+
+    def changed(self):
+        """To be called when kernels have moved the columns: what was read of them is of before."""
+        self._seen = None
 
     def column(self, name):
         """Copy of one column of numbers (n, size), as `ColumnSnapshot.column` has it."""

@@ -181,6 +181,7 @@ class DepthSolver(Method):
                 self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.flowing)
             if self._gauges:
                 self._gauges.feel(self._totals, self.unit, dt)
+        store.changed()
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
@@ -192,6 +193,7 @@ class DepthSolver(Method):
         if store.deposit:
             with runtime.precision(self.precision):
                 store.lay(store.deposit.take(self, dt, self._shared))
+            store.changed()
             if store.too_many_empty:
                 store.take(store.column("volume")[:, 0] > EMPTIED * self.unit, self.gravity, laid=True)
         if store.release(self.time):

@@ -119,7 +119,10 @@ def depths(solver):
     """Plan positions (nx, ny, 2) and vertical depths (nx, ny) [m] of the nodes."""
     grid, store = solver.grid, solver.particles
     cells, reals = store.cells.to_numpy()[: store.count], store.reals.to_numpy()[: store.count]
-    return grid.places(), depth_at_nodes(grid, cells.astype(int), reals.astype(float))
+    (i, j), part = depth_at_nodes(grid, cells.astype(int), reals.astype(float))
+    depth = np.zeros(grid.shape)
+    depth[i : i + part.shape[0], j : j + part.shape[1]] = part
+    return grid.places(), depth
 
 
 def profile(solver):
