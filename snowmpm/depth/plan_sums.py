@@ -12,9 +12,9 @@ from snowmpm.depth.spline import weights
 
 @functools.cache
 def sums_kernel(real):
-    """Kernel that adds volume, mass, mass times speed and mass times speed squared of the columns rows[0] to rows[1] - 1
-    to map cells. frame: cells of the map in one of the columns', and where the map's window begins [map cells]. One
-    thread, so that sums do not depend on the number of threads."""
+    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. frame: cells
+    of the map in one of the columns', and where the map's window begins [map cells]; rows: first column, and one past
+    the last. One thread, so that sums do not depend on the number of threads."""
 
     @taichi_kernel
     def add_up(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
