@@ -12,8 +12,8 @@ from snowmpm.depth.spline import weights
 
 @functools.cache
 def sums_kernel(real):
-    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. frame: cells
-    of the map in one of the columns', and where the map's window begins [map cells]; rows: first column, and one past
+    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. frame: map
+    cells in a cell of the plan grid, and where the map's window begins [map cells]; rows: first column, and one past
     the last. One thread, so that sums do not depend on the number of threads."""
 
     @taichi_kernel

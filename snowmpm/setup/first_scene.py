@@ -29,8 +29,8 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
 
     ground: mesh or raster; release: polygons in plan (.geojson, .shp, .gpkg), or None for a first guess; thickness of
     the snow [m], or None for that of the polygons, or one that suits the size of the slope; unit: of a raster's
-    elevations, "m", "ft" or "us-ft", or None for what the file says; method: "mpm" or "depth". Raises InputError for a file that
-    cannot be used.
+    elevations, "m", "ft" or "us-ft", or None for what the file says; method: "mpm" or "depth". Raises InputError for
+    a file that cannot be used.
     """
     surface, kind = _load(ground, unit)
     extent = surface.upper - surface.lower
