@@ -41,6 +41,7 @@ from snowmpm.render.report_pdf import write_pdf
 from snowmpm.render.run_film import nearest_frame, view_of
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.thalweg_plot import render_thalweg
+from snowmpm.render.thalweg_time_plot import render_thalweg_time
 from snowmpm.render.viewer import viewer
 from snowmpm.stages import stage
 
@@ -197,6 +198,9 @@ def _maps(run, folder):
         yield Columns(tuple(drawn))
     if run.hazard.get("profile"):
         yield Picture(render_thalweg(run, folder / "thalweg.png"), "Along the thalweg.")
+        if "velocity" in run.field_names:
+            yield Picture(render_thalweg_time(run, folder / "thalweg_time.png"),
+                          "Depth and speed along the thalweg over time, the largest across it.")
 
 
 def _hazard(run):

@@ -219,6 +219,11 @@ def _check_references(scene):
             card = f"; or a material card: did you mean {near}?" if near else ""
             hint = did_you_mean(body.material, scene.materials) or card
             raise refuse(f"must be one of the materials: {known}{hint}", key, body.material)
+        if body.start_time > 0.0 and any(body.velocity):
+            raise refuse("does not go with velocity: it lies still until then", f"bodies.{i}.start_time",
+                         body.start_time)
+        if body.start_time >= scene.end_time:
+            raise refuse(f"must be below end_time = {scene.end_time:g}", f"bodies.{i}.start_time", body.start_time)
         if body.shape.kind == "layer" and scene.terrain is None:
             raise refuse("a layer lies on a terrain, and the scene has none", f"bodies.{i}.shape.kind", "layer")
         if scene.initial.stress == "settle" and any(body.velocity):

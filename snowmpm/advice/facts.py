@@ -63,7 +63,7 @@ class SceneFacts:
     def thickness(self, body):
         """Thickness [cells] of a body: of a layer normal to the ground, else its least extent."""
         shape = self.scene.bodies[body].shape
-        if shape.kind == "layer" and shape.top != "file":
+        if shape.kind == "layer" and isinstance(shape.top, int | float):
             return (shape.top - shape.bottom) / self.dx
         x = self.positions(body)
         if shape.kind == "layer":

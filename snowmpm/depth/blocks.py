@@ -10,7 +10,7 @@ and when the blocks have stopped, the run ends. Pressure, which spreads a flow, 
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
@@ -48,6 +48,15 @@ class Course:
     bend: float
     slope: float
     lift: float
+
+    def later(self, delay, end_time):
+        """The same, of which a part begins `delay` [s] later: until then the flow is taken to need as many steps as
+        after that."""
+        if delay <= 0.0 or self.rests == math.inf:
+            return self
+        rests = self.rests + delay
+        return replace(self, rests=rests if rests < end_time else math.inf,
+                       steps=math.ceil(self.steps * min(rests, end_time) / max(self.rests, 1e-9)))
 
 
 @functools.cache

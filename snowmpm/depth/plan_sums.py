@@ -36,10 +36,10 @@ def sums_kernel(real):
     @taichi_kernel
     def add_up(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
                density: ti.types.ndarray(), sums: ti.types.ndarray(), ratio: ti.f64,
-               low_x: ti.f64, low_y: ti.f64, n: int):
+               low_x: ti.f64, low_y: ti.f64, first: int, past: int):
         ti.loop_config(serialize=True)
         wide = ti.max(1.0, 1.0 / ratio)
-        for p in range(n):
+        for p in range(first, past):
             at = ti.Vector([(ti.cast(cells[p][0], ti.f64) + reals[p][0] + 0.5) * ratio - low_x,
                             (ti.cast(cells[p][1], ti.f64) + reals[p][1] + 0.5) * ratio - low_y])
             cell = ti.cast(ti.floor(at), ti.i32)
@@ -60,12 +60,12 @@ def sums_kernel(real):
     return add_up
 
 
-def plan_sums(store, lower, cell, shape):
-    """`particles.contract.Particles.sums_in_plan` of `depth.columns.Columns`."""
+def plan_sums(store, lower, cell, shape, rows):
+    """`particles.contract.Particles.sums_in_plan` of the rows (first, one past the last) of `depth.columns.Columns`."""
     grid, ratio = store.grid, store.grid.dx / cell
     corner = (np.asarray(lower) - grid.lower) / cell
-    cells = store.cells.to_numpy()[: store.count]
-    if store.count == 0:
+    cells = store.cells.to_numpy()[slice(*rows)]
+    if not len(cells):
         return (slice(0, 0), slice(0, 0)), np.zeros((0, 0, 4))
     low = np.floor(cells.min(axis=0) * ratio - corner - 1.0).astype(int).clip(0, shape)
     high = np.ceil((cells.max(axis=0) + 1) * ratio - corner + 1.0).astype(int).clip(low, shape)
@@ -73,5 +73,5 @@ def plan_sums(store, lower, cell, shape):
     real = runtime.DTYPES[store.precision][0]
     with runtime.precision(store.precision):
         sums_kernel(real)(store.cells, store.reals, store.material, store.densities, sums, ratio,
-                          *(corner + low).tolist(), store.count)
+                          *(corner + low).tolist(), *rows)
     return tuple(slice(first, last) for first, last in zip(low, high, strict=True)), sums

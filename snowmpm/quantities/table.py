@@ -62,6 +62,8 @@ HISTORY = (
              AUDIT),
     Quantity("entrained_mass", "snow cover taken up", "kg", "Mass of snow cover that the flow took up since the start.",
              AUDIT),
+    Quantity("laid_mass", "snow laid down", "kg", "Mass that the flow has laid down since the start: stopped by trees, "
+             "or come to rest and ground since then.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

@@ -57,6 +57,8 @@ class PeakMaps:
     arrival_time [s]: when the flow first was at least `flow_depth` [m] deep; the error is at
     most the time in which the fastest particle crosses one map cell.
     Speed and pressure count while the flow is at least `flow_depth` deep (`FLOW_SHARE`). NaN where no snow arrived.
+    Snow that is not released yet, or that was laid down, is no part of the flow: it counts in the depths at the start
+    and now only.
     """
 
     def __init__(self, solver, grid):
@@ -64,7 +66,7 @@ class PeakMaps:
         self.lower, self.cell, self.shape = grid.lower, grid.cell, grid.shape
         self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in UNITS}
         window, depth, _, _ = self._totals(solver)
-        self.values["release_depth"][window] = depth
+        self._lay(solver, "release_depth", window, depth)
         self.restore(self.values)
 
     def restore(self, values):
@@ -90,8 +92,13 @@ class PeakMaps:
             self.values[name][window] = np.maximum(self.values[name][window], now)
         now = np.where(flows & (depth > 0.0), solver.time, np.inf)
         self.values["arrival_time"][window] = np.minimum(self.values["arrival_time"][window], now)
-        self.values["deposit_depth"][:] = 0.0
-        self.values["deposit_depth"][window] = depth
+        self._lay(solver, "deposit_depth", window, depth)
+
+    def _lay(self, solver, name, window, depth):
+        """Set a map to the depth of the flow and of what rests."""
+        resting = solver.particles.resting_in_plan(self.lower, self.cell, self.shape)
+        self.values[name][:] = 0.0 if resting is None else resting / self.cell**2
+        self.values[name][window] += depth
 
     def rasters(self):
         """name -> (values (rows along y, columns along x), x0, y0, cell) with the centre of the first cell."""

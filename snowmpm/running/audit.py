@@ -148,19 +148,19 @@ class Audit:
         row["damping_work"] = forcing.damping_work if forcing else 0.0
         # Position of zero potential energy
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
-        entrained = removed.get("entrained", 0.0)
-        row["removed_energy"] = removed["energy"] + (removed["mass"] - entrained) * lift
+        entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
+        row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
             self.past.handover_energy if self.past else 0.0)
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
-        self.motion = Motion.of(mass, v, self.motion.peak_momentum)
+        self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
         row.update(self.motion.row())
         if self._direction is not None:
             row["front"], row["front_distance"] = self._front(x, mass, fields["id"])
         row["removed_particles"], row["removed_mass"] = removed["count"], removed["mass"]
-        row["taken_mass"], row["entrained_mass"] = removed["taken"], entrained
+        row["taken_mass"], row["entrained_mass"], row["laid_mass"] = removed["taken"], entrained, laid
         row["unconverged"] = solver.unconverged
         row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))

@@ -47,6 +47,7 @@ class Recorder:
         model = simulation.model
         self._origin = model.lower
         self._maps, self._moved, self._path = None, 0.0, []
+        self._starts = [body.start_time for body in simulation.scene.bodies if body.start_time > 0.0]
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
@@ -125,8 +126,13 @@ class Recorder:
             self._loads.watch(simulation.time, simulation.obstacle_totals)
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
-            if self._moved > self._maps.cell:
+            if self._moved > self._maps.cell or self._released():
                 self._see()
+
+    def _released(self):
+        """Whether a body was released in the last step."""
+        time, slack = self._simulation.time, 1e-9 * max(1.0, self._simulation.time)
+        return any(time - self._simulation.dt + slack < start <= time + slack for start in self._starts)
 
     def _note_methods(self):
         """Write which methods have been at work, when another has taken over."""
@@ -196,8 +202,9 @@ class Recorder:
         if self._maps is None or surface is None:
             return None
         path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
-        mass, gone = float(self._simulation.particles["mass"].sum()), self._simulation.solver.particles.removed["mass"]
-        entrained = self._simulation.solver.particles.removed.get("entrained", 0.0)
+        removed = self._simulation.solver.particles.removed
+        mass = float(self._simulation.particles["mass"].sum()) + removed.get("laid", 0.0)
+        gone, entrained = removed["mass"], removed.get("entrained", 0.0)
         whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
@@ -207,7 +214,8 @@ class Recorder:
         """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
         simulation = self._simulation
         particles, gone = simulation.particles, simulation.solver.particles.removed
-        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum)
+        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum,
+                        gone.get("laid", 0.0))
         left = gone["mass"] - gone["taken"]
         return {"time": simulation.time, "moving_share": now.moving_share, "momentum_share": now.momentum_share,
                 "left_share": left / max(now.mass + gone["mass"], 1e-300)}

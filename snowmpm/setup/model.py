@@ -2,7 +2,7 @@
 
 import pkgutil
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
+from snowmpm.setup.forests import forest_at
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -195,6 +196,10 @@ class Model:
             if scene.terrain.entrainment:
                 contact["terrain_entrainment"] = GroundFriction(scene.terrain.entrainment, scene.base_dir,
                                                                 self.surface.system, scene.source)
+            if scene.terrain.forest:
+                contact["terrain_forest"] = partial(forest_at, scene, self.surface)
+            if scene.terrain.deposition:
+                contact["terrain_deposition"] = scene.terrain.deposition.time
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                   "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                   "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

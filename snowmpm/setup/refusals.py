@@ -20,11 +20,22 @@ def demands(scene, later=False):
         yield from _of_friction(scene.terrain.friction)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
+        if scene.terrain.forest:
+            yield "deposition", True, "terrain.forest.0.name", scene.terrain.forest[0].name
+        if scene.terrain.deposition:
+            yield "deposition", True, "terrain.deposition.law", scene.terrain.deposition.law
     if scene.obstacles:
         yield "obstacles", True, "obstacles.0.name", scene.obstacles[0].name
+    for i, obstacle in enumerate(scene.obstacles):
+        if obstacle.motion:
+            yield "moving_obstacles", True, f"obstacles.{i}.motion", "a table"
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+        if body.start_time > 0.0:
+            yield "delays", True, f"bodies.{i}.start_time", body.start_time
+        if hasattr(raster := getattr(body.shape, "top", None), "file"):
+            yield "thickness_rasters", True, f"bodies.{i}.shape.top.file", raster.file
     for name, boundary in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
         yield "sides", boundary, f"domain.boundary.{name}", boundary
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
