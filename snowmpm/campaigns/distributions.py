@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
-from scipy import stats
+from scipy.special import ndtr, ndtri
 
 from snowmpm.scenes.spec import Number, Positive, Spec, refuse
 
@@ -99,23 +99,26 @@ class Cut(Parameter):
         return self
 
     def _ends(self):
-        whole = self._whole()
-        return (0.0 if self.low is None else float(whole.cdf(self.low)),
-                1.0 if self.high is None else float(whole.cdf(self.high)))
+        return (0.0 if self.low is None else float(ndtr(self._score(self.low))),
+                1.0 if self.high is None else float(ndtr(self._score(self.high))))
 
     def _quantile(self, u):
         begin, end = self._ends()
         tiny = np.finfo(float).eps
-        inside = min(max(begin + u * (end - begin), tiny), 1.0 - tiny)
-        value = float(self._whole().ppf(inside))
+        value = self._at(float(ndtri(min(max(begin + u * (end - begin), tiny), 1.0 - tiny))))
         low, high = (-math.inf if self.low is None else self.low), (math.inf if self.high is None else self.high)
         return min(max(value, low), high)
 
     def _share(self, value):
         begin, end = self._ends()
-        return (float(self._whole().cdf(value)) - begin) / (end - begin)
+        return (float(ndtr(self._score(value))) - begin) / (end - begin)
 
-    def _whole(self):
+    def _score(self, value):
+        """Normal score of a value."""
+        raise NotImplementedError
+
+    def _at(self, score):
+        """Value of a normal score."""
         raise NotImplementedError
 
 
@@ -130,8 +133,11 @@ class Normal(Cut):
     def _possible(self):
         return self._check()
 
-    def _whole(self):
-        return stats.norm(self.mean, self.deviation)
+    def _score(self, value):
+        return (value - self.mean) / self.deviation
+
+    def _at(self, score):
+        return self.mean + self.deviation * score
 
 
 class LogNormal(Cut):
@@ -143,10 +149,16 @@ class LogNormal(Cut):
 
     @model_validator(mode="after")
     def _possible(self):
+        for name in ("low", "high"):
+            if (value := getattr(self, name)) is not None and value <= 0.0:
+                raise refuse("must be > 0: all values are", name, value)
         return self._check()
 
-    def _whole(self):
-        return stats.lognorm(math.log(self.factor), scale=self.median)
+    def _score(self, value):
+        return math.log(value / self.median) / math.log(self.factor)
+
+    def _at(self, score):
+        return self.median * self.factor**score
 
 
 class Choices(Parameter):

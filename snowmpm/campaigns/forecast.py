@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from snowmpm.amounts import large, long_time
+from snowmpm.campaigns.work import start_quietly
 from snowmpm.errors import InputError
 
 MAPS = 5
@@ -28,13 +29,13 @@ class Survey:
 
 def survey(scene, threads=1):
     """`Survey` of a scene, which is built for it. Raises InputError as `build` does."""
-    import snowmpm.compiler  # noqa: F401
     from snowmpm.advice.budget import Budget
     from snowmpm.advice.calibration import measured_speed
     from snowmpm.advice.facts import SceneFacts
     from snowmpm.running.description import describe
     from snowmpm.setup.build import build
 
+    start_quietly("cpu", threads)
     model = build(scene)
     solver = model.solver()
     budget = Budget(SceneFacts(scene, model, solver), threads, measured_speed())
@@ -72,19 +73,16 @@ class Forecast:
                              " output.interval, or another disk with -o")
 
 
-def forecast(plan, surveys, workers, done=()):
-    """`Forecast` of the runs of a `Plan` that are not done yet (hashes). surveys: `Survey` by variant."""
+def forecast(file, folder, surveys, runs, workers):
+    """`Forecast` of a campaign. surveys: `Survey` by variant; runs: number of runs to be done, by variant."""
     seconds = disk = 0.0
-    left = [member for member in plan.members if member.hash not in done]
-    for member in left:
-        one = surveys[member.variant]
-        seconds += one.seconds
-        maps = 4.0 * MAPS * one.cells
+    for variant, n in runs.items():
+        one = surveys[variant]
+        seconds += n * one.seconds
         # Once with the run's results, where cells without snow are left out, and once in the stack of all
-        disk += 1.2 * maps + (one.run if plan.file.keep == "runs" else 0.0)
-    if plan.file.keep != "runs":
+        disk += n * (1.2 * 4.0 * MAPS * one.cells + (one.run if file.keep == "runs" else 0.0))
+    if file.keep != "runs":
         disk += workers * max(one.run for one in surveys.values())
-    there = next(parent for parent in (plan.folder, *plan.folder.parents) if parent.exists())
-    free = float(shutil.disk_usage(Path(there)).free)
-    return Forecast(len(left), START + seconds / workers, seconds * plan.file.cluster.threads / 3600.0, disk, free,
-                    max(one.memory for one in surveys.values()), workers)
+    there = next(parent for parent in (Path(folder), *Path(folder).parents) if parent.exists())
+    return Forecast(sum(runs.values()), START + seconds / workers, seconds * file.cluster.threads / 3600.0, disk,
+                    float(shutil.disk_usage(there).free), max(one.memory for one in surveys.values()), workers)

@@ -10,7 +10,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.campaigns import answers, cluster, forecast, table
 from snowmpm.campaigns.campaign import FILE, Campaign
 from snowmpm.campaigns.conduct import PATIENCE, Conductor
-from snowmpm.campaigns.members import PLAN, make_plan, write_bases
+from snowmpm.campaigns.members import PLAN, make_plan, runs_of, write_bases
 from snowmpm.campaigns.spec import CampaignFile, checked
 from snowmpm.campaigns.work import RECORD, job_of, work
 from snowmpm.draft import write_text
@@ -59,11 +59,14 @@ def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, re
             surveys[variant] = forecast.survey(load_scene(base), file.cluster.threads)
             now.done += 1
     cells = [one.cell for one in surveys.values() if one.cell]
+    number = cluster.worker_count(file.cluster, workers, max(one.memory for one in surveys.values()))
+    # Before every scene is checked: too large a campaign would take long for that too
+    forecast.forecast(file, folder, surveys, runs_of(file), number).check(file.source)
     plan = make_plan(file, folder, max(cells) if cells else None)
-    needed = max(one.memory for one in surveys.values())
-    expected = forecast.forecast(plan, surveys, cluster.worker_count(file.cluster, workers, needed), done_of(plan))
-    expected.check(file.source)
-    return plan, expected
+    done = done_of(plan)
+    left = {variant: sum(member.variant == variant and member.hash not in done for member in plan.members)
+            for variant in plan.variants}
+    return plan, forecast.forecast(file, folder, surveys, left, number)
 
 
 def done_of(plan):

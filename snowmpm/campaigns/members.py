@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -129,6 +130,24 @@ def write_bases(file, folder, cell=None):
     for variant, changes, _ in _variants(file, 0):
         _write_base(file, folder, variant, changes, inputs, cell)
     return {variant: base_file(folder, variant) for variant, _, _ in _variants(file, 0)}
+
+
+def runs_of(file):
+    """Number of runs of a `CampaignFile`, by variant."""
+    if file.design == "saltelli":
+        total = file.runs * (_columns(file) + 2)
+    elif file.runs is not None:
+        total = file.runs
+    else:
+        levels = [len(one.shares()) for one in file.parameters.values()]
+        total = math.prod(levels) if file.design == "grid" else 1 + sum(levels)
+    return {variant: n for variant, _, n in _variants(file, total)}
+
+
+def _columns(file):
+    """Columns of the design: rows of one posterior file share one."""
+    return len({("file", one.file) if isinstance(one, Drawn) else ("name", name)
+                for name, one in file.parameters.items()})
 
 
 def _variants(file, n):

@@ -111,21 +111,27 @@ def _done(job, results, started):
 
 def _run(job):
     """(`Run`, whether it went on from a checkpoint)."""
-    import snowmpm.compiler  # noqa: F401 (before the laws are read)
-    from snowmpm.compiler import runtime
+    start_quietly(job.backend, job.threads)
     from snowmpm.io import checkpoint
     from snowmpm.io.writer import run_file
     from snowmpm.running.loop import run
     from snowmpm.scenes import load_scene
 
-    with contextlib.redirect_stdout(io.StringIO()):
-        runtime.start(job.backend, job.threads)
     folder = Path(job.run)
     scene = load_scene(job.base, job.changes)
     if (folder / checkpoint.FILE).exists() or run_file(folder).exists():
         with contextlib.suppress(InputError):  # not to be continued: torn, or of another version
             return run(scene, folder, resume=True), True
     return run(scene, folder), False
+
+
+def start_quietly(backend, threads):
+    """Start Taichi without its message; one that runs is used as it is."""
+    from snowmpm.compiler import runtime
+
+    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of other threads than asked for
+        runtime.start(backend, threads)
 
 
 def numbers_of(run):
