@@ -26,6 +26,7 @@ from .hardening import hardening_moved, hardening_slope, hardening_value
 from .precision import by_precision, larger, smaller
 
 MAX_ITERATIONS = 50
+PATIENCE = 20  # iterations: from there on every other step bisects
 STEP_TOLERANCE = (0.1, 5e-4)  # of p₀; the step is of fourth order: about 0.02 of its fourth power is left
 STRAIGHT_TOLERANCE = (0.1, 0.02)  # of steps in a straight line, which in float64 one of Newton's follows
 LEAST_SQUARE = (1e-30, 1e-200)  # what keeps 1/√(d² + e²) finite
@@ -65,9 +66,11 @@ def return_to_ellipse(p_trial, e2, bulk, kappa, xi, beta, p_fixed, scale, offset
             beyond = side * w < -rounding
             before = not beyond and side * residual < 0.0
             near, far = ti.select(before, x, near), ti.select(before, far, x)
-            # Beyond p = c the sign of Q says nothing: bisect, as for a step out of the bracket or a NaN
+            # Beyond p = c the sign of Q says nothing: bisect, as for a step out of the bracket or a NaN. Along the
+            # exponential of p₀ Newton's steps are 1/ξ at most: at trial pressures of tens of K it would take hundreds
             lower, upper = ti.min(near, far), ti.max(near, far)
             inside = not beyond and x + step >= lower and x + step <= upper
+            inside = inside and (iterations < PATIENCE or iterations % 2 == 0)
             step = ti.select(inside, step, 0.5 * (near + far) - x)
             converged = ti.select((inside and small) or bulk * ti.abs(step) <= rounding, 1, 0)
         x += step

@@ -25,6 +25,8 @@ class Body(Spec):
     friction: NonNegative = 0.3
     """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
     [-]"""
+    start_time: NonNegative = 0.0
+    """when it is released [s]: until then it lies where it is; method = "depth" only"""
 
 
 def _no_rotation():
@@ -92,3 +94,5 @@ class Obstacle(Touching):
     shape: ObstacleShape
     motion: Motion | None = None
     """at rest when missing"""
+    drag: Positive = 2.0
+    """c_d of the pressure c_d density v^2 / 2 of a depth-averaged flow [-]: 2 for walls, 1 to 1.5 for masts"""

@@ -102,10 +102,10 @@ class Sph(Spec):
 class Depth(Spec):
     """Options of the depth-averaged method."""
 
-    damping: NonNegative = 1.0
+    damping: NonNegative = 0.93
     """C_1 of the rate C_1 c / dx at which neighbours give up differences of velocity that are not linear in place [-]:
     it keeps columns in order"""
-    mixing: NonNegative = 12.0
+    mixing: NonNegative = 17.0
     """C_2 of the same where snow gathers, as at a shock, over -div v [-]"""
     centrifugal: Annotated[bool, Field(strict=True)] = True
     """whether the ground's curvature adds to the normal stress, and so to friction"""

@@ -20,6 +20,6 @@ class Picture(Spec):
     """view, as for `snowmpm render --camera`"""
     size: tuple[Pixels, Pixels] = (1280, 480)
     """width and height of each picture [pixels]"""
-    plot: Literal["history", "compression", "saw_test"] | None = None
-    """curves below the last picture: history or saw_test, as `snowmpm plot` draws them; compression, stress against
-    strain"""
+    plot: Literal["history", "compression", "saw_test", "thalweg_time"] | None = None
+    """curves below the last picture: history, saw_test or thalweg_time, as `snowmpm plot` draws them; compression,
+    stress against strain"""

@@ -8,6 +8,7 @@ from snowmpm.scenes.regions import PlanFile, Region
 from snowmpm.scenes.space import (
     AXES,
     NUMBER,
+    TABLE,
     TEXT,
     Direction,
     FileName,
@@ -131,14 +132,23 @@ class Voxels(Spec):
     """.raw only: voxels along each axis, the first of them fastest"""
 
 
+class ThicknessRaster(Spec):
+    """A raster of the thickness of snow, normal to the ground [m]."""
+
+    file: FileName
+    """.asc or .tif raster, relative to the scene file; cells without data or with 0 hold no snow"""
+
+
 class Layer(Spec):
     """Snow between two distances from the terrain, measured normal to it."""
 
     kind: Literal["layer"]
     bottom: NonNegative = 0.0
     """distance of its lower face from the terrain [m]"""
-    top: Annotated[Annotated[Positive, NUMBER] | Annotated[Literal["file"], TEXT], by_type(NUMBER, TEXT)] = "file"
-    """distance of its upper face from the terrain [m]; "file": bottom plus `thickness` in the region file"""
+    top: Annotated[Annotated[Positive, NUMBER] | Annotated[Literal["file"], TEXT] | Annotated[ThicknessRaster, TABLE],
+                   by_type(NUMBER, TEXT, TABLE)] = "file"
+    """distance of its upper face from the terrain [m]; "file": bottom plus `thickness` in the region file; { file =
+    ... }: bottom plus the values of a raster, method = "depth" only"""
     region: Region | None = None
     """where, in plan; everywhere on the terrain when missing"""
 
@@ -149,6 +159,8 @@ class Layer(Spec):
                 raise refuse("is missing: distance of its upper face from the terrain [m]", "top")
             if not isinstance(self.region, PlanFile):
                 raise refuse("needs region = { file = ... } with an attribute thickness", "top", self.top)
+        elif isinstance(self.top, ThicknessRaster):
+            require_dimension(3, "a raster of thickness")
         elif self.top <= self.bottom:
             raise refuse(f"must be above bottom = {self.bottom:g}", "top", self.top)
         return self

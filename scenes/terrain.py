@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from snowmpm.scenes.dams import Dam
 from snowmpm.scenes.entrainment import Entrainment
+from snowmpm.scenes.forest import Deposition, Forest
 from snowmpm.scenes.friction import Friction
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import FileName, Pair, Vector, require_dimension, zero_vector
@@ -34,6 +35,10 @@ class Ground(Contacting):
     """Coulomb coefficient of slip and separate [-], or a table with a law of friction"""
     entrainment: Entrainment | None = None
     """snow cover that a flow takes up; method = "depth" only"""
+    forest: tuple[Forest, ...] = ()
+    """trees in plan; method = "depth" only"""
+    deposition: Deposition | None = None
+    """what becomes of snow that stops; method = "depth" only"""
 
 
 class Plane(Ground):

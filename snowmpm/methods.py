@@ -31,7 +31,14 @@ class Capabilities:
     """rasters as numbers of these laws"""
     entrainment: bool = False
     """snow cover that the flow takes up"""
+    deposition: bool = False
+    """forest, and snow that becomes ground where it stops"""
+    thickness_rasters: bool = False
+    """layers whose thickness is a raster"""
+    delays: bool = False
+    """bodies that lie still until their start_time"""
     obstacles: bool = True
+    moving_obstacles: bool = True
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -71,7 +78,9 @@ class MethodEntry:
     dx, precision, origin, lower, upper, gravity, cfl, terrain, terrain_contact, terrain_friction, sides, obstacles and
     body_friction, and returns a `stepping.contract.Method`; options: name of the method's own table within the scene's
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
-    terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`.
+    terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
+    terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
+    [s], for methods with `deposition`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", else a
     `ground.friction.GroundFriction`.
     """
@@ -100,7 +109,8 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
-        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), obstacles=False,
+        deposition=True, thickness_rasters=True, delays=True,
+        contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
 )}

@@ -17,7 +17,7 @@ def ground(plan):
     return 1000.0 - SLOPE * np.minimum(plan[:, 0], 400.0)
 
 
-def straight_avalanche(lone_grain=False):
+def straight_avalanche(lone_grain=False, ground=ground):
     """Release over x = 20 to 60 m, flow 40 m wide to x = 500 m, deposit of 1 m from 460 to 500 m."""
     maps = {name: np.zeros((160, 40)) for name in
             ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
@@ -95,6 +95,19 @@ def test_nothing_moved():
                           shapely.box(20.0, 20.0, 30.0, 30.0))
     assert "runout" not in found.numbers and found.line is None and found.profile == {}
     assert found.numbers["affected_area"] == 100.0
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_release_over_holes_alone_has_areas_but_no_top():
+    found = straight_avalanche(ground=lambda plan: np.full(len(plan), np.nan))
+    assert found.numbers["affected_area"] == 480.0 * 40.0 and found.classes
+    assert not {"top", "runout", "travel_angle"} & set(found.numbers) and found.line is None and found.profile == {}
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_top_is_that_of_the_ground_there_is():
+    found = straight_avalanche(ground=lambda plan: np.where(plan[:, 0] < 30.0, np.nan, ground(plan))).numbers
+    assert found["top"] == pytest.approx(1000.0 - SLOPE * 30.0, abs=SLOPE * CELL)
 
 
 def test_areas_by_class_add_up():

@@ -153,7 +153,7 @@ def thinnest(scene):
 
 
 def _extent(shape):
-    if shape.kind == "layer" and shape.top != "file":
+    if shape.kind == "layer" and isinstance(shape.top, int | float):
         return shape.top - shape.bottom
     if shape.kind == "box":
         return min(hi - lo for lo, hi in zip(shape.min, shape.max, strict=True))

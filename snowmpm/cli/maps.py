@@ -49,7 +49,8 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
     elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
     thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
-    CSV and JSON; a QGIS project that opens everything; a plot along the thalweg. Each file says whether the run is
+    CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and over
+    time. Each file says whether the run is
     final: complete, at rest, without loss of mass.
     """
     from snowmpm.cli.info import print_avalanche
@@ -122,13 +123,15 @@ def _files(run, folder, seen, scores):
 
 def _pictures(run, folder, seen):
     """Draw the pictures; -> their paths."""
-    from snowmpm.render import render_map, render_thalweg
+    from snowmpm.render import render_map, render_thalweg, render_thalweg_time
 
     for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
         if (raster.values > 0.0).any():
             yield render_map(run, name, folder / f"{name}.png", observed=seen.rings if seen else None)
     if run.hazard.get("profile"):
         yield render_thalweg(run, folder / "thalweg.png")
+        if "velocity" in run.field_names:
+            yield render_thalweg_time(run, folder / "thalweg_time.png")
 
 
 def _told(score):

@@ -19,7 +19,13 @@ Compression = Annotated[
 ]
 
 
-def plot(run: RunPath, output: Output = None, compression: Compression = False):
+ThalwegTime = Annotated[
+    bool, typer.Option("--thalweg-time", help="Depth and speed along the thalweg over time instead;"
+                                              " RUN/thalweg_time.png.")
+]
+
+
+def plot(run: RunPath, output: Output = None, compression: Compression = False, thalweg_time: ThalwegTime = False):
     """Plot the history of a run: front, speed, energies, time step, loads on obstacles.
 
     For a propagation saw test, a second plot (with -o the only one) shows the crack in space and time, its speed and
@@ -30,7 +36,12 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False):
 
     opened = Run(run)
     with stage("drawing"):
-        written = _draw(opened, output, compression)
+        if thalweg_time:
+            from snowmpm.render import render_thalweg_time
+
+            written = [render_thalweg_time(opened, output or opened.path.with_name("thalweg_time.png"))]
+        else:
+            written = _draw(opened, output, compression)
     for path in written:
         print(path)
 

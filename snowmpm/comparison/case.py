@@ -54,6 +54,12 @@ class Case:
         return self.scene["solver"]["method"]
 
     @property
+    def in_plan(self):
+        """Whether its particles are columns in plan, each with its depth."""
+        entry = METHODS.get(self.method)
+        return entry is not None and entry.capabilities.plan and "depth" in self.run.field_names
+
+    @property
     def dx(self):
         """Spacing of the grid (mpm) or of the particles (sph) [m]."""
         return self.run.provenance["dx"]

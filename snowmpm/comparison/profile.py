@@ -63,8 +63,11 @@ def profile(case, frame, centre=None, way=None):
     """`Profile` of a `Frame` of a `Case`: along x; in 3-D on a strip along x through the middle of all mass, or, with
     a `centre` (2,) in plan, over the distance from it, all around, or, with a `Way`, on a strip along it, heights being
     those above its ground. None where no snow lies on the way."""
-    x, volume, spacing = case.positions(frame), case.volumes(frame), case.spacing
+    x, spacing = case.positions(frame), case.spacing
     width = BIN * spacing
+    if case.in_plan:
+        return _of_columns(case, frame, centre, way)
+    volume = case.volumes(frame)
     if x.shape[1] == 2:
         return _profile(x[:, 0], x[:, 1], volume, spacing, lambda s: width)
     if centre is not None:
@@ -76,6 +79,40 @@ def profile(case, frame, centre=None, way=None):
     middle = float(np.average(x[:, 1], weights=volume))
     strip = np.abs(x[:, 1] - middle) < width
     return _profile(x[strip, 0], x[strip, 2], volume[strip], spacing, lambda s: 2.0 * width * width)
+
+
+def _of_columns(case, frame, centre, way):
+    """The same of columns, which lie at half of their snow and know its depth: means over each bin."""
+    x, depth = case.positions(frame), np.asarray(frame.fields["depth"], float).ravel()
+    width, along, height = BIN * case.spacing, "x", x[:, 2]
+    if centre is not None:
+        s, along, near = np.hypot(*(x[:, :2] - np.asarray(centre, float)).T), "r", np.ones(len(x), bool)
+    elif way is not None:
+        (near, s, height), along = way.strip(x, width), "s"
+    else:
+        near = np.abs(x[:, 1] - x[:, 1].mean()) < width
+        s, height = x[near, 0], height[near]
+    if not near.any():
+        return None
+    number = np.floor(s / width + 1e-4).astype(np.int64)
+    first = number.min()
+    count = np.bincount(number - first)
+    begin, stop = _main_row(count > 0, np.bincount(number - first, depth[near]))
+    inside = (number - first >= begin) & (number - first < stop)
+    bins = number[inside] - first - begin
+    there = np.bincount(bins) > 0
+
+    def mean(values):
+        return np.bincount(bins, values)[there] / np.bincount(bins)[there]
+
+    middles = mean(s[inside])
+    thick, ground = mean(depth[near][inside]), mean(x[near, 2][inside])
+    slope = np.gradient(ground, middles) if len(middles) > 1 else np.zeros(1)
+    cosine = 1.0 / np.sqrt(1.0 + slope**2)
+    bottom = mean(height[inside]) - 0.5 * cosine * thick
+    start, end = float(s[inside].min() - 0.5 * case.spacing), float(s[inside].max() + 0.5 * case.spacing)
+    back, front = _reach(middles, thick / cosine, width)
+    return Profile(middles, bottom + thick / cosine, bottom, start, end, max(start, back), min(end, front), along)
 
 
 def _profile(s, height, volume, spacing, area, along="x"):

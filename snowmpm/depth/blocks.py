@@ -10,7 +10,7 @@ and when the blocks have stopped, the run ends. Pressure, which spreads a flow, 
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
@@ -27,6 +27,8 @@ BLOCKS = 100
 DEEPER = 4.0
 """Depth that a flow reaches where it is squeezed or stops, over that of its release, for the waves that limit its
 steps: 4.5 in the library's valley."""
+STRIDE = 3
+"""Steps of the columns in one of the blocks, which no wave limits."""
 MOST_STEPS = 20000
 """Steps after which the rest of the run is taken to go on as it is."""
 
@@ -46,6 +48,15 @@ class Course:
     bend: float
     slope: float
     lift: float
+
+    def later(self, delay, end_time):
+        """The same, of which a part begins `delay` [s] later: until then the flow is taken to need as many steps as
+        after that."""
+        if delay <= 0.0 or self.rests == math.inf:
+            return self
+        rests = self.rests + delay
+        return replace(self, rests=rests if rests < end_time else math.inf,
+                       steps=math.ceil(self.steps * min(rests, end_time) / max(self.rests, 1e-9)))
 
 
 @functools.cache
@@ -146,8 +157,8 @@ def run_blocks(blocks, longest, end_time, interval):
     moved = speed > 0.0
     while time < end_time and len(blocks.plan) and steps < MOST_STEPS:
         dt = interval / math.ceil(interval / longest(speed) - 1e-9)
-        speed = blocks.step(dt)
-        time, steps, most = time + dt, steps + 1, max(most, speed)
+        speed = blocks.step(STRIDE * dt)
+        time, steps, most = time + STRIDE * dt, steps + STRIDE, max(most, speed)
         moved |= speed > MOVING_SPEED
         if speed <= MOVING_SPEED and (moved or time > 0.1 * end_time):
             rests = time

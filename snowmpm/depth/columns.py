@@ -5,6 +5,7 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import ColumnProbe, ColumnSnapshot
 from snowmpm.particles.contract import Particles
@@ -20,30 +21,40 @@ OFFSETS = {"position": 0, "velocity": 2, "volume": 4, "depth": 5, "climb": 6, "i
 
 class Columns(Particles):
     """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
-    material, identity (n,): index of the material, number for life."""
+    material, identity (n,): index of the material, number for life. starts (n,): when each may move [s], in rising
+    order; flowing: how many may, the first rows. The others lie still: they press on their neighbours, and the ground
+    holds them."""
 
     def __init__(self, population, laws, grid, bed, precision):
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
         self.count = len(population.volumes)
         self.repeats = np.append(grid.repeats, False)
-        cell, offset = grid.cells(population.positions[:, :2])
+        order = np.argsort(population.starts, kind="stable")
+        self.starts = population.starts[order]
+        self.flowing = int(np.searchsorted(self.starts, 0.0, side="right"))
+        cell, offset = grid.cells(population.positions[order, :2])
         reals = np.zeros((self.count, sum(SIZES.values())))
-        reals[:, :2], reals[:, 2:4], reals[:, 4] = offset, population.velocities[:, :2], population.volumes
+        reals[:, :2], reals[:, 2:4] = offset, population.velocities[order, :2]
+        reals[:, 4] = population.volumes[order]
         self.densities = real_array(self.materials.density)
-        self._fill(cell, reals, population.material, np.arange(self.count))
+        self._fill(cell, reals, population.material[order], order)
         if self.count:
             now = self.snapshot()
             reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
             self.reals.from_numpy(reals.astype(DTYPES[precision][1]))
+            self.changed()
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
-                        "momentum": np.zeros(3)}
+                        "laid": 0.0, "momentum": np.zeros(3)}
         self.sorts = 0
+        self.deposit = None
+        """`depth.deposit.Deposit` of snow that stops, set by the solver"""
+        self.empty = 0
 
     def _fill(self, cells, reals, material, identity):
         real, numpy_real = DTYPES[self.precision]
-        self.count = len(reals)
+        self.count, self._seen = len(reals), None
         self.material, self.identity = int_array(material), int_array(identity)
         self.cells = ti.Vector.ndarray(2, ti.i32, max(1, self.count))
         self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, self.count))
@@ -51,13 +62,16 @@ class Columns(Particles):
             self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
             self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
 
-    def take(self, keep, gravity, taken=False):
-        """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave."""
+    def take(self, keep, gravity, taken=False, laid=False):
+        """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave, as
+        `laid` those that have laid down all of their snow."""
         snapshot, gone = self.snapshot(), ~np.asarray(keep, bool)
+        self.starts, self.flowing = self.starts[~gone], int((~gone[: self.flowing]).sum())
         mass, velocity = self.masses()[gone], snapshot.column("velocity")[gone]
         removed, positions = self.removed, snapshot.positions()[gone]
-        removed["count"] += int(gone.sum())
-        removed["mass"] += float(mass.sum())
+        if not laid:
+            removed["count"] += int(gone.sum())
+        removed["laid" if laid else "mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
@@ -70,11 +84,32 @@ class Columns(Particles):
         removed["energy"] += -0.5 * gravity[2] * float(before - after)
         self.sorts += 1
 
+    def release(self, time):
+        """Let columns go whose start has come by `time` [s]; -> whether there were any."""
+        before, slack = self.flowing, 1e-9 * max(1.0, time)
+        if before < self.count and self.starts[before] <= time + slack:
+            self.flowing = int(np.searchsorted(self.starts, time + slack, side="right"))
+        return self.flowing > before
+
     def gain(self, mass, height, gravity):
         """Count snow cover that was taken up: its mass [kg], and its sum of mass times height [kg m]."""
         self.mass += mass
         self.removed["entrained"] += mass
         self.removed["energy"] += height * gravity[2]
+
+    def lay(self, sums):
+        """Count snow that was laid down in a step: `sums` of `Deposit.take`, which has taken it from the columns."""
+        self.changed()
+        self.mass -= float(sums[MASS])
+        self.removed["laid"] += float(sums[MASS])
+        self.removed["momentum"] = self.removed["momentum"] + sums[MOMENTUM : MOMENTUM + 3]
+        self.removed["energy"] += float(sums[ENERGY])
+        self.empty = int(sums[EMPTY])
+
+    @property
+    def too_many_empty(self):
+        """Whether the columns that hold next to nothing should go."""
+        return self.empty > CROWD * self.flowing
 
     def _table(self):
         return self.reals.to_numpy()[: self.count]
@@ -108,8 +143,14 @@ class Columns(Particles):
         return len(np.unique(cells[:, 0].astype(np.int64) << 32 | cells[:, 1])) if self.count else 0
 
     def snapshot(self):
-        """`ColumnSnapshot` of all columns as they are now."""
-        return ColumnSnapshot(self)
+        """`ColumnSnapshot` of all columns as they are now; the same one until they change."""
+        if self._seen is None:
+            self._seen = ColumnSnapshot(self)
+        return self._seen
+
+    def changed(self):
+        """To be called when kernels have moved the columns: what was read of them is of before."""
+        self._seen = None
 
     def column(self, name):
         """Copy of one column of numbers (n, size), as `ColumnSnapshot.column` has it."""
@@ -125,17 +166,30 @@ class Columns(Particles):
 
     def sums_in_plan(self, lower, cell, shape):
         """Sums over plan cells (`particles.contract.Particles`), each column spread like the spline of its cell."""
-        return plan_sums(self, lower, cell, shape)
+        return plan_sums(self, lower, cell, shape, (0, self.flowing))
+
+    def resting_in_plan(self, lower, cell, shape):
+        """Volume of columns that wait, and of what was laid down (`particles.contract.Particles`)."""
+        laid = self.deposit.in_plan(lower, cell, shape) if self.deposit else None
+        if self.flowing == self.count:
+            return laid
+        volume = np.zeros(shape) if laid is None else laid
+        window, sums = plan_sums(self, lower, cell, shape, (self.flowing, self.count))
+        volume[window] += sums[..., 0]
+        return volume
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All columns, by name."""
         return {"cells": self.cells.to_numpy()[: self.count], "reals": self._table(),
-                "labels": self.snapshot().labels, "removed": {**self.removed}, "mass": self.mass, "sorts": self.sorts}
+                "labels": self.snapshot().labels, "removed": {**self.removed}, "mass": self.mass, "sorts": self.sorts,
+                "starts": self.starts, "flowing": self.flowing}
 
     def restore(self, state):
         """Take over a `state()`."""
         self._fill(state["cells"], state["reals"], state["labels"][:, 0], state["labels"][:, 1])
         self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
         self.mass, self.sorts = state["mass"], state["sorts"]
+        self.starts = np.array(state["starts"], float)
+        self.flowing = int(state["flowing"])

@@ -12,7 +12,7 @@ a choice. Friction
     v_new = max(0, v - dt A) / (1 + dt K),   K at the speed before the step
 
 which stops a column without turning it back, holds one at rest, has the right steady speed for any dt, and is of second
-order for drags with v^2.
+order for drags with v^2. A column that stops within a step goes as far as until it stops.
 """
 
 import functools
@@ -84,8 +84,7 @@ def gather_kernel(real, law, entrains, serial):
                                 ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
                                 phi += values[0] * ti.Vector([wy[j], dy[j]])
                                 snow += values[1] * wy[j]
-                                share = values[2] * wy[j]
-                                beta += share * ti.Vector([1.0, values[3], values[4]])
+                                beta += wy[j] * ti.Vector([values[2], values[3], values[4]])
                             level += wx[i] * ground[0]
                             s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
                             bend += ti.Vector([ddx[i] * ground[0], wx[i] * ground[2], dx[i] * ground[1]])
@@ -150,7 +149,10 @@ def gather_kernel(real, law, entrains, serial):
                         entrained += ti.cast(taken, ti.f64)
                         height += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
-                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * new)
+                        way = new
+                        if slowed <= 0.0 and speed > 0.0:  # stopped within the step: not half a step's way further
+                            way = -old * (1.0 - speed * load / (dt * (tau[0] + ti.min(0.0, tau[1]) * before)))
+                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * way)
                         speed2 = ti.max(speed2, slowed**2)
                         wave2 = ti.max(wave2, g * depth / metric)
                         for a in ti.static(range(2)):

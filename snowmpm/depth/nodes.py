@@ -1,7 +1,7 @@
 """What columns feel of each other, at the nodes of the plan grid.
 
     depth      H_i = V_i / dx^2, measured vertically
-    potential  phi_i = g cos^2 H_i,   a = -grad phi
+    potential  phi_i = g cos^2 H_i, partly over the corners of the cells (`depth.smoothing`),   a = -grad phi
     velocity   u_i = M_i / V_i
 
 cos^2 H is the height of the surface over the ground for a layer of thickness cos H (Bouchut et al. 2003,
@@ -9,14 +9,17 @@ doi:10.1016/S1631-073X(03)00117-1): a lake stays at rest, and on a plane the pre
 sum of V_i phi_i / 2 is the energy of these forces, and what they do to the columns its gradient, so that it is
 conserved (Hamiltonian particle-mesh method, Frank, Gottwald and Reich 2002, doi:10.1007/978-3-642-56103-0_10).
 
-Columns around a node give up what sets them apart at the rate
+Columns around a node i, and around a corner c of cells, give up what sets them apart at the rates
 
-    v_p <- v_p + sum_i beta_i w_ip (u_i - v_p),   beta_i = 1 - exp(-dt kappa_i)
-    kappa_i = C_1 sqrt(phi_i) / dx + C_2 max(0, R_i - u_i . G_i) / V_i
+    v_p <- v_p + sum_i beta_i w_ip (u_i - v_p) + sum_c beta_c w_cp (u_c - v_p)
+    beta_i = 1 - exp(-dt C_1 sqrt(g cos^2 H_i) / dx)
+    beta_c = 1 - exp(-dt C_2 max(0, R_c - u_c . G_c) / V_c)
 
-which leaves alone velocities that are linear in place, conserves momentum and takes energy, node by node. C_1 damps
-disorder at the speed of waves; C_2 acts where snow gathers, as at a shock: R_i - u_i . G_i is -V_i div u by differences
-of velocities (P-73, first form), as in the viscosity of von Neumann and Richtmyer (1950, doi:10.1063/1.1699639).
+where w_cp, V_c, R_c and G_c are means of the four nodes around the corner and u_c = M_c / V_c. This leaves alone
+velocities that are linear in place, conserves momentum and takes energy, node by node. C_1 damps disorder at the speed
+of waves; C_2 acts where snow gathers, as at a shock: R - u . G is -V div u by differences of velocities (P-73, first
+form), as in the viscosity of von Neumann and Richtmyer (1950, doi:10.1063/1.1699639). Taken at nodes, which reach less
+far, it would let waves of two cells stand behind a shock.
 """
 
 import functools
@@ -24,27 +27,40 @@ import functools
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.depth.plan_grid import TILE
+from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.scatter import TALLIES, WATER
+from snowmpm.depth.smoothing import SMOOTHING
 
 NODE = 6
-"""Numbers of a node: phi, H, beta, u (2), share of the wanted snow cover that there is."""
+"""Numbers of a node: phi, H, b = sum of all beta, b u (2), share of the wanted snow cover that there is."""
+
+TOTALS = 6
+"""Numbers of a node of the tallies that neighbours read: V, M (2), R dx, G dx (2)."""
+
+
+@ti.func
+def closing(s):
+    """max(0, R - u . G) / V times dx, of totals s."""
+    u = ti.Vector([s[1], s[2]]) / s[0]
+    return ti.max(0.0, (s[3] - u.dot(ti.Vector([s[4], s[5]]))) / s[0])
 
 
 @functools.cache
 def node_kernel(real, entrains, serial):
-    """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these.
+    """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these. Tiles that
+    were touched in the step before only are `live`, and are emptied.
 
-    copies: sets of tallies that are added up. entrains: whether snow cover is taken up; then cover: mass left [kg] of
-    each node's cell, lowering: how far [m] the ground sinks where a kilogram is taken, under: the node's place in bed.
+    copies: sets of tallies that are added up. tile_rows: tiles along y. nx, ny: nodes. entrains: whether snow cover is
+    taken up; then cover: mass left [kg] of each node's cell, lowering: how far [m] the ground sinks where a kilogram is
+    taken, under: the node's place in bed.
     """
 
     @taichi_kernel
-    def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), cos2: ti.types.ndarray(),
-                nodes: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
-                under: ti.types.ndarray(), bed: ti.types.ndarray(),
-                g: real, dx: real, unit: real, damping: real, mixing: real, dt: real,
-                copies: int, n_tiles: int):
+    def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), live: ti.types.ndarray(),
+                totals: ti.types.ndarray(), nodes: ti.types.ndarray(), lookup: ti.types.ndarray(),
+                cos2: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
+                under: ti.types.ndarray(), bed: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real,
+                mixing: real, dt: real, copies: int, n_tiles: int, tile_rows: int, nx: int, ny: int):
         ti.loop_config(serialize=serial)
         for tile in range(n_tiles):
             found = 0
@@ -61,23 +77,49 @@ def node_kernel(real, entrains, serial):
                             place = copy * n_tiles * (TILE * TILE) + node
                             sums += tallies[place]
                             tallies[place] = ti.Vector.zero(real, TALLIES)
-                    result = ti.Vector.zero(real, NODE)
-                    if sums[0] > 0.0:
-                        volume = sums[0]
-                        depth = volume * unit / (dx * dx)
-                        u = ti.Vector([sums[1 + a] / volume for a in ti.static(range(2))])
-                        gradient = ti.Vector([sums[4 + a] for a in ti.static(range(2))])
-                        closing = ti.max(0.0, (sums[3] - u.dot(gradient)) / volume) / dx
-                        phi = g * ti.cast(cos2[node], real) * depth
-                        kappa = damping * ti.sqrt(phi) / dx + mixing * closing
-                        result = ti.Vector([phi, depth, 1.0 - ti.exp(-dt * kappa), u[0], u[1], 0.0])
-                        if ti.static(entrains):
-                            wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
-                            if wanted > 0.0:
-                                taken = ti.min(wanted, cover[node])
-                                cover[node] -= taken
-                                bed[under[node]] -= taken * lowering[node]
-                                result[NODE - 1] = ti.cast(taken / wanted, real)
-                    nodes[node] = result
+                    totals[node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
+                    if ti.static(entrains):
+                        wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
+                        nodes[node][NODE - 1] = 0.0
+                        if wanted > 0.0:
+                            taken = ti.min(wanted, cover[node])
+                            cover[node] -= taken
+                            bed[under[node]] -= taken * lowering[node]
+                            nodes[node][NODE - 1] = ti.cast(taken / wanted, real)
+                live[tile] = 1
+            elif live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    totals[tile * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
+                live[tile] = 0
+        deep = unit / (dx * dx)
+        ti.loop_config(serialize=serial)
+        for tile in range(n_tiles):
+            if live[tile] > 0:
+                for inner in range(TILE * TILE):
+                    i, j = tile // tile_rows * TILE + inner // TILE, tile % tile_rows * TILE + inner % TILE
+                    if i < nx and j < ny:
+                        at = ti.Matrix.zero(int, 3, 3)
+                        for a, b in ti.static(ti.ndrange(3, 3)):
+                            at[a, b] = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + (b - 1 + MARGIN)]
+                        here = totals[at[1, 1]]
+                        beta, drive = ti.cast(0.0, real), ti.Vector.zero(real, 2)
+                        level = ti.cast(cos2[at[1, 1]], real) * here[0]
+                        if here[0] > 0.0:
+                            beta = 1.0 - ti.exp(-dt * damping * ti.sqrt(g * level * deep) / dx)
+                            drive = beta / here[0] * ti.Vector([here[1], here[2]])
+                        level *= 1.0 - SMOOTHING
+                        for a, b in ti.static(ti.ndrange(2, 2)):  # corners
+                            s, share = ti.Vector.zero(real, TOTALS), ti.cast(0.0, real)
+                            for c, d in ti.static(ti.ndrange(2, 2)):
+                                s += totals[at[a + c, b + d]]
+                                share += ti.cast(cos2[at[a + c, b + d]], real)
+                            level += SMOOTHING / 64.0 * s[0] * share
+                            if s[0] > 0.0:
+                                rate = 0.25 * (1.0 - ti.exp(-dt * mixing * closing(s) / dx))
+                                beta += rate
+                                drive += rate / s[0] * ti.Vector([s[1], s[2]])
+                        node = tile * (TILE * TILE) + inner
+                        nodes[node][0], nodes[node][1], nodes[node][2] = g * level * deep, here[0] * deep, beta
+                        nodes[node][3], nodes[node][4] = drive[0], drive[1]
 
     return resolve

@@ -38,9 +38,7 @@ class PlanGrid:
         self._lookup = np.zeros((2, int(self.shape.max()) + 2 * MARGIN), np.int32)
         for axis, (step, inner) in enumerate(((self.tiles[1] * TILE**2, TILE), (TILE**2, 1))):
             n = self.shape[axis]
-            cell = np.arange(-MARGIN, n + MARGIN)
-            cell = cell % n if self.repeats[axis] else np.where(cell < 0, -1 - cell, np.where(cell < n, cell,
-                                                                                              2 * n - 1 - cell))
+            cell = self.inner(axis, np.arange(-MARGIN, n + MARGIN))
             self._lookup[axis, : n + 2 * MARGIN] = cell // TILE * step + cell % TILE * inner
         self.lookup = int_array(self._lookup)
 
@@ -48,6 +46,12 @@ class PlanGrid:
         """Number of each node (nx, ny)."""
         return (self._lookup[0, MARGIN : MARGIN + self.shape[0], None]
                 + self._lookup[1, None, MARGIN : MARGIN + self.shape[1]])
+
+    def inner(self, axis, cell):
+        """Cells (n,) along an axis, of which those beyond the sides are taken for their image inside."""
+        n = self.shape[axis]
+        return cell % n if self.repeats[axis] else np.where(cell < 0, -1 - cell, np.where(cell < n, cell,
+                                                                                          2 * n - 1 - cell))
 
     def number(self, i, j):
         """Number of the node of cells i, j (n,), up to `MARGIN` beyond the sides."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.depth.plan_grid import MARGIN
+from snowmpm.depth.smoothing import surface_heights
 
 EMPTY = {"affine": 9, "stress": 6, "elastic": 6, "state": 1}
 """What other particles carry and columns do not, and how many numbers that would be."""
@@ -32,14 +33,16 @@ class ColumnSnapshot:
             (wx, dx), (wy, dy) = (spline(self._reals[:, a]) for a in (0, 1))
             height, slope, surface = np.zeros(n), np.zeros((n, 2)), np.zeros(n)
             heights = self._bed.heights
-            level = surface_heights(grid, self._bed, self._cells, self._reals)
+            first, depth = depth_at_nodes(grid, self._cells, self._reals)
+            cos2 = self._bed.cos2[tuple(slice(low, low + k) for low, k in zip(first, depth.shape, strict=True))]
+            level = surface_heights(depth, cos2, grid.repeats)
             for i in range(3):
                 for j in range(3):
                     at = self._cells[:, 0] + i - 1, self._cells[:, 1] + j - 1
                     b, w = heights[at[0] + MARGIN, at[1] + MARGIN], wx[:, i] * wy[:, j]
                     height += b * w
                     slope += b[:, None] * np.stack([dx[:, i] * wy[:, j], wx[:, i] * dy[:, j]], axis=1)
-                    surface += w * level[grid.number(*at)]
+                    surface += w * level[grid.inner(0, at[0]) - first[0], grid.inner(1, at[1]) - first[1]]
             self._all = height, slope / grid.dx, surface
         return self._all
 
@@ -76,15 +79,20 @@ class ColumnSnapshot:
         return np.column_stack([self._grid.plan(self._cells, self._reals[:, :2]), height + 0.5 * surface])
 
 
-def surface_heights(grid, bed, cells, reals):
-    """cos^2 H_i [m] at all nodes by number, from cells (n, 2) and reals (n, 6) of columns."""
+def depth_at_nodes(grid, cells, reals):
+    """First node (2,) of the part of the grid, whole along repeated axes, that holds all columns and two nodes more on
+    all sides, and H_i [m] in it, from cells (n, 2) and reals (n, 6) of columns."""
     (wx, _), (wy, _) = (spline(reals[:, a]) for a in (0, 1))
-    total = np.zeros(grid.n_nodes)
+    first = np.where(grid.repeats, 0, cells.min(axis=0, initial=grid.shape.max()) - 3).clip(0, grid.shape - 1)
+    last = np.where(grid.repeats, grid.shape, cells.max(axis=0, initial=0) + 4).clip(first + 1, grid.shape)
+    nx, ny = last - first
+    total = np.zeros(nx * ny)
     for i in range(3):
+        row = (grid.inner(0, cells[:, 0] + i - 1) - first[0]) * ny
         for j in range(3):
-            node = grid.number(cells[:, 0] + i - 1, cells[:, 1] + j - 1)
-            total += np.bincount(node, reals[:, 4] * wx[:, i] * wy[:, j], grid.n_nodes)
-    return total / grid.dx**2 * grid.flat(bed.cos2)
+            node = row + grid.inner(1, cells[:, 1] + j - 1) - first[1]
+            total += np.bincount(node, reals[:, 4] * wx[:, i] * wy[:, j], nx * ny)
+    return first, total.reshape(nx, ny) / grid.dx**2
 
 
 class ColumnProbe:

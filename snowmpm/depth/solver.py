@@ -19,10 +19,13 @@ from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
 from snowmpm.depth.cover import Cover
+from snowmpm.depth.deposit import EMPTIED, Deposit
 from snowmpm.depth.gather import LEAST_DEPTH
-from snowmpm.depth.nodes import NODE, node_kernel
+from snowmpm.depth.loads import Gauges
+from snowmpm.depth.nodes import NODE, TOTALS, node_kernel
 from snowmpm.depth.plan_grid import PlanGrid
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.ground.forest_drag import with_drag
 from snowmpm.ground.friction import GroundFriction
 from snowmpm.particles.coordinates import Frame
 from snowmpm.stepping.contract import Method, StepLimits, Totals
@@ -46,9 +49,11 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, entrainment=None):
+                 sides, entrainment=None, forest=None, deposition=None, obstacles=()):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
-        numbers; entrainment: the same of a law of entrainment, or None."""
+        numbers; entrainment: the same of a law of entrainment, or None; forest: plan places (n, 2) -> drag [-] and
+        detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None; obstacles:
+        `solids.Obstacle`s whose loads are wanted."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
@@ -58,7 +63,11 @@ class DepthSolver(Method):
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
         self.particles = Columns(population, laws, self.grid, self.bed, precision)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
-        self._tables(friction, entrainment, sides, population)
+        trees = None if forest is None else forest(self.grid.places().reshape(-1, 2)).reshape(*self.grid.shape, 2)
+        self._tables(friction, entrainment, sides, population, trees)
+        self.particles.deposit = self._deposit(trees, deposition)
+        mean = self.particles.mass / max(float(population.volumes.sum()), 1e-300)
+        self._gauges = Gauges(obstacles, self.grid, self.bed, -float(self.gravity[2]), mean) if obstacles else None
         self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)))
         self.time, self.steps, self.unconverged, self.forcing = 0.0, 0, 0, None
         self._wave = self._first_wave()
@@ -66,15 +75,27 @@ class DepthSolver(Method):
 
     @classmethod
     def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
-           terrain_friction=None, terrain_entrainment=None, **others):
+           obstacles=(), terrain_friction=None, terrain_entrainment=None, terrain_forest=None, terrain_deposition=None,
+           **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
                    cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
-                   entrainment=terrain_entrainment)
+                   entrainment=terrain_entrainment, forest=terrain_forest, deposition=terrain_deposition,
+                   obstacles=obstacles)
 
-    def _tables(self, friction, entrainment, sides, population):
+    def _deposit(self, trees, time):
+        """`Deposit` of snow that stops, None where none does."""
+        stops = trees is not None and trees[..., 1].any()
+        if not stops and time is None:
+            return None
+        if self.grid.repeats.any():
+            raise InputError.at("domain.boundary", "periodic", "does not go with snow that becomes ground where it"
+                                                               " stops")
+        return Deposit(self.grid, trees[..., 1] if stops else None, time)
+
+    def _tables(self, friction, entrainment, sides, population, trees=None):
         """What kernels read beside the columns."""
         real = runtime.DTYPES[self.precision][0]
         grid, count = self.grid, max(1, self.particles.count)
@@ -83,11 +104,17 @@ class DepthSolver(Method):
         self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * grid.n_nodes)
         self._tallies.fill(0.0)
         self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
+        self._live = int_array(np.zeros(grid.n_tiles))
         self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
         self._nodes.fill(0.0)
+        self._totals = ti.Vector.ndarray(TOTALS, real, grid.n_nodes)
+        self._totals.fill(0.0)
         self._cos2 = real_array(grid.flat(self.bed.cos2))
-        self._unit = float(population.volumes.mean())
+        self.unit = float(population.volumes.mean())
         self._law, numbers = self._on_ground(friction)
+        if trees is not None and trees[..., 0].any():
+            numbers = np.broadcast_to(numbers, (grid.n_nodes, numbers.shape[1]))
+            self._law, numbers = with_drag(self._law), np.column_stack([numbers, grid.flat(trees[..., 0])])
         self.cover = Cover(grid, self.bed, *(self._on_ground(entrainment)[::-1] if entrainment else ()))
         self._numbers = real_array(numbers)
         place = np.arange(grid.n_nodes) if len(numbers) > 1 else np.zeros(grid.n_nodes)
@@ -110,6 +137,20 @@ class DepthSolver(Method):
         numbers = friction.on_nodes(x.ravel(), y.ravel(), on_terrain=~self.bed.holes.ravel(), gravity=g)
         return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
 
+    @property
+    def _ground_moves(self):
+        return bool(self.cover.law or self.particles.deposit)
+
+    @property
+    def real(self):
+        """Taichi type of its numbers."""
+        return runtime.DTYPES[self.precision][0]
+
+    @property
+    def node_values(self):
+        """Taichi (n_nodes,) of what columns feel of each other (`depth.nodes`), as of the last step."""
+        return self._nodes
+
     def _shares(self):
         """Bounds of the segments of columns that each worker takes, and an empty report of them."""
         segments = max(1, -(-self.particles.count // scatter.SEGMENT))
@@ -129,15 +170,18 @@ class DepthSolver(Method):
         with runtime.precision(self.precision):
             scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
-                self._unit, grid.n_nodes, store.count)
+                self.unit, grid.n_nodes, store.count)
             node_kernel(real, cover.law is not None, self._serial)(
-                self._tallies, self._touched, self._cos2, self._nodes, cover.mass, cover.lowering, cover.under,
-                self.bed.table, g, grid.dx, self._unit,
-                options.damping, options.mixing, dt, self._copies, grid.n_tiles)
+                self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
+                cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
+                options.mixing, dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
             gather.gather_kernel(real, self._law, cover.law, self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                self.bed.stride, dt, 1.0 / grid.dx, g,                float(options.centrifugal), store.count)
+                self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.flowing)
+            if self._gauges:
+                self._gauges.feel(self._totals, self.unit, dt)
+        store.changed()
         self._read(report)
         self.weight_impulse += dt * store.mass * self.gravity
         if cover.law:
@@ -146,6 +190,14 @@ class DepthSolver(Method):
         self.steps += 1
         if report[:, gather.LEFT].any():
             self.particles.take(self._inside(), self.gravity)
+        if store.deposit:
+            with runtime.precision(self.precision):
+                store.lay(store.deposit.take(self, dt, self._shared))
+            store.changed()
+            if store.too_many_empty:
+                store.take(store.column("volume")[:, 0] > EMPTIED * self.unit, self.gravity, laid=True)
+        if store.release(self.time):
+            self._wave = max(self._wave, self._first_wave())
 
     def _read(self, report):
         speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
@@ -202,7 +254,8 @@ class DepthSolver(Method):
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
                         np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
         share = self.cfl / math.sqrt(DEEPER)
-        return run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
+        course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
+        return course.later(float(store.starts[-1]), end_time)
 
     @property
     def limits(self):
@@ -250,6 +303,11 @@ class DepthSolver(Method):
                       self.contact_work)
 
     @property
+    def obstacle_totals(self):
+        """`Method.obstacle_totals` (`depth.loads`)."""
+        return self._gauges.totals if self._gauges else super().obstacle_totals
+
+    @property
     def memory(self):
         """Bytes of everything but the columns."""
         grid, real = self.grid, 4 if self.precision == "f32" else 8
@@ -264,7 +322,9 @@ class DepthSolver(Method):
                 "wave": self._wave, "time": self.time, "steps": self.steps, "contact_work": self.contact_work,
                 "plan_impulse": self._plan_impulse.copy(), "weight_impulse": self.weight_impulse.copy(),
                 "start": self._start.copy(), "cover": self.cover.state(),
-                "ground": self.bed.table.to_numpy() if self.cover.law else np.zeros(0)}
+                "gauges": self._gauges.state() if self._gauges else {},
+                "deposit": self.particles.deposit.state() if self.particles.deposit else {},
+                "ground": self.bed.table.to_numpy() if self._ground_moves else np.zeros(0)}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene. Raises InputError when it does not fit."""
@@ -275,7 +335,11 @@ class DepthSolver(Method):
         self._plan_impulse = np.array(state["plan_impulse"])
         self.weight_impulse, self._start = np.array(state["weight_impulse"]), np.array(state["start"])
         self.cover.restore(state["cover"])
-        if self.cover.law:
+        if self.particles.deposit:
+            self.particles.deposit.restore(state["deposit"])
+        if self._gauges:
+            self._gauges.restore(state["gauges"])
+        if self._ground_moves:
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 
 

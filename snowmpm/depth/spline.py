@@ -6,7 +6,6 @@ f in [-1/2, 1/2): offset of the place from its nearest node, in cells; node k of
 by the place, per cell.
 """
 
-import numpy as np
 import taichi as ti
 
 
@@ -27,13 +26,3 @@ def second_derivatives(f):
     """d2N/df2 at the three nodes (3,)."""
     one = 0.0 * f + 1.0  # of the type of f
     return ti.Vector([one, -2.0 * one, one])
-
-
-def smoothed(values):
-    """What the spline gives at the nodes for coefficients `values` (nx, ny): [1 6 1] / 8 along both axes. Beyond the
-    border it continues in a straight line."""
-    for axis in (0, 1):
-        values = np.moveaxis(values, axis, 0)
-        wide = np.concatenate([2.0 * values[:1] - values[1:2], values, 2.0 * values[-1:] - values[-2:-1]])
-        values = np.moveaxis((wide[:-2] + 6.0 * wide[1:-1] + wide[2:]) / 8.0, 0, axis)
-    return values

@@ -25,7 +25,7 @@ def write_geojson(path, layers, wkt):
     if not wkt:
         raise InputError(f"{path}: GeoJSON needs a coordinate system, and the terrain names none")
     crs, place = _named_system(wkt)
-    features = [{"type": "Feature", "geometry": json.loads(shapely.to_geojson(place(geometry))),
+    features = [{"type": "Feature", "geometry": shapely.geometry.mapping(place(geometry)),
                  "properties": {"layer": layer.name, **_plain(fields)}}
                 for layer in layers for geometry, fields in layer.features]
     record = {"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": crs}}, "features": features}
@@ -43,7 +43,7 @@ def write_geopackage(path, layers, wkt=None):
         for layer in layers:
             names = list(layer.features[0][1])
             columns = [_column([fields[name] for _, fields in layer.features]) for name in names]
-            geometry = shapely.to_wkb([geometry for geometry, _ in layer.features], flavor="iso")
+            geometry = shapely.to_wkb([geometry for geometry, _ in layer.features])
             solid = " Z" if layer.features[0][0].has_z else ""
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "'crs' was not provided")  # the scene has no coordinate system

@@ -1,6 +1,5 @@
 """The friction of the ground of a scene: a law, and where the rasters of its numbers lie."""
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,12 +8,9 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.terrain.load import existing
-from snowmpm.terrain.raster import read_raster, system_of
+from snowmpm.terrain.raster_values import raster_values
 
 from .parametrised import STANDARD_GRAVITY, Parametrised
-
-EDGE = 1e-6
-"""How far outside its outermost cells [cells] a place still belongs to a raster: round-off of coordinates."""
 
 
 @dataclass(frozen=True)
@@ -70,56 +66,13 @@ def on_nodes(law, system, x, y, *, base_dir=".", on_terrain=None, gravity=STANDA
 
 def _sampled(path, key, name, system, places, used):
     """Values of a raster at places; the nearest cell with data where a place that is not used has none."""
-    named = system_of(path, key, f"values of {name}")
-    points = np.column_stack(places)
-    if system is not None and named is not None:
-        points = system.carried(points, named)
-        if not np.isfinite(points[used]).all():
-            raise InputError.at(key, str(path), f"is in {named.name}, to where no way leads from {system.name}, the"
-                                " terrain's")
-        points = np.where(np.isfinite(points), points, 0.0)
-    elif named is not None:
-        told = f"{key} = {str(path)!r}: is in {named.name}, and the terrain names no coordinate system"
-        warnings.warn(f"{told}: taken as the same", stacklevel=3)
-    raster = _read(path, key, name, points[used] if used.any() else points)
-    column, row, out = _cells(raster, points)
-    missing = (out | np.isnan(raster.z[row, column])) & used
+    found = raster_values(path, key, f"values of {name}", system, np.column_stack(places), used, filled=True)
+    missing = ~found.there & used
     if missing.any():
         at = tuple(float(axis[missing][0]) for axis in places)
         raise InputError.at(key, str(path), f"has no value at {missing.sum()} of {used.sum()} places of the grid on the"
                             f" terrain, the first at x = {at[0]:.10g}, y = {at[1]:.10g}")
-    return _filled(raster.z)[row, column]
-
-
-def _read(path, key, name, points):
-    """The part of a raster around points, at least two cells wide: its cell size is the distance of centres."""
-    for box in ((points.min(axis=0), points.max(axis=0)), None):
-        raster = read_raster(path, box, key, quantity=f"values of {name}")
-        if min(raster.z.shape) > 1:
-            return raster
-    raise InputError.at(key, str(path), "must have at least two rows and two columns")
-
-
-def _cells(raster, points):
-    """Column and row of the cell of each point, those of the nearest one outside, and whether it lies outside."""
-    found, out = [], np.zeros(len(points), bool)
-    for axis, centres in enumerate((raster.x, raster.y)):
-        step = (centres[-1] - centres[0]) / (len(centres) - 1)
-        at = (points[:, axis] - centres[0]) / step
-        out |= (at < -0.5 - EDGE) | (at > len(centres) - 0.5 + EDGE)
-        found.append(np.clip(np.floor(at + 0.5).astype(int), 0, len(centres) - 1))
-    return (*found, out)
-
-
-def _filled(z):
-    """Values with each missing one replaced by that of the nearest cell that has one."""
-    from scipy.ndimage import distance_transform_edt  # slow to import
-
-    empty = np.isnan(z)
-    if not empty.any():
-        return z
-    rows, columns = distance_transform_edt(empty, return_distances=False, return_indices=True)
-    return z[rows, columns]
+    return found.values
 
 
 def _check_range(values, limits, where, places, used):

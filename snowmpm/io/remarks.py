@@ -13,6 +13,8 @@ def remarks(run):
     """Unusual values in the history of a `Run`, one line each."""
     history = {name: values for name, values in run.history.items() if len(values)}
     yield from cautions(run)
+    for doubt in run.summary.get("friction_doubts", ()):
+        yield f"Friction class {doubt}: another class, or a calibration, fits."
     if _last(history, "momentum_residual") > MOMENTUM:
         yield f"The momentum balance is open by {_last(history, 'momentum_residual'):.2g} of what was exchanged."
     if _last(history, "unconverged") > 0.0:
@@ -27,7 +29,7 @@ def remarks(run):
                " grid, or a transfer with less damping, takes less.")
     cells = _last(history, "occupied_cells")
     if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
-        share, method = _last(history, "emptied_cells") / cells, method_of(run)
+        share, method = _last(history, "emptied_cells") / cells, method_of(run, last=True)
         if method and method.capabilities.plan:
             yield (f"{share:.1%} of the cells in plan are empty between columns: there the flow is stretched, and its"
                    " columns no longer push each other; more solver.particles_per_cell closes it.")

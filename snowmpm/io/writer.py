@@ -169,10 +169,11 @@ class RunWriter:
         for name in names:
             if name not in group:
                 growing(group, name, dtype=np.float64, fillvalue=np.nan).resize((start,))
-            if name in self._row_units:
-                group[name].attrs["units"] = self._row_units[name]
-            group[name].resize((start + len(self._rows),))
-            group[name][start:] = [row.get(name, np.nan) for row in self._rows]
+            data = group[name]
+            if name in self._row_units and "units" not in data.attrs:
+                data.attrs["units"] = self._row_units[name]
+            data.resize((start + len(self._rows),))
+            data[start:] = [row.get(name, np.nan) for row in self._rows]
 
     def map(self, name, values, x0, y0, cell, units):
         """Store, or replace, a raster in plan: peak depth, peak speed ...

@@ -29,7 +29,7 @@ class Particles(ABC):
     removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
     that did not leave the domain but were taken out; entrained, of methods that entrain: mass [kg] that came in, whose
-    energy is subtracted"""
+    energy is subtracted; laid, of methods with deposition: mass [kg] that was laid down and is ground now"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
     sorts: int
@@ -78,5 +78,10 @@ class Particles(ABC):
 
         lower (2,) [m]: corner of the first cell; cell: side [m]; shape: cells along x and y. window: slices of those
         that may hold particles; sums (columns along x, rows along y, 4): initial volume, mass, mass times speed, mass
-        times speed squared.
+        times speed squared. Of snow that may flow: see `resting_in_plan`.
         """
+
+    def resting_in_plan(self, lower: Floats, cell: float, shape: tuple[int, int]) -> Floats | None:
+        """Volume [m3] over each plan cell (columns along x, rows along y) of snow that is no part of the flow: not
+        released yet, or laid down; None where there is none."""
+        return None

@@ -12,7 +12,7 @@ class Population:
     elastic: the laws' elastic variable be - I, stress: Kirchhoff stress [Pa]; both (n, 4) in plane strain or (n, 6),
     in the order xx, yy, zz, xy[, yz, xz]; zero where not given. volume_ratio (n,): J, 1 where not given; affine (n, dim
     * dim): velocity gradient [1/s]; state (n, k): of the laws, not a number where it is the law's initial one. field
-    (n,): velocity field, 0 for all that moves as one continuum.
+    (n,): velocity field, 0 for all that moves as one continuum. starts (n,): when each may move [s].
     """
 
     positions: np.ndarray
@@ -25,6 +25,7 @@ class Population:
     affine: np.ndarray | None = None
     state: np.ndarray | None = None
     field: np.ndarray | int = 0
+    starts: np.ndarray | float = 0.0
 
     @classmethod
     def joined(cls, parts):
@@ -39,7 +40,8 @@ class Population:
             if part.state is not None:
                 state[begin:end, : part.state.shape[1]] = part.state
         names = ("positions", "volumes", "material", "velocities", "elastic", "stress", "volume_ratio", "affine")
-        return cls(*(column(name) for name in names), state, column("field"))
+        return cls(*(column(name) for name in names), state, column("field"),
+                   column("starts"))
 
     def __post_init__(self):
         n, dim = self.positions.shape
@@ -51,3 +53,4 @@ class Population:
         self.volume_ratio = np.ones(n) if self.volume_ratio is None else self.volume_ratio
         self.affine = np.zeros((n, dim * dim)) if self.affine is None else self.affine
         self.field = np.broadcast_to(np.asarray(self.field, np.int64), n).copy()
+        self.starts = np.broadcast_to(np.asarray(self.starts, float), n).copy()

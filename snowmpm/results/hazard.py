@@ -170,7 +170,10 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release
     places = lower + cell * (np.argwhere(peak > 0.0) + 0.5)
     if release.is_empty:
         return Hazard(numbers, {}, None, classes, release)
-    high, top = top_of(release, cell, ground)
+    found = top_of(release, cell, ground)
+    if found is None:
+        return Hazard(numbers, {}, None, classes, release)
+    high, top = found
     way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))))
     if way is None:
         return Hazard(numbers, {}, None, classes, release)
@@ -180,7 +183,7 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release
 
 def top_of(release, cell, ground):
     """Height [m] of the highest ground under the release, and the middle (2,) [m] of the highest part of it, whose
-    height is within `TOP_SHARE` of that: the highest point itself may be a corner."""
+    height is within `TOP_SHARE` of that: the highest point itself may be a corner. None over holes alone."""
     lower, upper = np.array(release.bounds).reshape(2, 2)
     fine = min(cell / TOP_POINTS, 0.05 * float(np.sqrt(release.area)))
     step = max(fine, float((upper - lower).max()) / MOST_TOP_POINTS)
@@ -189,7 +192,10 @@ def top_of(release, cell, ground):
     inner = inner[shapely.contains_xy(release, *inner.T)]
     points = np.concatenate([inner, shapely.get_coordinates(shapely.segmentize(release.boundary, step))])
     heights = ground(points)
-    high, low = float(np.nanmax(heights)), float(np.nanmin(heights))
+    points, heights = points[np.isfinite(heights)], heights[np.isfinite(heights)]
+    if not len(heights):
+        return None
+    high, low = float(heights.max()), float(heights.min())
     return high, points[heights >= high - TOP_SHARE * (high - low)].mean(axis=0)
 
 

@@ -20,6 +20,7 @@ from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.description import written_fields
 from snowmpm.running.device import device_name
+from snowmpm.running.friction_class import doubts_after
 from snowmpm.seeding.region_files import system_of as region_system
 from snowmpm.setup.release_plan import release_plan
 from snowmpm.solids.loads import LoadHistory
@@ -47,12 +48,14 @@ class Recorder:
         model = simulation.model
         self._origin = model.lower
         self._maps, self._moved, self._path = None, 0.0, []
+        self._starts = [body.start_time for body in simulation.scene.bodies if body.start_time > 0.0]
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
         if simulation.scene.dimension == 3:
             self._maps = maps.PeakMaps(simulation.solver, model.map_grid)
         if state is not None:
             self._restore(state)
+        self._methods = 1
         self._writer = self._new_file() if state is None else self._continued_file()
         self.background = Background()
 
@@ -74,6 +77,7 @@ class Recorder:
         writer = RunWriter.reopen(self._folder, until=time)
         scene = self._simulation.scene
         writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
+                           **({"methods": self._simulation.relay.records} if scene.switch else {}),
                            "end_state": {}, "resumed": [*run.provenance.get("resumed", []), time]})
         return writer
 
@@ -112,22 +116,36 @@ class Recorder:
         return {name: float(share) for name, share in self._simulation.model.shares.items() if share < 1.0}
 
     def watch(self):
-        """After a step: keep the peak maps, the loads and the record of time steps."""
+        """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
+        self._note_methods()
         self.particle_steps += simulation.n_particles
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)
         if self._obstacles:
-            self._loads.watch(simulation.time, simulation.solver.obstacle_totals)
+            self._loads.watch(simulation.time, simulation.obstacle_totals)
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
-            if self._moved > self._maps.cell:
+            if self._moved > self._maps.cell or self._released():
                 self._see()
+
+    def _released(self):
+        """Whether a body was released in the last step."""
+        time, slack = self._simulation.time, 1e-9 * max(1.0, self._simulation.time)
+        return any(time - self._simulation.dt + slack < start <= time + slack for start in self._starts)
+
+    def _note_methods(self):
+        """Write which methods have been at work, when another has taken over."""
+        records = self._simulation.relay.records
+        if len(records) > self._methods:
+            self._methods = len(records)
+            provenance = {"methods": copy.deepcopy(records)}
+            self.background.do(lambda: self._writer.provenance(provenance))
 
     def _see(self):
         self._moved = 0.0
-        self._maps.see()
+        self._maps.see(self._simulation.solver)
 
     def frame(self):
         """Write the state now: particles, obstacles, a row of the history, the maps so far."""
@@ -171,6 +189,8 @@ class Recorder:
             if assessed:
                 summary["hazard"] = assessed.numbers
                 summary["areas_by_class"] = assessed.classes
+                if doubts := doubts_after(self._simulation.model, assessed.numbers):
+                    summary["friction_doubts"] = doubts
             self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete,
                                      "end_state": self._end_state(),
                                      **({"ended": ended} if ended else {})})
@@ -185,8 +205,9 @@ class Recorder:
         if self._maps is None or surface is None:
             return None
         path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
-        mass, gone = float(self._simulation.particles["mass"].sum()), self._simulation.solver.particles.removed["mass"]
-        entrained = self._simulation.solver.particles.removed.get("entrained", 0.0)
+        removed = self._simulation.solver.particles.removed
+        mass = float(self._simulation.particles["mass"].sum()) + removed.get("laid", 0.0)
+        gone, entrained = removed["mass"], removed.get("entrained", 0.0)
         whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
         return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
@@ -196,7 +217,8 @@ class Recorder:
         """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
         simulation = self._simulation
         particles, gone = simulation.particles, simulation.solver.particles.removed
-        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum)
+        now = Motion.of(particles["mass"], particles["velocity"], simulation.motion.peak_momentum,
+                        gone.get("laid", 0.0))
         left = gone["mass"] - gone["taken"]
         return {"time": simulation.time, "moving_share": now.moving_share, "momentum_share": now.momentum_share,
                 "left_share": left / max(now.mass + gone["mass"], 1e-300)}
@@ -217,6 +239,7 @@ class Recorder:
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
                 "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"methods": simulation.relay.records} if simulation.scene.switch else {}),
                 **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
 
 

@@ -12,7 +12,7 @@ HOLD = 0.05
 class StopAtRest:
     """Checks after each frame whether the snow of a simulation is at rest (`snowmpm.quantities.motion`), and for how
     long. It does not check while something is still to happen: a saw cut, a removal, a load that grows or will be
-    removed, a change of gravity or of a force."""
+    removed, a change of gravity or of a force, a release."""
 
     def __init__(self, simulation):
         scene = simulation.scene
@@ -38,6 +38,7 @@ class StopAtRest:
         rests = motion.has_moved and motion.moving_share <= self._moving and motion.momentum_share <= self._momentum
         forcing = self._simulation.solver.forcing
         to_come = any(event.to_come(time) for event in self._simulation.events) or (forcing and forcing.to_come(time))
+        to_come = to_come or any(body.start_time > time for body in self._simulation.scene.bodies)
         if not rests or to_come:
             self.since = None
         elif self.since is None:

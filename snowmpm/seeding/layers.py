@@ -7,13 +7,15 @@ from snowmpm.errors import InputError
 from snowmpm.seeding.profile_layer import profile_layer
 from snowmpm.seeding.regions import regions_of
 from snowmpm.seeding.terrain_layer import terrain_layer
+from snowmpm.seeding.thickness import RasterThickness
 
 
 def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, columns=False):
     """Positions (n, dim) [m] and volumes (n,) of a layer from `bottom` to `top` [m] above the terrain, normal to it.
 
-    spec: bottom (default 0), top (a number; None or "file": bottom + the thickness in the region file), region.
-    columns: one sheet of particles, as thick as the layer.
+    spec: bottom (default 0), top (a number; None or "file": bottom + the thickness in the region file; with a `file`:
+    bottom + the values of that raster), region.
+    columns: one sheet of particles, as thick as the layer, which a raster of thickness needs.
     InputError: top not above bottom, thinner than half a cell, region off the terrain, no thickness in the file.
     """
     if surface is None:
@@ -21,17 +23,26 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, col
     bottom, top = getattr(spec, "bottom", None) or 0.0, getattr(spec, "top", None)
     if bottom < 0:
         raise InputError.at(f"{key}.bottom", bottom, "must be >= 0 (height above the terrain)")
+    raster = RasterThickness.of(top, base_dir, f"{key}.top.file", surface.system) if hasattr(top, "file") else None
+    area = getattr(spec, "region", None)
+    regions = [raster.region(surface)] if raster and area is None else regions_of(area, surface, base_dir,
+                                                                                  f"{key}.region")
     positions, volumes = [], []
-    for region in regions_of(getattr(spec, "region", None), surface, base_dir, f"{key}.region"):
-        upper = _top(bottom, top, region, key)
-        _check_thickness(bottom, upper, 0.0 if columns else dx, key)
+    for region in regions:
+        if raster is None:
+            upper = _top(bottom, top, region, key)
+            _check_thickness(bottom, upper, 0.0 if columns else dx, key)
         count = region.area() / spacing**2 if columns else region.area() * (upper - bottom) / spacing**surface.dim
         memory.require(memory.PER_PARTICLE[surface.dim] * count, f"{key}: its particles")
         build = profile_layer if surface.dim == 2 else terrain_layer
         sheets = {"columns": True} if columns else {}
+        if raster is not None:
+            upper, sheets = bottom, {"columns": True, "thickness": raster.at}
         x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng, **sheets)
         positions.append(x)
         volumes.append(v)
+    if not sum(map(len, volumes)):
+        raise InputError.at(f"{key}.top.file", str(top.file), "has no snow in the region")
     return np.concatenate(positions), np.concatenate(volumes)
 
 

@@ -11,10 +11,12 @@ from snowmpm.seeding.lattice import POINT_BYTES, sub_layers, unit_points
 SMOOTHING = 2.0  # cells: normals are taken from heights this far to each side, so kinks of the ground become bends
 WIDENINGS = 6  # how often that width may be doubled where a thick layer would fold in a hollow
 LEAST_SHRINK = 0.1  # a column may narrow to this share of its foot before the layer counts as folded
+CELL_SAMPLES = 4  # along each side of a lattice cell: places at which a thickness that varies is read
 SURVEY = 4000  # points that measure the mean slope of a region
 
 
-def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, columns=False):
+def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, columns=False,
+                  thickness=None):
     """Positions (n, 3) [m] and volumes (n,) [m3] of the layer between two distances from the terrain.
 
         X(u, v, h) = S(u, v) + h n(u, v),    volume = integral of (X_u x X_v) . n  du dv dh
@@ -22,9 +24,10 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
     S: the surface over a plan lattice (u down the mean slope, v across, or x and y for a rectangle), n: its unit
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
     along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
-    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sub-layer only.
+    overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sub-layer only;
+    thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none.
     """
-    n_rows, thickness, spacing = (1, top - bottom, spacing) if columns else sub_layers(bottom, top, spacing, 3)
+    n_rows, row, spacing = (1, top - bottom, spacing) if columns else sub_layers(bottom, top, spacing, 3)
     box = np.prod(region.upper - region.lower) / spacing**2
     memory.require(POINT_BYTES * box * n_rows, f"{region.label}: the lattice over it")
     lattice = Lattice.over(region, surface, spacing, SMOOTHING * dx)
@@ -41,13 +44,27 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
         raise InputError(_off_terrain(region, surface, 1.0 - on.mean()))
     plan_share = region.area() * n_rows / len(unit)  # plan area that a point stands for
     unit, plan, height = unit[on], plan[on], height[on]
-    low = bottom + np.minimum(np.floor(unit[:, 2]), n_rows - 1) * thickness
+    if thickness is not None:
+        row = _mean_over_cells(thickness, lattice, unit[:, :2])
+        there = row > 0.0
+        unit, plan, height, row = unit[there], plan[there], height[there], row[there]
+        top = bottom + row
+        if not len(unit):
+            return np.zeros((0, 3)), np.zeros(0)
+    low = bottom + np.minimum(np.floor(unit[:, 2]), n_rows - 1) * row
     frames = _unfolded_frames(surface, lattice, unit[:, :2], plan, height, (bottom, top), SMOOTHING * dx, region)
     # (X_u x X_v) . n is a quadratic in h: Simpson's rule is exact.
-    bottom_middle_top = [frames.jacobian(low + share * thickness) for share in (0.0, 0.5, 1.0)]
+    bottom_middle_top = [frames.jacobian(low + share * row) for share in (0.0, 0.5, 1.0)]
     density = np.array([1.0, 4.0, 1.0]) / 6.0 @ bottom_middle_top
-    positions = frames.foot + (bottom + unit[:, 2] * thickness)[:, None] * frames.normal
-    return positions, density * plan_share * thickness
+    positions = frames.foot + (bottom + unit[:, 2] * row)[:, None] * frames.normal
+    return positions, density * plan_share * row
+
+
+def _mean_over_cells(thickness, lattice, unit):
+    """Means of thickness(plan) over the lattice's cells around points (n, 2)."""
+    steps = (np.arange(CELL_SAMPLES) + 0.5) / CELL_SAMPLES - 0.5
+    samples = [thickness(lattice.plan(unit + np.array([u, v]))) for u in steps for v in steps]
+    return np.mean(samples, axis=0)
 
 
 def _off_terrain(region, surface, share):
@@ -136,8 +153,8 @@ def _unfolded_frames(surface, lattice, unit, plan, height, heights, width, regio
         width *= 2.0
     x, y = plan[np.argmax(folded)]
     raise InputError(
-        f"{region.label}: the terrain near ({x:.6g}, {y:.6g}) bends too sharply for a layer {heights[1]:g} m high; "
-        "smooth the terrain or thin the layer"
+        f"{region.label}: the terrain near ({x:.6g}, {y:.6g}) bends too sharply for a layer {np.max(heights[1]):g} m"
+        " high; smooth the terrain or thin the layer"
     )
 
 

@@ -107,12 +107,14 @@ def _seed(scene, surface, obstacles, taken):
                               base_dir=scene.base_dir, cut=cut, columns=solver.in_plan)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
-        seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))
+        if not solver.in_plan:  # columns of snow do not feel obstacles
+            seeds = seeds.chosen(~inside_any(obstacles, seeds.positions))
         if len(seeds.volumes) == 0:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
         shares[body.name] = seeds.share
         parts.append(Population(seeds.positions, seeds.volumes, material,
-                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field))
+                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field,
+                                starts=body.start_time))
     population = Population.joined(parts)
     if len(population.volumes) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")

@@ -2,7 +2,7 @@
 
 import pkgutil
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
+from snowmpm.scenes.switch import parts
+from snowmpm.setup.forests import forest_at
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -68,13 +70,20 @@ class Model:
         InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
-        dx = scene.solver.dx
-        least = dx if scene.solver.in_plan else cell_for(snow.positions, snow.volumes, dx)
+        least = max(self._least_map_cell(part, snow, later=i > 0) for i, part in enumerate(parts(scene)))
         try:
             return grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None
+
+    @staticmethod
+    def _least_map_cell(part, snow, later):
+        """Least side of a map cell [m] for the method of a part of the scene, which may have particles of its own."""
+        dx = part.solver.dx
+        if part.solver.in_plan:
+            return dx
+        return cell_for(snow.positions, snow.volumes, dx, part.solver.spacing(3) ** 3 if later else None)
 
     @cached_property
     def depth(self):
@@ -187,6 +196,10 @@ class Model:
             if scene.terrain.entrainment:
                 contact["terrain_entrainment"] = GroundFriction(scene.terrain.entrainment, scene.base_dir,
                                                                 self.surface.system, scene.source)
+            if scene.terrain.forest:
+                contact["terrain_forest"] = partial(forest_at, scene, self.surface)
+            if scene.terrain.deposition:
+                contact["terrain_deposition"] = scene.terrain.deposition.time
         common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                   "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                   "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

@@ -1,9 +1,9 @@
 """Plan area of the snow at the start: the outline of the release in maps, tables and vector files.
 
-A layer has the area of its region. The area of other bodies, of layers without a region and of snow from another run
-follows from their particles: these are sorted into cells of a third of their spacing, gaps of less than `GAP` cells are
-closed, and the outermost particles extend by half a spacing. On average the outline is within a fifth of a spacing of
-the true one.
+A layer has the area of its region. The area of other bodies, of layers without a region, of layers whose thickness is a
+raster and of snow from another run follows from their particles: these are sorted into cells of a third of their
+spacing, gaps of less than `GAP` cells are closed, and the outermost particles extend by half a spacing. On average the
+outline is within a fifth of a spacing of the true one.
 """
 
 import warnings
@@ -27,7 +27,7 @@ def release_plan(model):
     domain = shapely.box(*model.lower[:2], *model.upper[:2])
     parts = [_polygons(model, spec) for spec in model.scene.bodies]
     ends, x = [*model.body_starts, len(model.population.volumes)], model.population.positions
-    spacing = model.scene.solver.dx / model.scene.solver.filling ** (1.0 / 3.0)
+    spacing = model.scene.solver.spacing(3)
     parts = [covered(x[ends[i] : ends[i + 1], :2], spacing) if part is None else part for i, part in enumerate(parts)]
     whole = shapely.union_all(parts).intersection(domain)
     return shapely.MultiPolygon([part for part in shapely.get_parts(whole) if part.geom_type == "Polygon"])
@@ -38,7 +38,7 @@ def _polygons(model, body):
     import shapely
 
     region, taken = getattr(body.shape, "region", None), model.taken and body.name in model.taken.bodies
-    if body.shape.kind != "layer" or region is None or taken:
+    if body.shape.kind != "layer" or region is None or taken or hasattr(body.shape.top, "file"):
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # warned of when the body was filled

@@ -15,7 +15,8 @@ from snowmpm.stepping.contact_velocity import CODES
 class Obstacle:
     """A rigid solid in contact with snow.
 
-    contact: a name of `snowmpm.stepping.contact_velocity.CODES`; friction: Coulomb mu [-].
+    contact: a name of `snowmpm.stepping.contact_velocity.CODES`; friction: Coulomb mu [-]; drag: c_d [-], for flows
+    whose force follows from depth and speed.
     """
 
     name: str
@@ -23,6 +24,7 @@ class Obstacle:
     motion: RigidMotion
     contact: str = "separate"
     friction: float = 0.0
+    drag: float = 2.0
 
     @classmethod
     def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf):
@@ -35,7 +37,7 @@ class Obstacle:
             motion = RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
-        return cls(spec.name, shape, motion, spec.contact, spec.friction)
+        return cls(spec.name, shape, motion, spec.contact, spec.friction, getattr(spec, "drag", cls.drag))
 
     @property
     def code(self):

@@ -32,7 +32,7 @@ def opened(path, key):
     try:
         with rasterio.open(path, driver="GTiff", sharing=False) as source:
             yield source
-    except rasterio.errors.RasterioError as error:
+    except (rasterio.errors.RasterioError, rasterio.errors.RasterioIOError) as error:  # two families before 1.4
         raise InputError.at(key, str(path), "is not a readable GeoTIFF") from error
 
 

@@ -94,7 +94,8 @@ def _dem(spec, base_dir, dimension, box):
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
-    return replace(TerrainSurface.of(vertices, triangles), system=raster.system, lattice=raster.lattice())
+    surface = TerrainSurface.of(vertices, triangles) if missing else TerrainSurface.sheet(vertices, triangles)
+    return replace(surface, system=raster.system, lattice=raster.lattice())
 
 
 def _tell(path, found):

@@ -157,9 +157,9 @@ def raster_facets(raster):
     """
     ny, nx = raster.z.shape
     known = np.isfinite(raster.z)
-    number = np.cumsum(known.ravel()).reshape(ny, nx) - 1
-    xx, yy = np.meshgrid(raster.x, raster.y)
-    vertices = np.column_stack([xx[known], yy[known], raster.z[known]])
+    number = np.cumsum(known.T.ravel()).reshape(nx, ny).T - 1  # in the order of `topology.tidied`: by x, then y
+    column, row = np.nonzero(known.T)
+    vertices = np.column_stack([raster.x[column], raster.y[row], raster.z[row, column]])
 
     def corners(a):
         return a[:-1, :-1].ravel(), a[:-1, 1:].ravel(), a[1:, 1:].ravel(), a[1:, :-1].ravel()

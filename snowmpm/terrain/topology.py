@@ -128,7 +128,8 @@ def _carried(n, first, second, agree):
     """Turn (+-1) of each facet relative to the first of its connected part, and the part's number."""
     from scipy.sparse import coo_array, csgraph  # slow to import, and few surfaces are turned
 
-    graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(n, n)).tocsr()
+    ends = first.astype(np.int32), second.astype(np.int32)  # what csgraph of SciPy 1.11 takes
+    graph = coo_array((np.ones(len(first), np.int8), ends), shape=(n, n)).tocsr()
     n_parts, part = csgraph.connected_components(graph, directed=False)
     key = np.minimum(first, second) * n + np.maximum(first, second)
     order = np.argsort(key)

@@ -36,7 +36,7 @@ def plane(**changes):
 
 
 @pytest.mark.parametrize(("changes", "key"), [
-    ({"obstacles": [WALL]}, "obstacles.0.name"),
+    ({"obstacles": [{**WALL, "motion": {"velocity": [1.0, 0.0, 0.0]}}]}, "obstacles.0.motion"),
     ({"events": [LOAD]}, "events.0.kind"),
     ({"events": [CUT]}, "events.0.kind"),
     ({"forces": [{"kind": "acceleration", "value": ["0.1", "0.0", "0.0"]}]}, "forces.0.kind"),

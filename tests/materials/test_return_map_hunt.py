@@ -1,7 +1,7 @@
 """Hypothesis hunts for parameters and trial states that break the Cam-Clay return map."""
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from parameter_sets import A, changed
 from return_maps import returned, violation
@@ -17,6 +17,8 @@ finite = {"allow_nan": False, "allow_infinity": False}
     log_p0=st.floats(0.0, 7.0), poisson=st.floats(-0.5, 0.49),
     p=st.floats(-1e9, 1e9, **finite), log_q=st.floats(-3.0, 9.5), zeta_share=st.floats(-2.0, 3.0),
 )  # fmt: skip
+@example(slope=1.0, beta=1.0, hardening=2.0, log_p0=0.0, poisson=0.0, p=34501284.0, log_q=8.0, zeta_share=0.0)
+@example(slope=1.4, beta=1.0, hardening=10.0, log_p0=3.0, poisson=-0.4, p=1e9, log_q=9.5, zeta_share=0.0)
 def test_no_parameters_break_the_return_map(slope, beta, hardening, log_p0, poisson, p, log_q, zeta_share):
     law = changed(A, critical_slope=slope, cohesion=beta, hardening=hardening, p0=10.0**log_p0, poisson_ratio=poisson)
     p = min(p, MOST_COMPRESSION * law.bulk_modulus)

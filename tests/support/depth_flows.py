@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from snowmpm.depth.snapshot import surface_heights
+from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
@@ -92,18 +92,20 @@ def front(x, depth, threshold):
     return x[last] + share * (x[last + 1] - x[last])
 
 
-def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,)):
+def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,), starts=0.0,
+         forest=None, deposition=None):
     """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2); densities
-    [kg/m3]: of one column after the other, in turn."""
+    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; forest, deposition: of `DepthSolver`."""
     upright = np.zeros((len(plan), 1))
     still = np.zeros_like(plan) if velocities is None else velocities
     population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float),
-                            np.arange(len(plan)) % len(densities), np.hstack([still, upright]))
+                            np.arange(len(plan)) % len(densities), np.hstack([still, upright]),
+                            starts=starts)
     laws = [LAWS["elastic"](density=density, youngs_modulus=1e6, poisson_ratio=0.3) for density in densities]
     return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
-                       sides=[*ground.sides, OPEN])
+                       sides=[*ground.sides, OPEN], forest=forest, deposition=deposition)
 
 
 def run_to(solver, time, dt=None):
@@ -117,8 +119,10 @@ def depths(solver):
     """Plan positions (nx, ny, 2) and vertical depths (nx, ny) [m] of the nodes."""
     grid, store = solver.grid, solver.particles
     cells, reals = store.cells.to_numpy()[: store.count], store.reals.to_numpy()[: store.count]
-    surface = surface_heights(grid, solver.bed, cells.astype(int), reals.astype(float))[grid.nodes()]
-    return grid.places(), surface / solver.bed.cos2
+    (i, j), part = depth_at_nodes(grid, cells.astype(int), reals.astype(float))
+    depth = np.zeros(grid.shape)
+    depth[i : i + part.shape[0], j : j + part.shape[1]] = part
+    return grid.places(), depth
 
 
 def profile(solver):

@@ -12,6 +12,7 @@ import trimesh
 from snowmpm.errors import InputError
 from snowmpm.terrain import load_terrain
 from snowmpm.terrain.raster import read_raster
+from snowmpm.terrain.surface import TerrainSurface
 
 
 def load(tmp_path, **table):
@@ -309,3 +310,15 @@ def test_a_mesh_with_a_projection_beside_it(tmp_path, epsg, message):
             load(tmp_path, kind="mesh", file="tri.obj")
     else:
         assert load(tmp_path, kind="mesh", file="tri.obj").system.name == "WGS 84 / UTM zone 32N"
+
+
+def test_a_raster_without_gaps_is_the_surface_that_its_facets_would_be_put_right_to(tmp_path):
+    z = np.random.default_rng(3).uniform(0.0, 40.0, (7, 9)).round(3)
+    surface = load(tmp_path, kind="dem", file=write_asc(tmp_path / "rough.asc", z))
+    looked_at = TerrainSurface.of(surface.vertices[::-1], len(surface.vertices) - 1 - surface.facets[:, ::-1])
+    np.testing.assert_array_equal(surface.vertices, looked_at.vertices)
+    corners = [np.sort(facets, axis=1)[np.lexsort(np.sort(facets, axis=1).T)] for facets in (
+        surface.facets, looked_at.facets)]
+    np.testing.assert_array_equal(*corners)
+    assert not looked_at.closed
+    assert (surface.facet_normals[:, 2] > 0.0).all()

@@ -69,7 +69,7 @@ def cut_slab(slab, weak, length, cut, slope_angle, h, g=9.81, lean=0.0):
     column, row, below = column[there], row[there], below[there]
     per_column = 2 * rows + 1
     nodes = [(2 * column + a) * per_column + 2 * row + b for a in range(3) for b in range(3)]
-    dofs = np.stack([2 * node + axis for node in nodes for axis in range(2)], axis=1)
+    dofs = np.stack([2 * node + axis for node in nodes for axis in range(2)], axis=1).astype(np.int32)  # for SuperLU
     (K_weak, f_weak), (K_slab, f_slab) = (_element(layer, h, gravity, lean) for layer in (weak, slab))
     size = 2 * per_column * (2 * columns + 1)
     K = coo_array((np.where(below[:, None, None], K_weak, K_slab).ravel(),

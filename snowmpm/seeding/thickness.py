@@ -1,0 +1,62 @@
+"""The thickness of a layer from place to place, from a raster."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.seeding.regions import Region
+from snowmpm.terrain.load import existing
+from snowmpm.terrain.raster import read_raster, system_of
+from snowmpm.terrain.raster_values import raster_values
+
+QUANTITY = "thicknesses of snow"
+
+
+@dataclass(frozen=True)
+class RasterThickness:
+    """Raster of the thickness of snow [m]. path: the file; key: of the scene; system: `ReferenceSystem` of the terrain,
+    or None."""
+
+    path: Path
+    key: str
+    system: object = None
+
+    @classmethod
+    def of(cls, spec, base_dir, key, system):
+        """spec: with `file`, relative to base_dir. InputError: no such file."""
+        return cls(existing(spec.file, base_dir, key), key, system)
+
+    def at(self, plan):
+        """Thickness (n,) [m] at plan places (n, 2), 0 where the raster has none. InputError: a negative one."""
+        return self._checked(raster_values(self.path, self.key, QUANTITY, self.system, plan).values, *plan.T)
+
+    def _checked(self, values, x, y):
+        """Values at x and y with 0 in place of none."""
+        values = np.nan_to_num(values)
+        if (values < 0.0).any():
+            i = int(values.argmin())
+            raise InputError.at(self.key, str(self.path), f"holds {values[i]:.6g} at x = {x[i]:.10g}, y = {y[i]:.10g}:"
+                                " a thickness must be 0 or more")
+        return values
+
+    def region(self, surface):
+        """`Region` of the terrain, a rectangle around all cells with snow. InputError: there are none."""
+        raster = read_raster(self.path, None, self.key, quantity=QUANTITY)
+        places = np.meshgrid(raster.x, raster.y)
+        z = self._checked(raster.z.ravel(), *(axis.ravel() for axis in places)).reshape(raster.z.shape)
+        rows, columns = np.nonzero(z > 0.0)
+        lower, upper = surface.lower[:2], surface.upper[:2]
+        if len(rows):
+            half = [0.5 * np.ptp(axis) / max(1, len(axis) - 1) for axis in (raster.x, raster.y)]
+            ends = [(axis[at].min() - h, axis[at].max() + h)
+                    for axis, at, h in zip((raster.x, raster.y), (columns, rows), half, strict=True)]
+            corners = np.array([[x, y] for x in ends[0] for y in ends[1]])
+            named = system_of(self.path, self.key, QUANTITY)
+            if named is not None and self.system is not None:
+                corners = named.carried(corners, self.system)
+            lower, upper = np.maximum(lower, corners.min(axis=0)), np.minimum(upper, corners.max(axis=0))
+        if not len(rows) or not (lower < upper).all():
+            raise InputError.at(self.key, str(self.path), "has no cell with snow on the terrain")
+        return Region(lower, upper, label=f"{self.key} = {self.path.name!r}", to_border=True)
