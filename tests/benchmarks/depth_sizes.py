@@ -2,8 +2,8 @@
 
     python tests/benchmarks/depth_sizes.py [--sizes 1e4 1e5 1e6 1e7] [--threads 1] [--runs 3] [-o FILE]
 
-A square sheet on a plane of 25 degrees, friction of 20, waves on it, 4 columns a cell, float32. Nanoseconds of processor
-time a column and step, the median of several rounds in which the sizes take turns.
+A square sheet on a plane of 25 degrees, friction of 20, waves on it, 4 columns a cell, float32. Nanoseconds of
+processor time a column and step, the median of several rounds in which the sizes take turns.
 """
 
 import argparse
