@@ -21,6 +21,13 @@ class ElevationUnit(str, Enum):
     us_ft = "us-ft"
 
 
+class SceneMethod(str, Enum):
+    """Methods that a scene on one's own slope may have."""
+
+    mpm = "mpm"
+    depth = "depth"
+
+
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scene; its file is NAME.toml.")],
     ground: Annotated[
@@ -45,6 +52,11 @@ def new(
         ElevationUnit | None,
         typer.Option("--elevation-unit", help="Unit of the raster's elevations; what its file says by default."),
     ] = None,
+    method: Annotated[
+        SceneMethod | None,
+        typer.Option(help="With --terrain: mpm resolves the depth of the flow; depth gives run-out and maps of"
+                          " kilometres in seconds. mpm by default."),
+    ] = None,
     settings: Settings = None,
     like: Annotated[
         str | None,
@@ -68,8 +80,8 @@ def new(
                          " -o says in which folder")
     if like and (ground or release or thickness):
         raise InputError("--like copies a scene as it is: --terrain, --release and --thickness do not go with it")
-    if (release or thickness or unit) and not ground:
-        raise InputError("--release, --thickness and --elevation-unit go with --terrain FILE, your slope")
+    if (release or thickness or unit or method) and not ground:
+        raise InputError("--release, --thickness, --elevation-unit and --method go with --terrain FILE, your slope")
     folder = output or Path()
     file = folder / f"{name}.toml"
     if file.exists() and not overwrite:
@@ -83,7 +95,8 @@ def new(
         text, copied = starts.copy_of(like, name, folder)
         told = [str(path) for path in copied]
     elif ground:
-        text, told = scene_on_ground(name, file, ground, release, thickness, unit and unit.value)
+        text, told = scene_on_ground(name, file, ground, release, thickness, unit and unit.value,
+                                     method.value if method else "mpm")
     else:
         text = starts.start_from("profile", name=name, file=file)
     text = edited(text, setting_values(settings))

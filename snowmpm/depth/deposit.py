@@ -1,4 +1,4 @@
-"""Snow that a depth-averaged flow lays down: stopped by trees, or come to rest. It raises the ground.
+"""Snow that a depth-averaged flow lays down: stopped by trees, or come to rest. It raises the 
 
     trees       dm/dt = -K / v per area    Feistl et al. (2014), doi:10.3189/2014JoG13J055; K of forest [Pa]
     at rest     dm/dt = -m / T             T: time of the deposition
@@ -9,14 +9,13 @@ over a cell, spread as the depth is (`depth.smoothing`), so that the surface of 
 
 import functools
 import math
-from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
 from scipy import sparse
 
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.groups import Array, Real, grouped_kernel
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.gather import LEAST_DEPTH
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.smoothing import SMOOTHING
@@ -30,46 +29,6 @@ EMPTIED = 1.5 * LEAST_SHARE
 """The same, below which a column counts as empty."""
 CROWD = 0.05
 """Share of empty columns above which they are taken out."""
-
-
-class Flow(NamedTuple):
-    """The columns (`depth.columns`), n of them."""
-
-    cells: Array
-    reals: Array
-    material: Array
-    density: Array
-    n: int
-
-
-class Ground(NamedTuple):
-    """Nodes and the bed under them (`plan_grid`, `depth.nodes`, `depth.bed`): nx times ny cells."""
-
-    lookup: Array
-    nodes: Array
-    bed: Array
-    stride: int
-    nx: int
-    ny: int
-
-
-class Laying(NamedTuple):
-    """detrainment: K by node [Pa]; laid: volume by node [m3]; sums: of the step; share: of snow at rest that becomes
-    ground; least: volume that a column keeps [m3]."""
-
-    detrainment: Array
-    laid: Array
-    sums: Array
-    share: Real
-    least: Real
-
-
-class Step(NamedTuple):
-    """dt [s], dx [m], g [m/s2]."""
-
-    dt: Real
-    dx: Real
-    g: Real
 
 
 @ti.func
@@ -87,7 +46,8 @@ def over_corners(w):
 @functools.cache
 def lay_kernel(real, shared):
     """Kernel that lays snow of the columns down. One thread in the order of the columns, so that sums do not depend on
-    the number of threads; shared: all threads, by atomics."""
+    the number of threads; shared: all threads, by atomics. resting: share of snow at rest that becomes ground; least:
+    volume that a column keeps [m3]; sums: of the step."""
 
     @ti.func
     def add(table: ti.template(), at, value):
@@ -97,36 +57,38 @@ def lay_kernel(real, shared):
             table[at] = table[at] + value
 
     @ti.func
-    def lift(ground: ti.template(), i, j, rise):
-        """Raise the bed at a cell, and at its mirror images just beyond the sides."""
-        add(ground.bed, (i + MARGIN) * ground.stride + j + MARGIN, rise)
-        beyond = ti.Vector([ti.select(i == 0, -1, ti.select(i == ground.nx - 1, ground.nx, i)),
-                            ti.select(j == 0, -1, ti.select(j == ground.ny - 1, ground.ny, j))])
+    def lift(bed: ti.template(), stride, nx, ny, i, j, rise):
+        """Raise the bed at one of nx times ny cells, and at its mirror images just beyond the sides."""
+        add(bed, (i + MARGIN) * stride + j + MARGIN, rise)
+        beyond = ti.Vector([ti.select(i == 0, -1, ti.select(i == nx - 1, nx, i)),
+                            ti.select(j == 0, -1, ti.select(j == ny - 1, ny, j))])
         if beyond[0] != i:
-            add(ground.bed, (beyond[0] + MARGIN) * ground.stride + j + MARGIN, rise)
+            add(bed, (beyond[0] + MARGIN) * stride + j + MARGIN, rise)
         if beyond[1] != j:
-            add(ground.bed, (i + MARGIN) * ground.stride + beyond[1] + MARGIN, rise)
+            add(bed, (i + MARGIN) * stride + beyond[1] + MARGIN, rise)
         if beyond[0] != i and beyond[1] != j:
-            add(ground.bed, (beyond[0] + MARGIN) * ground.stride + beyond[1] + MARGIN, rise)
+            add(bed, (beyond[0] + MARGIN) * stride + beyond[1] + MARGIN, rise)
 
-    @grouped_kernel(real)
-    def lay(flow: Flow, ground: Ground, laying: Laying, step: Step):
-        dt, g = step.dt, ti.cast(step.g, ti.f64)
-        area = ti.cast(step.dx, ti.f64) ** 2
+    @taichi_kernel
+    def lay(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
+            density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(), bed: ti.types.ndarray(),
+            detrainment: ti.types.ndarray(), laid: ti.types.ndarray(), sums: ti.types.ndarray(), stride: int, nx: int,
+            ny: int, dt: real, dx: ti.f64, g: ti.f64, resting: real, least: real, n: int):
+        area = dx * dx
         ti.loop_config(serialize=not shared)
-        for p in range(flow.n):
-            column = flow.reals[p]
+        for p in range(n):
+            column = reals[p]
             speed2 = column[2] ** 2 + column[3] ** 2 + column[6] ** 2
-            i, j = flow.cells[p][0], flow.cells[p][1]
-            rho, volume = ti.cast(flow.density[flow.material[p]], real), column[4]
+            i, j = cells[p][0], cells[p][1]
+            rho, volume = ti.cast(density[material[p]], real), column[4]
             gone = 0.0 * dt
-            here = ground.lookup[0, i + MARGIN] + ground.lookup[1, j + MARGIN]
-            stops = ti.cast(laying.detrainment[here], real)
+            here = lookup[0, i + MARGIN] + lookup[1, j + MARGIN]
+            stops = ti.cast(detrainment[here], real)
             if speed2 == 0.0:
-                gone = laying.share * volume
+                gone = resting * volume
             elif stops > 0.0:
                 gone = dt * stops * volume / (rho * ti.max(LEAST_DEPTH, column[5]) * ti.sqrt(speed2))
-            left = ti.max(volume - gone, ti.min(laying.least, volume))
+            left = ti.max(volume - gone, ti.min(least, volume))
             if left < volume:
                 given = ti.cast(volume, ti.f64) - ti.cast(left, ti.f64)
                 wx, wy = weights(column[0]), weights(column[1])
@@ -135,27 +97,27 @@ def lay_kernel(real, shared):
                 for a in ti.static(range(5)):
                     for b in ti.static(range(5)):
                         x, y = i + a - 2, j + b - 2
-                        node = ground.lookup[0, x + MARGIN] + ground.lookup[1, y + MARGIN]
+                        node = lookup[0, x + MARGIN] + lookup[1, y + MARGIN]
                         spread = ti.cast(SMOOTHING * ax[a] * ay[b], ti.f64)
                         if ti.static(0 < a < 4 and 0 < b < 4):
                             w = ti.cast(wx[a - 1] * wy[b - 1], ti.f64)
                             spread += (1.0 - SMOOTHING) * w
-                            height += w * ground.bed[(x + MARGIN) * ground.stride + y + MARGIN]
-                            potential += w * ti.cast(ground.nodes[node][0], ti.f64)
-                            add(laying.laid, node, w * given)
-                        depth += spread * ti.cast(ground.nodes[node][1], ti.f64)
-                        lift(ground, mirrored(x, ground.nx), mirrored(y, ground.ny), spread * given / area)
+                            height += w * bed[(x + MARGIN) * stride + y + MARGIN]
+                            potential += w * ti.cast(nodes[node][0], ti.f64)
+                            add(laid, node, w * given)
+                        depth += spread * ti.cast(nodes[node][1], ti.f64)
+                        lift(bed, stride, nx, ny, mirrored(x, nx), mirrored(y, ny), spread * given / area)
                 mass = ti.cast(rho, ti.f64) * given
-                add(laying.sums, MASS, mass)
-                add(laying.sums, MOMENTUM, mass * column[2])
-                add(laying.sums, MOMENTUM + 1, mass * column[3])
-                add(laying.sums, MOMENTUM + 2, mass * column[6])
+                add(sums, MASS, mass)
+                add(sums, MOMENTUM, mass * column[2])
+                add(sums, MOMENTUM + 1, mass * column[3])
+                add(sums, MOMENTUM + 2, mass * column[6])
                 # Its own energy, less what lifts the snow above the ground that rises
-                add(laying.sums, ENERGY, mass * (0.5 * speed2 + g * (height - depth) + potential))
+                add(sums, ENERGY, mass * (0.5 * speed2 + g * (height - depth) + potential))
                 column[4] = left
-                flow.reals[p] = column
-            if left <= ti.static(EMPTIED / LEAST_SHARE) * laying.least:
-                add(laying.sums, EMPTY, ti.cast(1.0, ti.f64))
+                reals[p] = column
+            if left <= ti.static(EMPTIED / LEAST_SHARE) * least:
+                add(sums, EMPTY, ti.cast(1.0, ti.f64))
 
     return lay
 
@@ -179,10 +141,9 @@ class Deposit:
         if self._time is not None:
             share = -math.expm1(-dt / self._time) if self._time > 0.0 else 1.0
         lay_kernel(solver.real, shared)(
-            Flow(store.cells, store.reals, store.material, store.densities, store.flowing),
-            Ground(grid.lookup, solver.node_values, solver.bed.table, solver.bed.stride, *grid.shape.tolist()),
-            Laying(self._detrainment, self.laid, sums, share, LEAST_SHARE * solver.unit),
-            Step(dt, grid.dx, -float(solver.gravity[2])))
+            store.cells, store.reals, store.material, store.densities, grid.lookup, solver.node_values,
+            solver.bed.table, self._detrainment, self.laid, sums, solver.bed.stride, *grid.shape.tolist(), dt, grid.dx,
+            -float(solver.gravity[2]), share, LEAST_SHARE * solver.unit, store.flowing)
         self._any |= sums[MASS] > 0.0
         return sums
 

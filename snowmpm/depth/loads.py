@@ -44,7 +44,7 @@ class Gauge:
                                                      indexing="ij"))
         corner = grid.lower + grid.dx * np.column_stack([i, j])
         touched = shapely.intersects(self._outline, shapely.box(*corner.T, *(corner + grid.dx).T))
-        self.nodes = grid.number(i[touched], j[touched])
+        self.nodes = grid.nodes()[i[touched], j[touched]]
         self.middle = np.array(self._outline.centroid.coords[0])
         self.direction = np.zeros(2)
 

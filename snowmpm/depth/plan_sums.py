@@ -30,16 +30,18 @@ def shares(f, wide):
 
 @functools.cache
 def sums_kernel(real):
-    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. One thread,
-    so that sums do not depend on the number of threads."""
+    """Kernel that adds volume, mass, mass times speed and mass times speed squared of columns to map cells. frame: map
+    cells in a cell of the plan grid, and where the map's window begins [map cells]; rows: first column, and one past
+    the last. One thread, so that sums do not depend on the number of threads."""
 
     @taichi_kernel
     def add_up(cells: ti.types.ndarray(), reals: ti.types.ndarray(), material: ti.types.ndarray(),
-               density: ti.types.ndarray(), sums: ti.types.ndarray(), ratio: ti.f64,
-               low_x: ti.f64, low_y: ti.f64, first: int, past: int):
+               density: ti.types.ndarray(), sums: ti.types.ndarray(),
+               frame: ti.types.vector(3, ti.f64), rows: ti.types.vector(2, int)):
+        ratio, low_x, low_y = frame[0], frame[1], frame[2]
         ti.loop_config(serialize=True)
         wide = ti.max(1.0, 1.0 / ratio)
-        for p in range(first, past):
+        for p in range(rows[0], rows[1]):
             at = ti.Vector([(ti.cast(cells[p][0], ti.f64) + reals[p][0] + 0.5) * ratio - low_x,
                             (ti.cast(cells[p][1], ti.f64) + reals[p][1] + 0.5) * ratio - low_y])
             cell = ti.cast(ti.floor(at), ti.i32)
@@ -72,6 +74,6 @@ def plan_sums(store, lower, cell, shape, rows):
     sums = np.zeros((*(high - low), 4))
     real = runtime.DTYPES[store.precision][0]
     with runtime.precision(store.precision):
-        sums_kernel(real)(store.cells, store.reals, store.material, store.densities, sums, ratio,
-                          *(corner + low).tolist(), *rows)
+        sums_kernel(real)(store.cells, store.reals, store.material, store.densities, sums,
+                          ti.Vector([ratio, *(corner + low).tolist()], ti.f64), ti.Vector(rows, ti.i32))
     return tuple(slice(first, last) for first, last in zip(low, high, strict=True)), sums

@@ -193,6 +193,7 @@ class DepthSolver(Method):
         if store.deposit:
             with runtime.precision(self.precision):
                 store.lay(store.deposit.take(self, dt, self._shared))
+            store.changed()
             if store.too_many_empty:
                 store.take(store.column("volume")[:, 0] > EMPTIED * self.unit, self.gravity, laid=True)
         if store.release(self.time):

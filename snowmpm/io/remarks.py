@@ -13,6 +13,8 @@ def remarks(run):
     """Unusual values in the history of a `Run`, one line each."""
     history = {name: values for name, values in run.history.items() if len(values)}
     yield from cautions(run)
+    for doubt in run.summary.get("friction_doubts", ()):
+        yield f"Friction class {doubt}: another class, or a calibration, fits."
     if _last(history, "momentum_residual") > MOMENTUM:
         yield f"The momentum balance is open by {_last(history, 'momentum_residual'):.2g} of what was exchanged."
     if _last(history, "unconverged") > 0.0:

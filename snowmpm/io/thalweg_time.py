@@ -35,7 +35,8 @@ class ThalwegTime:
         """Of a `snowmpm.io.Run`. InputError: a run without a thalweg, or without velocities in its frames."""
         profile = run.hazard.get("profile") or {}
         if not profile.get("x"):
-            raise InputError(f"{run.path}: no thalweg: the run is two-dimensional, not yet at its end, or nothing moved")
+            raise InputError(f"{run.path}: no thalweg: the run is two-dimensional, not yet at its end, or nothing"
+                             " moved")
         if "velocity" not in run.field_names:
             raise InputError(f"{run.path}: frames hold no velocity: run the scene with velocity in output.fields")
         points, s = np.column_stack([profile["x"], profile["y"]]), np.array(profile["s"], float)

@@ -108,6 +108,26 @@ def test_own_raster_with_a_release_polygon(call):
     assert scene.bodies[0].shape.top == "file"
 
 
+@pytest.mark.parametrize("release", [(), ("--release", "valley_release.geojson")])
+def test_a_depth_averaged_scene_on_an_own_raster_runs(call, release):
+    """Cells of the raster, a class of friction, and a first second of it."""
+    for name in ("valley.asc", "valley_release.geojson"):
+        shutil.copy(FOLDER / name, name)
+    made = call("new", "path", "--terrain", "valley.asc", "--method", "depth", *release)
+    assert made.code == 0, made.err
+    assert "columns" in made.out
+    scene = load_scene("path.toml")
+    assert scene.solver.method == "depth" and scene.terrain.friction.card == "voellmy_avaframe"
+    assert scene.solver.dx == 10.0  # the raster's
+    result = call("run", "path.toml", "-o", "first", "-q", "--set", "end_time=1.0", "--set", "output.interval=1.0")
+    assert result.code == 0, result.err
+
+
+def test_a_long_slope_is_pointed_to_the_depth_averaged_method(call):
+    shutil.copy(FOLDER / "valley.asc", "valley.asc")
+    assert "--method depth" in call("new", "path", "--terrain", "valley.asc").out
+
+
 def test_copy_of_a_library_scene_brings_its_files(call):
     made = call("new", "other", "--like", "slab_release")
     assert made.code == 0, made.err
@@ -129,6 +149,7 @@ def test_copy_of_a_library_scene_brings_its_files(call):
         (("first", "--terrain", "slpe.stl"), "no such file; did you mean slope.stl?"),
         (("first", "--terrain", "notes.txt"), "must end in .stl"),
         (("first", "--release", "area.geojson"), "--terrain"),
+        (("first", "--method", "depth"), "--terrain"),
         (("first", "--like", "pst", "--terrain", "slope.stl"), "--like"),
         (("taken",), "--overwrite"),
     ],

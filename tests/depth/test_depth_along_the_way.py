@@ -22,7 +22,8 @@ def scene(method="depth", dx=2.0, friction=None, speed=SPEED, **changes):
         "solver": {"method": method, "dx": dx},
         "domain": {"min": [0.0, 0.0, -90.0], "max": [150.0, 24.0, 10.0],
                    "boundary": {"y_min": "slip", "y_max": "slip"}},
-        "terrain": {"kind": "plane", "angle": ANGLE, "friction": float(np.tan(angle)) if friction is None else friction},
+        "terrain": {"kind": "plane", "angle": ANGLE,
+                    "friction": float(np.tan(angle)) if friction is None else friction},
         "materials": {"snow": {"kind": "elastic", "density": 200.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
         "bodies": [{"name": "layer", "material": "snow", "shape": {
             "kind": "layer", "top": DEPTH, "region": {"x": [10.0, 50.0], "y": [0.0, 24.0]}},
@@ -52,11 +53,10 @@ def test_thalweg_time_of_a_sliding_layer(run):
 
 def test_thalweg_time_of_particles(tmp_path):
     """MPM: depth from the volume over map cells."""
-    made = snowmpm.run(scene("mpm", dx=1.0, end_time=1.0, speed=10.0, solver={
-        "method": "mpm", "dx": 0.5, "precision": "f32"}, domain={
-            "min": [0.0, 0.0, -40.0], "max": [60.0, 6.0, 10.0], "boundary": {"y_min": "slip", "y_max": "slip"}}, bodies=[
-                {"name": "layer", "material": "snow", "velocity": [10.0, 0.0, -5.77], "shape": {
-                    "kind": "layer", "top": DEPTH, "region": {"x": [5.0, 15.0], "y": [0.0, 6.0]}}}]), tmp_path / "run")
+    domain = {"min": [0.0, 0.0, -40.0], "max": [60.0, 6.0, 10.0], "boundary": {"y_min": "slip", "y_max": "slip"}}
+    layer = {"name": "layer", "material": "snow", "velocity": [10.0, 0.0, -5.77], "shape": {
+        "kind": "layer", "top": DEPTH, "region": {"x": [5.0, 15.0], "y": [0.0, 6.0]}}}
+    made = snowmpm.run(scene("mpm", dx=0.5, end_time=1.0, domain=domain, bodies=[layer]), tmp_path / "run")
     found = ThalwegTime.of(made)
     inner = (found.s > 3.0) & (found.s < 7.0)
     # Vertical depth of a layer 1 m thick normal to the slope

@@ -123,8 +123,11 @@ def surface(solver):
     """Height of ground and vertical depth of snow at the nodes [m]."""
     store, grid = solver.particles, solver.grid
     reals = store.reals.to_numpy()[: store.count].astype(float)
-    depth = depth_at_nodes(grid, store.cells.to_numpy()[: store.count].astype(int), reals)
-    return solver.bed.heights[4:-4, 4:-4] + surface_heights(depth, np.ones_like(depth), grid.repeats)
+    first, depth = depth_at_nodes(grid, store.cells.to_numpy()[: store.count].astype(int), reals)
+    height = solver.bed.heights[4:-4, 4:-4].copy()
+    part = tuple(slice(low, low + k) for low, k in zip(first, depth.shape, strict=True))
+    height[part] += surface_heights(depth, np.ones_like(depth), grid.repeats)
+    return height
 
 
 def bowl(plan):
