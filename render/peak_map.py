@@ -137,7 +137,7 @@ def _draw_raster(figure, axes, run, raster, name):
     used = min(len(classes.limits), int(np.searchsorted(classes.limits, largest, side="right")))
     limits = classes.limits[: max(used, 1)]
     bounds = [0.0, *limits, max(largest, limits[-1] * 1.001) * 1.001]
-    colours = ListedColormap(classes.colours[: len(limits) + 1])
+    colours = ListedColormap(list(classes.colours[: len(limits) + 1]))  # Matplotlib 3.8: a tuple of two is a colour
     norm = BoundaryNorm(bounds, colours.N)
     axes.imshow(values, extent=_extent(run, raster), origin="lower", interpolation="nearest", zorder=3, cmap=colours,
                 norm=norm, alpha=np.where(_thin(run, raster), 0.3, 0.9))

@@ -53,8 +53,9 @@ def _find(schema, path, data):
 
 
 def _resolve(schema, node):
-    while node is not None and "$ref" in node:
-        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]]
+    """What a node refers to. Pydantic before 2.9 has a reference with a description in an `allOf` of one."""
+    while node is not None and ("$ref" in node or len(node.get("allOf", ())) == 1):
+        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node["allOf"][0]
     return node
 
 
