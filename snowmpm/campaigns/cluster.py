@@ -113,17 +113,21 @@ def _local(distributed, options, workers, memory):
         resources=resources, silence_logs=50)
 
 
+def slurm_options(options):
+    """Arguments of `dask_jobqueue.SLURMCluster`: a job is one worker with one run at a time."""
+    given = {"cores": options.threads, "processes": 1, "memory": "4 GiB", **options.slurm}
+    gpu = ["--resources", "GPU=1"] if options.backend == "cuda" else []
+    return {**given, "worker_extra_args": [*given.get("worker_extra_args", ()), "--nthreads", "1", *gpu]}
+
+
 def slurm(options, workers=None):
     """A cluster of SLURM jobs, `options.slurm` as dask-jobqueue takes them."""
     try:
         from dask_jobqueue import SLURMCluster
     except ImportError:
         raise InputError("--scheduler slurm needs dask-jobqueue: pip install 'snowmpm[cluster]'") from None
-    given = {"cores": options.threads, "processes": 1, "memory": "4 GiB", **options.slurm}
-    extra = ["--resources", "GPU=1"] if options.backend == "cuda" else []
-    given["worker_extra_args"] = [*given.get("worker_extra_args", ()), "--nthreads", "1", *extra]
     try:
-        cluster = SLURMCluster(**given)
+        cluster = SLURMCluster(**slurm_options(options))
     except (TypeError, ValueError) as error:
         known = ("queue", "account", "cores", "memory", "walltime", "job_extra_directives", "interface")
         near = next((hint for name in options.slurm if (hint := did_you_mean(name, known)) and name not in known), "")

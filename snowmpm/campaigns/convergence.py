@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from snowmpm.campaigns.probability import QUANTITIES, interval
+from snowmpm.campaigns.stack import BLOCK
 
 LIKELY = 0.05
 """Probability from which a cell counts as endangered."""
@@ -24,21 +25,34 @@ def convergence(stack, limits, rows, cell):
     stack: `xarray.Dataset` of the runs; limits: [(quantity, limit)]; rows: positions in the stack of the runs that
     count, in the order of the design; cell [m].
     """
-    found = []
+    found, growing = [], numbers(len(rows))
     for name, limit in limits:
-        above = stack[QUANTITIES[name][0]].values[rows] >= np.float32(limit)
-        counts = np.cumsum(above, axis=0, dtype=np.int32)
+        counts = _counts(stack[QUANTITIES[name][0]], limit, rows, growing)
         last = counts[-1] / len(rows)
         differ = (last > 0.0) & (last < 1.0)
-        for m in numbers(len(rows)):
-            share = counts[m - 1] / m
-            low, high = interval(counts[m - 1], m)
-            open_cells = differ if differ.any() else np.ones_like(differ)
+        open_cells = differ if differ.any() else np.ones_like(differ)
+        for m, count in zip(growing, counts, strict=True):
+            share = count / m
+            low, high = interval(count, m)
             found.append({"quantity": name, "limit": limit, "runs": m,
                           "difference": float(np.abs(share - last)[open_cells].mean()),
                           "area": float((share >= LIKELY).sum() * cell**2),
                           "half_width": float(0.5 * (high - low)[open_cells].mean())})
     return found
+
+
+def _counts(raster, limit, rows, growing):
+    """Runs above the limit among the first m, for each m (len(growing), y, x); a strip at a time, since all maps
+    together may be larger than memory."""
+    shape = raster.shape[1:]
+    counts = np.zeros((len(growing), *shape), np.int32)
+    tall = max(1, BLOCK // (4 * max(1, len(rows)) * shape[1]))
+    for begin in range(0, shape[0], tall):
+        strip = slice(begin, begin + tall)
+        above = raster[rows, strip].values >= np.float32(limit)
+        for k, m in enumerate(growing):
+            counts[k, strip] = above[:m].sum(axis=0)
+    return counts
 
 
 def numbers(n):

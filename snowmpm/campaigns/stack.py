@@ -17,7 +17,7 @@ STORE = "maps.zarr"
 BLOCK = 1 << 26
 """Bytes of one raster of a block of runs."""
 
-FORMAT = {"consolidated": False, "zarr_format": 2}
+FORMAT = {"consolidated": False}
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def write_stack(plan, variant, records):
         block = xarray.Dataset(data, {"run": [member.run for member in part], "x": ("x", window.x, {"units": "m"}),
                                       "y": ("y", window.y, {"units": "m"})}, {"cell": window.cell})
         encoding = {name: {"chunks": chunks} for name in MAPPED} if begin == 0 else None
-        block.to_zarr(plan.folder / STORE, group=f"{variant}/runs", mode="w" if begin == 0 else "a-",
+        block.to_zarr(plan.folder / STORE, group=f"{variant}/runs", mode="w" if begin == 0 else "a",
                       append_dim=None if begin == 0 else "run", encoding=encoding, **FORMAT)
     return True
 

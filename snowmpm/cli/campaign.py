@@ -28,6 +28,10 @@ Patience = Annotated[
 VariantName = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Of the campaign; else its first.")]
 
 
+MOST = 100
+"""Rows that a sweep prints."""
+
+
 def run(file: File, output: Output = None, workers: Workers = None, scheduler: Scheduler = None,
         resume: Resume = False, retry_failed: Retry = False, patience: Patience = 300.0, quiet: Quiet = False,
         as_json: Json = False):
@@ -55,7 +59,22 @@ def sweep(scene: SceneName,
     from snowmpm.campaigns.sweep import sweep_file
 
     file = sweep_file(scene, values, setting_values(settings))
-    _conduct(file, output, workers, scheduler, (resume, False, 300.0), quiet, False)
+    found = _conduct(file, output, workers, scheduler, (resume, False, 300.0), quiet, False)
+    if not quiet:
+        _print_rows(found)
+
+
+def _print_rows(found):
+    """The parameters and main numbers of each run, a row a run."""
+    from snowmpm.campaigns.report import shown_numbers
+
+    table = found.table
+    names = [*found.file.parameters, *shown_numbers(found)]
+    rows = [[f"{row[name]:.6g}" if isinstance(row[name], float) else str(row[name]) for name in names]
+            for row in table[:MOST].to_dict("records")]
+    widths = [max(map(len, column)) for column in zip(names, *rows, strict=True)]
+    for row in (names, *rows):
+        print("  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)))
 
 
 def _conduct(file, output, workers, scheduler, again, quiet, as_json):
@@ -86,6 +105,7 @@ def _conduct(file, output, workers, scheduler, again, quiet, as_json):
         _tell(found)
         for path in written[:1]:
             print(path)
+    return found
 
 
 def status(folder: Folder, as_json: Json = False):
