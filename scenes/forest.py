@@ -28,9 +28,9 @@ class Forest(Spec):
     name: Annotated[str, Field(min_length=1)]
     region: Region | None = None
     """where, in plan; where its rasters have values when missing"""
-    drag: value(0.0, 10.0) = 0.01
+    drag: value(0.0, 10.0) = 0.01  # type: ignore[valid-type]
     """c of the shear stress c density v^2 that is added to the friction of the ground [-]"""
-    detrainment: value(0.0, 1e5) = 0.0
+    detrainment: value(0.0, 1e5) = 0.0  # type: ignore[valid-type]
     """K: mass K / v per area and time stops [Pa]"""
 
     @model_validator(mode="after")
