@@ -2,9 +2,9 @@
 
     python tests/benchmarks/campaign_cost.py campaigns/valley_friction
 
-reads the folder of a campaign that is done. The overhead of a run is the time of its worker less that of the run:
-loading the scene, the numbers, the maps, the record. Of a worker's first run it holds imports and kernels. Work is
-the time of all runs over that of all workers from the first start to the last end; with an even load it is the
+reads the folder of a campaign that is done. The overhead of a run is the time of its worker less that of the run
+itself: loading the scene, the numbers, the maps, the record. Of a worker's first run it holds imports and kernels. Work
+is the time of all runs over that of all workers from the first start to the last end; with an even load it is the
 efficiency of the cluster.
 """
 
