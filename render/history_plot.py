@@ -24,10 +24,10 @@ ENERGIES = {
     "kinetic_energy": "kinetic", "elastic_energy": "elastic", "potential_energy": "potential, lost",
     "plastic_work": "plastic work", "contact_work": "taken by contact", "energy_remainder": "numerical remainder",
     "removed_energy": "left with snow", "affine_energy": "kinetic, affine", "damping_work": "taken by damping",
-    "force_work": "given by forces",
+    "force_work": "given by forces", "handover_energy": "lost in handing over",
 }
 """All but the work of forces, which is on the other side, add up to the energy of the start."""
-RARE = ("removed_energy", "affine_energy", "damping_work", "force_work")
+RARE = ("removed_energy", "affine_energy", "damping_work", "force_work", "handover_energy")
 """Drawn where they are not zero all along."""
 CAUSES = "steps_"
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import matplotlib.cm
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from snowmpm.annotations import Numbers, PathLike
+from snowmpm.annotations import Floats, Numbers, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.parameters import parameters
@@ -63,13 +64,13 @@ def map_figure(run, name, *, observed=None, dpi=150):
     for ring in observed or ():
         plan = np.asarray(ring, float) - run.origin[:2]
         lower, upper = np.minimum(lower, plan.min(axis=0)), np.maximum(upper, plan.max(axis=0))
-    figure = Figure(figsize=_figure_size(lower, upper), dpi=dpi, layout="constrained")
+    figure = Figure(figsize=figure_size(lower, upper), dpi=dpi, layout="constrained")
     axes = figure.add_subplot(aspect="equal")
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
-        _draw_terrain(axes, run, lower, upper)
+        draw_terrain(axes, run, lower, upper)
     _draw_raster(figure, axes, run, raster, name)
     _draw_lines(axes, run, observed)
-    _draw_frame(axes, run, name, lower, upper)
+    draw_frame(axes, run, f"{run.name}: {quantity(name).label}", lower, upper)
     _draw_margin(figure, axes, run)
     return figure
 
@@ -88,13 +89,14 @@ def _box(raster, filled, terrain):
     )
 
 
-def _figure_size(lower, upper):
-    """Inches: 8 along the longer side of the map, and room for labels."""
+def figure_size(lower: Floats, upper: Floats) -> tuple[float, float]:
+    """Inches of a map between plan corners (2,): 8 along the longer side of the map, and room for labels."""
     width, height = (upper - lower) / np.max(upper - lower) * 8.0
     return max(width, 3.0) + 2.2, max(height, 3.0) + 1.3
 
 
-def _draw_terrain(axes, run, lower, upper):
+def draw_terrain(axes: Axes, run: Run, lower: Floats, upper: Floats) -> None:
+    """Draw the shaded ground of a `Run` and its contours between plan corners (2,) [m], relative to its origin."""
     relief = build_relief(run.terrain, lower, upper)
     if relief is None:
         return
@@ -191,7 +193,8 @@ def runout_words(run):
     return f"run-out{status_of(run).so_far} {runout}, travel angle {angle}"
 
 
-def _draw_frame(axes, run, name, lower, upper):
+def draw_frame(axes: Axes, run: Run, title: str, lower: Floats, upper: Floats) -> None:
+    """Title, axes in map coordinates, length bar and north of a map between plan corners (2,) [m]."""
     axes.set_xlim(run.origin[0] + lower[0], run.origin[0] + upper[0])
     axes.set_ylim(run.origin[1] + lower[1], run.origin[1] + upper[1])
     plain = FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " "))
@@ -202,7 +205,7 @@ def _draw_frame(axes, run, name, lower, upper):
     axes.tick_params(axis="y", labelrotation=90)
     axes.set_xlabel("east [m]")
     axes.set_ylabel("north [m]")
-    axes.set_title(f"{run.name}: {quantity(name).label}".replace("_", " "))
+    axes.set_title(title.replace("_", " "))
     _draw_length(axes, upper - lower)
     _draw_north(axes)
 

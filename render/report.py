@@ -13,7 +13,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
-from snowmpm.io.parameters import method_of, parameters
+from snowmpm.io.parameters import method_of, parameters, succession
 from snowmpm.io.projection import projection_name
 from snowmpm.io.remarks import remarks
 from snowmpm.io.status import status_of
@@ -95,8 +95,10 @@ def _lead(run):
     kind = "three dimensions" if run.dimension == 3 else "plane strain"
     method = method_of(run)
     kind = method.title if method and method.capabilities.plan else f"in {kind}"
+    then = f" {succession(run)}." if succession(run) else ""
+    dx = run.provenance.get("dx", math.nan)
     return (f"A simulation {kind} over {run.times[-1]:g} s, {len(run)} frames, with {_count(run.n_points(0))}"
-            f" {method.particles if method else 'particles'} on cells of {run.provenance.get('dx', math.nan):g} m.")
+            f" {method.particles if method else 'particles'} on cells of {dx:g} m.{then}")
 
 
 def _key_numbers(run):

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from snowmpm.annotations import Floats, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.parameters import methods_of
 from snowmpm.io.status import cautions
 from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
@@ -149,9 +150,10 @@ class _View:
             colours = self.table[np.round(255 * share).astype(int)]
         identity = frame.fields["identity"][good] if "identity" in frame.fields else None
         points = frame.points[good]
+        spacing = particle_spacing(self.run, frame.time)
         if "depth" in frame.fields:
-            points, colours, identity = piled(points, frame.fields["depth"][good], self.spacing, colours, identity)
-        return frame.time, (points, self.spacing, colours, identity)
+            points, colours, identity = piled(points, frame.fields["depth"][good], spacing, colours, identity)
+        return frame.time, (points, spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
@@ -247,10 +249,13 @@ def piled(points, depth, spacing, *others):
     return piles, *(None if other is None else np.concatenate([other] * layers) for other in others)
 
 
-def particle_spacing(run):
-    """Distance [m] between particles: what the run says of itself, or from the field `volume`, or between neighbours
-    in the first frame that has any."""
+def particle_spacing(run, time=0.0):
+    """Distance [m] between particles: what the run says of itself, of its method at a time [s], or from the field
+    `volume`, or between neighbours in the first frame that has any."""
     noted = run.provenance.get("particle_spacing")
+    for record in methods_of(run):
+        if record["time"] < time:
+            noted = record["particle_spacing"]
     if isinstance(noted, int | float) and noted > 0.0:
         return float(noted)
     i = next(i for i in range(len(run)) if run.n_points(i))

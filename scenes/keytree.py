@@ -1,6 +1,10 @@
 """Keys that a scene may have at each place: a walk through the JSON schema of its model along the given data."""
 
 
+MEMBERS = ("kind", "law", "distribution")
+"""Keys that say which of several tables one is."""
+
+
 def real_keys(location, data):
     """Keys of an error's location, without pydantic's marks of union members."""
     path, here, after_kind = [], data, True
@@ -8,7 +12,7 @@ def real_keys(location, data):
         table = here if isinstance(here, dict) else {}
         if isinstance(part, str) and part.startswith("<") and part not in table:
             continue  # the kind of the same table may follow
-        if isinstance(part, str) and not after_kind and part in (table.get("kind"), table.get("law")):
+        if isinstance(part, str) and not after_kind and part in [table.get(name) for name in MEMBERS]:
             after_kind = True
             continue
         path.append(part)

@@ -22,6 +22,7 @@ from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
+from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 
@@ -91,6 +92,8 @@ class Scene(Glance, Spec):
     initial: Initial = Initial()
     stop: Stop = Stop()
     """when a run ends before end_time"""
+    switch: Annotated[tuple[Switch, ...], Field(max_length=4)] = ()
+    """hand-over to another method while the scene runs, one table each, in their order"""
     saw_test: SawTest | None = None
     """a propagation saw test, which creates bodies and domain; x and z are then along the slope and normal to it"""
     reference: Reference | None = None
@@ -108,7 +111,7 @@ class Scene(Glance, Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            scene = validate(with_cards(_with_saw_test(data, dimension) if known else data))
+            scene = validate(with_switches(with_cards(_with_saw_test(data, dimension) if known else data)))
         return _with_choices(scene)
 
     @model_validator(mode="after")
@@ -155,12 +158,14 @@ class Scene(Glance, Spec):
                  "obstacles": ", ".join(f"{one.name} ({one.shape.kind})" for one in self.obstacles),
                  "events": ", ".join(f"{event.kind} {event.body}" for event in self.events),
                  "saw test": f"{self.saw_test.slope_angle:g} degrees" if self.saw_test else "",
+                 "switches": ", ".join(f"to {switch.to} when {switch.when}" for switch in self.switch),
                  "initial stress": self.initial.stress}
         return f"Scene {self.name} ({self.dimension}-D)", {name: text for name, text in facts.items() if text}
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
-        return to_toml(self, leave_out=MADE if self.saw_test else ())
+        unused = () if self.switch else ("switch",)  # as written before there were switches
+        return to_toml(self, leave_out=(*(MADE if self.saw_test else ()), *unused))
 
 
 def _with_choices(scene):

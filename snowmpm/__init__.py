@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # they take time to import
     from collections.abc import Callable
 
     from snowmpm.annotations import PathLike
+    from snowmpm.campaigns.launch import campaign
     from snowmpm.compiler.runtime import start
     from snowmpm.io import Run
     from snowmpm.running.loop import Progress
@@ -27,9 +28,9 @@ __version__ = "0.1.0"
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not print when it is imported
 
 _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulation", "Run": "snowmpm.io",
-          "start": "snowmpm.compiler.runtime"}
+          "start": "snowmpm.compiler.runtime", "campaign": "snowmpm.campaigns.launch"}
 
-__all__ = ["Run", "Simulation", "load_scene", "open_run", "run", "start"]
+__all__ = ["Run", "Simulation", "campaign", "load_scene", "open_run", "run", "start"]
 
 
 def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | None" = None,

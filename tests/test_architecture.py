@@ -49,10 +49,14 @@ MAY_IMPORT = {
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
-    "running": {*GROUND, *SHARED, *SCENE, "setup", "io", "measured", "results"},
+    "handover": {*GROUND, *SHARED, *SCENE, "setup"},
+    "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
     "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "setup", "running", "io", "measured", "render"},
-    "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "running", "measured", "study"},
-    "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice"},
+    "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
+               "study"},
+    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
+    "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
+            "campaigns"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

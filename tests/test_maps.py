@@ -21,7 +21,7 @@ def test_a_block_that_slides_over_the_map():
                        origin=[0.0] * 3, lower=[0.0] * 3, upper=[4.0, 3.0, 2.0], gravity=[0.0] * 3)
     peaks = PeakMaps(solver, MapGrid.over([0.0, 0.0], [4.0, 3.0], 0.2))
     for _ in range(80):
-        peaks.see()
+        peaks.see(solver)
         solver.step(0.005)
     values, x0, y0, cell = peaks.rasters()["peak_depth"]
     assert (x0, y0, cell) == pytest.approx((0.1, 0.1, 0.2)) and values.shape == (15, 20)
@@ -41,7 +41,7 @@ def test_a_block_that_slides_over_the_map():
     # The first column of particles, at x = 1.775 m, comes over the cell from x = 2.2 m on after 0.2125 s
     assert arrival[5, 11] == pytest.approx(0.2125, abs=0.005) and np.diff(arrival[5, 9:12]) == pytest.approx(0.1)
     moved = PeakMaps(solver, MapGrid.over([1.0, 0.5], [3.0, 2.0], 0.25, [0.1, 0.2]))
-    moved.see()
+    moved.see(solver)
     depth, x0, y0, cell = moved.rasters()["peak_depth"]
     assert np.nansum(depth) * cell**2 == pytest.approx(np.nansum(deposit) * 0.2**2, rel=1e-6)  # the same snow
     left = x0 - 0.5 * cell + cell * np.flatnonzero((depth > 0.0).any(axis=0)).min()

@@ -22,8 +22,8 @@ def refuse_unaffordable(simulation, folder, threads=1, option="--accept-cost"):
     simulation: `Simulation`, at its start or resumed from a checkpoint: only the rest of the run counts. option: the
     command-line option that accepts the cost.
     """
-    scene = simulation.scene
-    budget = Budget(SceneFacts(scene, simulation.model, simulation.solver), threads)
+    scene, relay = simulation.scene, simulation.relay
+    budget = Budget(SceneFacts(relay.scene, relay.model, simulation.solver), threads)
     cost = unaffordable(budget, folder, max(0.0, 1.0 - simulation.time / scene.end_time))
     if cost:
         raise InputError(f"{scene.source}: {cost}; {option} runs it all the same")

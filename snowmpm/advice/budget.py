@@ -49,7 +49,7 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(scene.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test))
-        self.frames = max(1, round(facts.forecast.end / scene.output.interval))
+        self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
         self.numbers = sum(width(name) for name in written_fields(scene))

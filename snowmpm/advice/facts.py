@@ -32,8 +32,10 @@ class Pair:
 class SceneFacts:
     """Properties of a scene to compare with the borders of the atlas."""
 
-    def __init__(self, scene, model, solver):
+    def __init__(self, scene, model, solver, begin=0.0, until=None):
+        """begin, until [s]: time at which the method takes over, and hands over, of a scene with several."""
         self.scene, self.model, self.solver = scene, model, solver
+        self.begin, self._until = begin, until
         self.dx, self.dim = scene.solver.dx, scene.dimension
 
     @property
@@ -126,7 +128,7 @@ class SceneFacts:
 
     def with_scene(self, scene):
         """Approximate facts of a scene that differs only in settings or materials: the particles stay the same."""
-        return SceneFacts(scene, replace(self.model, scene=scene), self.solver)
+        return SceneFacts(scene, replace(self.model, scene=scene), self.solver, self.begin, self._until)
 
     @cached_property
     def forecast(self):
@@ -135,8 +137,13 @@ class SceneFacts:
 
     @property
     def steps(self):
-        """Number of steps of the whole run."""
-        return self.steps_until(self.forecast.end)
+        """Number of steps of the whole run, or of the method's part of it."""
+        return max(1.0, self.steps_until(self.end) - self.steps_until(self.begin))
+
+    @property
+    def end(self):
+        """Time at which the run ends, or the method hands over [s]."""
+        return self.forecast.end if self._until is None else min(self._until, self.forecast.end)
 
     def steps_until(self, time):
         """Number of steps until a time [s]: of a method that knows its course its share of them, else with the length

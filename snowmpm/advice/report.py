@@ -1,12 +1,14 @@
 """The complete report of `snowmpm check` on a scene."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from snowmpm.advice.affordability import unaffordable
 from snowmpm.advice.along_front import faster, more_accurate
+from snowmpm.advice.budget import Payment
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.savings import savings
+from snowmpm.handover.outlook import legs
 from snowmpm.methods import METHODS
 from snowmpm.running.description import describe
 from snowmpm.setup.build import build
@@ -57,9 +59,36 @@ def advise(scene):
     model = build(scene)
     solver = model.solver()
     check_step(scene, solver)
-    facts = SceneFacts(scene, model, solver)
     with stage("weighing what it costs and where it may fail"):
-        budget = facts.budget
-        said = {**describe(model, solver), "run_time": budget.total}
-        return Advice(said, budget.payments(), cautions(facts), savings(budget), alternatives(scene, budget),
-                      unaffordable(budget, "runs"))
+        facts, *later = [SceneFacts(leg.scene, leg.model, leg.solver, leg.begin, leg.end)
+                         for leg in legs(model, solver)]
+        budget, seconds = facts.budget, [one.budget.total - one.budget.start for one in later]
+        said = {**describe(model, solver), **_switches(scene, facts, later), "run_time": budget.total + sum(seconds)}
+        if later:
+            said["steps"] = int(facts.steps)
+        warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in cautions(one))]))
+        return Advice(said, _all_payments(budget, later, seconds), warned, savings(budget),
+                      alternatives(scene, budget), unaffordable(budget, "runs"))
+
+
+def _switches(scene, facts, later):
+    """Facts, in words, of the hand-overs of a scene; facts of its methods but the first."""
+    said = []
+    for switch, one in zip(scene.switch, later, strict=True):
+        entry = METHODS[switch.to]
+        when = f"when {switch.when}" if switch.time is None else f"at t = {switch.time:g} s"
+        about = "" if switch.time is not None else f", about at t = {one.begin:.2g} s"
+        said.append(f"to {entry.title} {when}{about}: {one.budget.n} {entry.particles}, cells of {one.dx:g} m, then"
+                    f" about {one.steps:.0f} steps")
+    return {"hand_over": "; ".join(said)} if said else {}
+
+
+def _all_payments(budget, later, seconds):
+    """`Payment`s of the first method with their shares of all of the run, and one of each other method."""
+    whole = budget.total + sum(seconds)
+    found = [payment if payment.share is None else replace(payment, share=payment.seconds / whole)
+             for payment in budget.payments()]
+    return found + [Payment(f"then {METHODS[one.scene.solver.method].title}",
+                            f"{one.budget.n} {METHODS[one.scene.solver.method].particles}, {one.steps:.0f} steps,"
+                            f" {one.budget.frames} frames", cost, cost / whole)
+                    for one, cost in zip(later, seconds, strict=True)]

@@ -67,7 +67,7 @@ def _frames(budget):
     share, own = budget.output / budget.total, budget.facts.scene.output.interval
     if share > 0.2:
         interval = float(f"{own * 9.0 * budget.output / budget.stepping:.1g}")
-        interval = min(interval, float(f"{budget.facts.forecast.end / LEAST_FRAMES:.1g}"))
+        interval = min(interval, float(f"{budget.facts.end / LEAST_FRAMES:.1g}"))
         if interval < 1.5 * own:
             return
         yield from _worth(budget, "output.interval", f"{interval:g} s: frames take {share:.0%} of the run,"

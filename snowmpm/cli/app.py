@@ -4,7 +4,22 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli import check, compare, element, gallery, info, listing, maps, new, plot, render, report, run, study
+from snowmpm.cli import (
+    campaign,
+    check,
+    compare,
+    element,
+    gallery,
+    info,
+    listing,
+    maps,
+    new,
+    plot,
+    render,
+    report,
+    run,
+    study,
+)
 from snowmpm.cli.errors import guarded
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
@@ -51,3 +66,10 @@ app.command("compare")(guarded(compare.compare))
 app.command("gallery")(guarded(gallery.gallery))
 app.command("element")(guarded(element.element))
 app.command("study")(guarded(study.study))
+app.command("sweep")(guarded(campaign.sweep))
+
+campaigns = typer.Typer(help="Many runs of one scene, and one answer: probability maps, sensitivities, calibration.",
+                        no_args_is_help=True)
+for made in (campaign.run, campaign.status, campaign.maps, campaign.plot, campaign.calibrate):
+    campaigns.command(made.__name__)(guarded(made))
+app.add_typer(campaigns, name="campaign")

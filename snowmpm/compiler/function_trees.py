@@ -69,6 +69,15 @@ def _text(code):
     return textwrap.dedent("".join(linecache.getlines(code.co_filename)[code.co_firstlineno - 1 : end]))
 
 
+def source_of(code):
+    """-> lines of a function, without indentation, and the number of the first one of its body. OSError where its
+    source is not in a file."""
+    text = _text(code)
+    if text is None:
+        raise OSError(f"no source of {code.co_name} in {code.co_filename}")
+    return text.splitlines(), ast.parse(text).body[0].body[0].lineno - 1
+
+
 def _ends(file):
     """Last line of each function of a file by its first one, decorators included."""
     lines = linecache.getlines(file)

@@ -98,7 +98,8 @@ class Columns(Particles):
         self.removed["energy"] += height * gravity[2]
 
     def lay(self, sums):
-        """Count snow that was laid down in a step: `sums` of `Deposit.take`."""
+        """Count snow that was laid down in a step: `sums` of `Deposit.take`, which has taken it from the columns."""
+        self.changed()
         self.mass -= float(sums[MASS])
         self.removed["laid"] += float(sums[MASS])
         self.removed["momentum"] = self.removed["momentum"] + sums[MOMENTUM : MOMENTUM + 3]

@@ -53,6 +53,10 @@ class PlanGrid:
         return cell % n if self.repeats[axis] else np.where(cell < 0, -1 - cell, np.where(cell < n, cell,
                                                                                           2 * n - 1 - cell))
 
+    def number(self, i, j):
+        """Number of the node of cells i, j (n,), up to `MARGIN` beyond the sides."""
+        return self._lookup[0, i + MARGIN] + self._lookup[1, j + MARGIN]
+
     def places(self):
         """Plan positions of the nodes (nx, ny, 2) [m]."""
         axes = [self.lower[a] + (np.arange(self.shape[a]) + 0.5) * self.dx for a in (0, 1)]

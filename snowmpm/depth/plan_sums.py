@@ -1,4 +1,8 @@
-"""What lies over the cells of a map: sums over columns, each spread over the cells around it."""
+"""What lies over the cells of a map: sums over columns, each spread over the cells around it.
+
+In both directions, a column is spread as a hat, 1 - |x - x_p| / w, whose half width w is the cell of the plan grid, or
+that of the map where it is smaller. Cells of a map as large as those of the grid then get the shares N of the spline.
+"""
 
 import functools
 
@@ -7,7 +11,21 @@ import taichi as ti
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.depth.spline import weights
+
+
+@ti.func
+def behind(u):
+    """Share of a hat of half width 1 that lies before u."""
+    low, high = ti.max(-1.0, ti.min(u, 0.0)), ti.max(0.0, ti.min(u, 1.0))
+    return 0.5 * (1.0 + low) ** 2 + high - 0.5 * high**2
+
+
+@ti.func
+def shares(f, wide):
+    """Of a column at the offset f [cells of the map] from the middle of a cell, in the cell before it, in it and after
+    it; wide: cells of the map over half the width of the hat, 1 or more."""
+    before, within = behind((-0.5 - f) * wide), behind((0.5 - f) * wide)
+    return ti.Vector([before, within - before, 1.0 - within])
 
 
 @functools.cache
@@ -22,12 +40,13 @@ def sums_kernel(real):
                frame: ti.types.vector(3, ti.f64), rows: ti.types.vector(2, int)):
         ratio, low_x, low_y = frame[0], frame[1], frame[2]
         ti.loop_config(serialize=True)
+        wide = ti.max(1.0, 1.0 / ratio)
         for p in range(rows[0], rows[1]):
             at = ti.Vector([(ti.cast(cells[p][0], ti.f64) + reals[p][0] + 0.5) * ratio - low_x,
                             (ti.cast(cells[p][1], ti.f64) + reals[p][1] + 0.5) * ratio - low_y])
             cell = ti.cast(ti.floor(at), ti.i32)
             f = at - cell - 0.5
-            wx, wy = weights(f[0]), weights(f[1])
+            wx, wy = shares(f[0], wide), shares(f[1], wide)
             speed2 = ti.cast(reals[p][2] ** 2 + reals[p][3] ** 2 + reals[p][6] ** 2, ti.f64)
             for i in ti.static(range(3)):
                 for j in ti.static(range(3)):

@@ -7,6 +7,7 @@ import contextlib
 import hashlib
 import time as clock
 import warnings
+from numbers import Number
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +65,18 @@ def take_over(simulation, saved):
         if saved.get(name) != now:
             raise InputError(f"{simulation.scene.source}: {name}: not what it was when the run began")
     with state_of(saved):
+        _require_kinds(saved["simulation"], simulation.state(), "simulation")
         simulation.restore(saved["simulation"])
+
+
+def _require_kinds(found, own, name):
+    """TypeError where a saved state has another kind of value than the state of the simulation that takes it over: a
+    text for a number would be met steps later."""
+    if isinstance(own, dict):
+        for key in own.keys() & found.keys():
+            _require_kinds(found[key], own[key], key)
+    elif isinstance(own, Number | np.ndarray) and not isinstance(found, np.ndarray if np.ndim(own) else Number):
+        raise TypeError(f"{name}: {type(found).__name__} instead of {type(own).__name__}")
 
 
 @contextlib.contextmanager

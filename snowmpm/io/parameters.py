@@ -14,7 +14,7 @@ def parameters(run):
     except (TOMLDecodeError, InputError, TypeError):
         scene = {}
     method = METHODS.get(_at(scene, "solver", "method"))
-    found = {"scene": run.name, "method": method.title if method else ""}
+    found = {"scene": run.name, "method": succession(run) or (method.title if method else "")}
     if isinstance(made.get("dx"), int | float):
         found["grid spacing"] = f"{made['dx']:g} m"
     if len(run):
@@ -30,13 +30,29 @@ def parameters(run):
     return {name: text for name, text in found.items() if text}
 
 
-def method_of(run):
-    """The row of `METHODS` that computed a `Run`; None where the run does not say."""
+def method_of(run, last=False):
+    """The row of `METHODS` that computed a `Run`, of several the first or the last; None where the run does not say."""
+    if last and methods_of(run):
+        return METHODS.get(methods_of(run)[-1]["method"])
     try:
         scene = tables(run.provenance.get("scene") or "", "scene")
     except (TOMLDecodeError, InputError, TypeError):
         return None
     return METHODS.get(_at(scene, "solver", "method"))
+
+
+def methods_of(run):
+    """Records of the methods that computed a `Run` one after the other (`snowmpm.running.relay`); [] of one that had
+    one method all the way."""
+    return run.provenance.get("methods") or []
+
+
+def succession(run):
+    """In words: which method took over from which, and when; "" for one method all the way."""
+    records = methods_of(run)
+    names = [METHODS[row["method"]].title if row["method"] in METHODS else row["method"] for row in records]
+    return ", ".join([*names[:1], *(f"{name} from t = {row['time']:.4g} s on (cells of {row['dx']:g} m)"
+                                    for name, row in zip(names[1:], records[1:], strict=True))])
 
 
 def _snow(name, law, method):

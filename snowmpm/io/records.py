@@ -132,10 +132,18 @@ def classes(value):
     return found
 
 
+def methods(value):
+    """[{"method": name, "time": number, "particle_spacing": number}]"""
+    if not isinstance(value, list) or not all(isinstance(row, dict) and row.keys() >= METHOD.keys() for row in value):
+        raise ValueError("a list of methods")
+    return [{**row, **{entry: kind(row[entry]) for entry, kind in METHOD.items()}} for row in value]
+
+
+METHOD = {"method": name, "time": number, "dx": number, "particle_spacing": number, "particles": number}
 CLASS = {"class": name, "from": number, "to": lambda value: None if value is None else number(value), "area": number}
 PROVENANCE = {"scene": text, "scene_name": name, "version": name, "materials": names, "bodies": names, "dx": number,
               "particle_spacing": number, "crs": text, "device": name, "backend": name, "precision": name,
-              "wall_time": number, "end_time": number, "end_state": numbers}
+              "wall_time": number, "end_time": number, "end_state": numbers, "methods": methods}
 HAZARD = {"numbers": numbers, "profile": profile, "runout_line": line, "classes": classes, "release": rings}
 SUMMARY = {"scene": name, "wall_time": number, "wall_time_of": numbers, "processor_time": number, "time": number,
            "particles": number, "steps": number, "sorts": number, "frames": number, "writing_time": number,

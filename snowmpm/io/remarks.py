@@ -29,7 +29,7 @@ def remarks(run):
                " grid, or a transfer with less damping, takes less.")
     cells = _last(history, "occupied_cells")
     if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
-        share, method = _last(history, "emptied_cells") / cells, method_of(run)
+        share, method = _last(history, "emptied_cells") / cells, method_of(run, last=True)
         if method and method.capabilities.plan:
             yield (f"{share:.1%} of the cells in plan are empty between columns: there the flow is stretched, and its"
                    " columns no longer push each other; more solver.particles_per_cell closes it.")

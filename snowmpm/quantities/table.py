@@ -35,6 +35,10 @@ HISTORY = (
     Quantity("damping_work", "work taken by damping", "J", "Energy that prescribed damping took since the start.",
              AUDIT),
     Quantity("removed_energy", "energy that left", "J", "Energy of the particles that left or were taken out.", AUDIT),
+    Quantity("handover_energy", "energy lost in handing over", "J", "Energy before less energy after all hand-overs to "
+             "another method so far (switch): motion that it does not have, elastic energy, height.", AUDIT),
+    Quantity("method", "method at work", "1", "Number of the method: 0 that of the scene, 1 that of the first switch.",
+             AUDIT),
     Quantity("energy_remainder", "numerical remainder", "J", "Energy of the start less all that is accounted for: what "
              "the scheme itself took.", AUDIT),
     Quantity("null_space_noise", "noise that the grid cannot see", "1", "Share of the particles' kinetic energy that "

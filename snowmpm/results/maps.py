@@ -32,17 +32,18 @@ LEAST_CELLS = 2.0
 """Least side of a plan cell in grid spacings: no map is finer than the grid."""
 
 
-def cell_for(positions, volumes, dx):
+def cell_for(positions, volumes, dx, grain=None):
     """Side [m] of plan cells that hold `GRAINS` particles at the flow depth, and are `LEAST_CELLS` wide or more.
 
-    positions (n, 3) [m] and volumes (n,) [m3] of the snow at the start; dx: grid spacing [m].
+    positions (n, 3) [m] and volumes (n,) [m3] of the snow at the start; dx: grid spacing [m];
+    grain: volume of a particle [m3] where it is another than at the start.
     """
     least = LEAST_CELLS * dx
     if not len(volumes):
         return least
     covered = len(np.unique(np.floor(positions[:, :2] / least), axis=0)) * least**2
     flow_depth = FLOW_SHARE * volumes.sum() / covered
-    return max(least, float(np.sqrt(GRAINS * volumes.mean() / flow_depth)))
+    return max(least, float(np.sqrt(GRAINS * (grain or volumes.mean()) / flow_depth)))
 
 
 class PeakMaps:
@@ -62,11 +63,10 @@ class PeakMaps:
 
     def __init__(self, solver, grid):
         """grid: cells of the maps (`snowmpm.results.map_grid.MapGrid`)."""
-        self._solver = solver
         self.lower, self.cell, self.shape = grid.lower, grid.cell, grid.shape
         self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in UNITS}
-        window, depth, _, _ = self._totals()
-        self._lay("release_depth", window, depth)
+        window, depth, _, _ = self._totals(solver)
+        self._lay(solver, "release_depth", window, depth)
         self.restore(self.values)
 
     def restore(self, values):
@@ -77,26 +77,26 @@ class PeakMaps:
         self.values, depth = values, values["release_depth"]
         self.flow_depth = FLOW_SHARE * float(depth[depth > 0.0].mean()) if depth.any() else 0.0
 
-    def _totals(self):
+    def _totals(self, solver):
         """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
-        window, sums = self._solver.particles.sums_in_plan(self.lower, self.cell, self.shape)
+        window, sums = solver.particles.sums_in_plan(self.lower, self.cell, self.shape)
         volume, mass, momentum, energy = np.moveaxis(sums, -1, 0)
         depth = volume / self.cell**2
         return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
 
-    def see(self):
+    def see(self, solver):
         """Update the maps with the current state of the solver."""
-        window, depth, speed, pressure = self._totals()
+        window, depth, speed, pressure = self._totals(solver)
         flows = depth >= self.flow_depth
         for name, now in (("peak_depth", depth), ("peak_speed", speed * flows), ("peak_pressure", pressure * flows)):
             self.values[name][window] = np.maximum(self.values[name][window], now)
-        now = np.where(flows & (depth > 0.0), self._solver.time, np.inf)
+        now = np.where(flows & (depth > 0.0), solver.time, np.inf)
         self.values["arrival_time"][window] = np.minimum(self.values["arrival_time"][window], now)
-        self._lay("deposit_depth", window, depth)
+        self._lay(solver, "deposit_depth", window, depth)
 
-    def _lay(self, name, window, depth):
+    def _lay(self, solver, name, window, depth):
         """Set a map to the depth of the flow and of what rests."""
-        resting = self._solver.particles.resting_in_plan(self.lower, self.cell, self.shape)
+        resting = solver.particles.resting_in_plan(self.lower, self.cell, self.shape)
         self.values[name][:] = 0.0 if resting is None else resting / self.cell**2
         self.values[name][window] += depth
 

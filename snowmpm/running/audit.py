@@ -73,7 +73,9 @@ class Audit:
         """solver: a `stepping.contract.Method`; direction: (dim - 1,) or None; start_positions: (n, dim) by particle
         number; plan: whether cells are those of a grid in plan."""
         self._axes = slice(0, -1) if plan else slice(None)
-        self._solver = solver
+        self._solver, self._moved = solver, MOVED_CELLS * solver.frame.dx
+        self.past = None
+        """`running.relay.Past` of the methods before the one at work; None of the first."""
         repeats = solver.particles.repeats
         self._direction = None if direction is None or repeats[:-1].any() else np.asarray(direction, float)
         self._falling = np.where(repeats, 0.0, solver.gravity)  # axes with a potential
@@ -81,7 +83,7 @@ class Audit:
         self._reference = (mass[:, None] * x).sum(axis=0) / max(mass.sum(), 1e-300)
         self._start = start_positions
         self._start_momentum = mass @ fields["velocity"]
-        self._start_energy = sum(self._energies(fields).values())
+        self._start_energy = sum(self.energies(fields).values())
         self.motion = Motion.of(mass, fields["velocity"])
         """Motion at the last row, or at the start (`snowmpm.quantities.motion.Motion`)."""
 
@@ -100,7 +102,18 @@ class Audit:
     def _along(self, x):
         return (x[:, :-1] - self._reference[:-1]) @ self._direction
 
-    def _energies(self, fields):
+    def follow(self, solver, relay):
+        """Go on with the solver of another method; relay: `running.relay.Relay` that has made it."""
+        self._solver, self._start, self.past = solver, relay.start, relay.past
+        self._axes = slice(0, -1) if relay.scene.solver.in_plan else slice(None)
+
+    @property
+    def _totals(self):
+        totals = self._solver.totals
+        return self.past.plus(totals) if self.past else totals
+
+    def energies(self, fields):
+        """Energies [J] of `particles.fields.ParticleFields` by kind."""
         solver, mass, v, x = self._solver, fields["mass"], fields["velocity"], fields["position"]
         return {
             "kinetic_energy": 0.5 * float(mass @ (v**2).sum(axis=1)),
@@ -116,18 +129,18 @@ class Audit:
         if forcing and forcing.course:
             return -forcing.gravity_work
         solver = self._solver
-        travel = self._start_momentum * solver.time + solver.totals.momentum_gain  # [kg m]
+        travel = self._start_momentum * solver.time + self._totals.momentum_gain  # [kg m]
         around = float((solver.gravity - self._falling) @ travel)
         return -float(mass @ ((x - self._reference) @ self._falling)) - around
 
     def values(self, fields):
         """One row of the history."""
         solver, removed = self._solver, self._solver.particles.removed
-        frame, totals = solver.frame, solver.totals
+        frame, totals = solver.frame, self._totals
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
         momentum = mass @ v
         names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
-        energies = self._energies(fields)
+        energies = self.energies(fields)
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
@@ -138,7 +151,8 @@ class Audit:
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
-            row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy"))
+            row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
+            self.past.handover_energy if self.past else 0.0)
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
@@ -167,7 +181,7 @@ class Audit:
 
     def _front(self, x, mass, identity):
         start = self._start[identity]
-        moved = np.linalg.norm(x - start, axis=1) > MOVED_CELLS * self._solver.frame.dx
+        moved = np.linalg.norm(x - start, axis=1) > self._moved
         if not mass[moved].sum() > MOVED_SHARE * mass.sum():
             return 0.0, 0.0
         along, mass = self._along(x[moved]), mass[moved]

@@ -6,11 +6,13 @@ from snowmpm import memory
 from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
+from snowmpm.scenes.switch import parts
 
 
 def written_fields(scene):
     """Names of the fields of a frame: those that the scene names, and the depth of columns, which films need."""
-    return dict.fromkeys([*scene.output.fields, *(["depth"] if scene.solver.in_plan else [])])
+    in_plan = any(part.solver.in_plan for part in parts(scene))
+    return dict.fromkeys([*scene.output.fields, *(["depth"] if in_plan else [])])
 
 
 def expected_run_file(scene, particles):

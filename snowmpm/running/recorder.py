@@ -55,6 +55,7 @@ class Recorder:
             self._maps = maps.PeakMaps(simulation.solver, model.map_grid)
         if state is not None:
             self._restore(state)
+        self._methods = 1
         self._writer = self._new_file() if state is None else self._continued_file()
         self.background = Background()
 
@@ -76,6 +77,7 @@ class Recorder:
         writer = RunWriter.reopen(self._folder, until=time)
         scene = self._simulation.scene
         writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
+                           **({"methods": self._simulation.relay.records} if scene.switch else {}),
                            "end_state": {}, "resumed": [*run.provenance.get("resumed", []), time]})
         return writer
 
@@ -114,14 +116,15 @@ class Recorder:
         return {name: float(share) for name, share in self._simulation.model.shares.items() if share < 1.0}
 
     def watch(self):
-        """After a step: keep the peak maps, the loads and the record of time steps."""
+        """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
+        self._note_methods()
         self.particle_steps += simulation.n_particles
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)
         if self._obstacles:
-            self._loads.watch(simulation.time, simulation.solver.obstacle_totals)
+            self._loads.watch(simulation.time, simulation.obstacle_totals)
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
             if self._moved > self._maps.cell or self._released():
@@ -132,9 +135,17 @@ class Recorder:
         time, slack = self._simulation.time, 1e-9 * max(1.0, self._simulation.time)
         return any(time - self._simulation.dt + slack < start <= time + slack for start in self._starts)
 
+    def _note_methods(self):
+        """Write which methods have been at work, when another has taken over."""
+        records = self._simulation.relay.records
+        if len(records) > self._methods:
+            self._methods = len(records)
+            provenance = {"methods": copy.deepcopy(records)}
+            self.background.do(lambda: self._writer.provenance(provenance))
+
     def _see(self):
         self._moved = 0.0
-        self._maps.see()
+        self._maps.see(self._simulation.solver)
 
     def frame(self):
         """Write the state now: particles, obstacles, a row of the history, the maps so far."""
@@ -228,6 +239,7 @@ class Recorder:
                 "backend": runtime.backend(), "threads": runtime.threads(),
                 "precision": simulation.scene.solver.precision, "dt_causes": self._causes,
                 "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
+                **({"methods": simulation.relay.records} if simulation.scene.switch else {}),
                 **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
 
 

@@ -23,6 +23,7 @@ from snowmpm.quantities.motion import Motion
 from snowmpm.running.audit import Audit
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
+from snowmpm.running.relay import HandOver, Relay
 from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
@@ -56,6 +57,7 @@ class Simulation(Glance):
 
     scene: Scene
     model: Model
+    relay: Relay
     solver: Method
     events: list[Any]
     crack: CrackRecord | None
@@ -76,8 +78,10 @@ class Simulation(Glance):
         self.scene = scene
         self.model = build(scene, resumed)
         self._start = lifetime.current()
+        self.relay = Relay(scene, self.model)
+        """Which method is at work, and what it took over (`snowmpm.running.relay`)."""
         self.solver = self.model.solver()
-        self.events = make_events(scene)
+        self.events = [*make_events(scene), *(HandOver(i, switch) for i, switch in enumerate(scene.switch))]
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
         check_step(scene, self.solver)
@@ -96,13 +100,14 @@ class Simulation(Glance):
         direction = None if scene.saw_test else self.model.direction
         self._audit = Audit(self.solver, self.particles, direction, self.model.population.positions,
                             plan=self.scene.solver.in_plan)
+        self._audit.past = self.relay.past
 
     def _glance(self) -> tuple[str, dict[str, Any]]:
-        scene = self.scene
+        scene, solver = self.scene, self.relay.scene.solver
         facts = {"time": f"{self.time:.6g} of {scene.end_time:g} s, {counted(self.solver.steps)} steps",
                  "particles": counted(self.n_particles),
                  "last step": f"{self.dt:.4g} s ({self.dt_cause})" if self.solver.steps else "none yet",
-                 "solver": f"{scene.solver.method}, dx = {scene.solver.dx:g} m, {scene.solver.precision}"}
+                 "solver": f"{solver.method}, dx = {solver.dx:g} m, {solver.precision}"}
         return f"Simulation of {scene.name} ({scene.dimension}-D)", facts
 
     @property
@@ -127,15 +132,16 @@ class Simulation(Glance):
     @property
     @in_turn
     def particles(self) -> ParticleFields:
-        return ParticleFields(self.solver.particles, self.model.body_starts)
+        return ParticleFields(self.solver.particles, self.relay.model.body_starts)
 
     def law_of_body(self, body: int) -> Law:
         """Law of the body with this index, scaled to this grid."""
-        return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
+        return self.relay.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def numbers_of_body(self, body: int) -> tuple[int, int]:
         """First particle number of a body, and one past its last."""
-        ends = [*self.model.body_starts, len(self.model.population.volumes)]
+        model = self.relay.model
+        ends = [*model.body_starts, len(model.population.volumes)]
         return int(ends[body]), int(ends[body + 1])
 
     @in_turn
@@ -154,7 +160,7 @@ class Simulation(Glance):
         try:
             self.solver.step(dt)
         except SimulationError as error:
-            known = diagnose(self.scene.solver, self.solver, dt)
+            known = diagnose(self.relay.scene.solver, self.solver, dt)
             # Two lines: a hint from the atlas of failures is more useful than general advice
             raise SimulationError(f"{str(error).splitlines()[0]}\n{known}" if known else str(error)) from error
         if until is not None and abs(until - self.time) < 1e-9 * max(1.0, until):
@@ -167,8 +173,8 @@ class Simulation(Glance):
     def add_acceleration(self, function: Callable[[Floats, Floats, float], ArrayLike]) -> None:
         """Add an acceleration that acts from now on: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) returns
         accelerations (n, dim) or (dim,) [m/s2]. A checkpoint does not store it: add it again after restoring."""
-        method = self.scene.solver.method
-        require(self.scene, "forcing", "solver.method", method, what="for add_acceleration")
+        method = self.relay.scene.solver.method
+        require(self.relay.scene, "forcing", "solver.method", method, what="for add_acceleration")
         forcing = self.solver.forcing
         if forcing is None:
             forcing = Forcing()
@@ -178,7 +184,24 @@ class Simulation(Glance):
     @in_turn
     def audit(self, particles: ParticleFields | None = None) -> dict[str, float]:
         """One row of the history: conserved quantities, energies, front, counters (`snowmpm.running.audit`)."""
-        return {**self._audit.values(particles or self.particles), "dt": self.dt}
+        row = {**self._audit.values(particles or self.particles), "dt": self.dt}
+        if self.scene.switch:
+            row.update(method=self.relay.index, handover_energy=self.relay.past.handover_energy)
+        return row
+
+    @property
+    def obstacle_totals(self) -> Floats:
+        """What the snow gave each obstacle since time zero (`stepping.contract.Method.obstacle_totals`)."""
+        return self.relay.past.with_obstacles(self.solver.obstacle_totals)
+
+    def energies(self) -> dict[str, float]:
+        """Energies of the snow now by kind [J] (`snowmpm.running.audit`)."""
+        return self._audit.energies(self.particles)
+
+    def goes_on_with(self, solver: Method) -> None:
+        """Let another solver take over, as the `relay` has made it."""
+        self.solver, self._first_dt = solver, None
+        self._audit.follow(solver, self.relay)
 
     @in_turn
     def follow_loads(self) -> None:
@@ -189,6 +212,7 @@ class Simulation(Glance):
     def state(self) -> dict[str, Any]:
         """All that a bitwise continuation needs, by name (`snowmpm.io.checkpoint`), as copies."""
         rest = {"events": [event.state() for event in self.events], "audit": self._audit.state(),
+                **({"relay": self.relay.state()} if self.scene.switch else {}),
                 "body_starts": self.model.body_starts, "dt": self.dt, "dt_cause": self.dt_cause,
                 "crack": self.crack.state() if self.crack else {}}
         return {"solver": self.solver.state(), **copy.deepcopy(rest)}
@@ -198,6 +222,9 @@ class Simulation(Glance):
         """Restore the `state()` of a simulation of the same scene. Raises InputError when it does not fit."""
         if not np.array_equal(state["body_starts"], self.model.body_starts):
             raise InputError(f"{self.scene.source}: bodies: not as many particles as when the run began")
+        if self.scene.switch and self.relay.restore(state["relay"]):
+            self.goes_on_with(self.relay.solver())
+        self._audit.past = self.relay.past
         self.solver.restore(state["solver"])
         for event, own in zip(self.events, state["events"], strict=True):
             event.restore(own)
@@ -208,7 +235,7 @@ class Simulation(Glance):
         self.dt, self.dt_cause = state["dt"], state["dt_cause"]
 
     def _next_step(self) -> tuple[float, str]:
-        fixed = self.scene.solver.dt
+        fixed = self.relay.scene.solver.dt
         if fixed:
             limit, cause = self.solver.critical_dt()
             if fixed > limit:

@@ -80,7 +80,8 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     foot = _place(surface).round(1) - [5.0, 5.0, 1.0]
     text = starts.start_from(
         "ground_depth" if method == "depth" else "ground", name=name, file=file, ground=ground.name, kind=kind,
-        path=starts.quoted(_relative(ground, file)), extent=words, found=where, region=region, top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
+        path=starts.quoted(_relative(ground, file)), extent=words, found=where, region=region,
+        top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
         end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}",
         unit=f"\nelevation_unit = {starts.quoted(unit)}" if unit else "", house=_vector(foot),
         roof=_vector(foot + np.array([10.0, 10.0, 9.0])))

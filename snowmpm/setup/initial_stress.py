@@ -16,10 +16,11 @@ import numpy as np
 from snowmpm.errors import InputError
 
 
-def geostatic_stress(positions, normal_depth_load, normals, gravity, k0):
+def geostatic_stress(positions, normal_depth_load, normals, gravity, k0, shear=1.0):
     """Kirchhoff stress (n, 3, 3) [Pa], tensor axes 0 .. dim - 1 those of the scene, axis 2 out of plane in 2-D.
 
     normal_depth_load: overburden rho d of each particle [kg/m2] (n,); normals (n, dim); gravity (dim,); k0 (n,).
+    shear: share of the shear stress, (n,) or a number.
     """
     n, dim = normals.shape
     normal = np.zeros((n, 3))
@@ -29,9 +30,9 @@ def geostatic_stress(positions, normal_depth_load, normals, gravity, k0):
     g_n = normal @ g
     g_t = g - g_n[:, None] * normal
     nn = normal[:, :, None] * normal[:, None, :]
-    shear = g_t[:, :, None] * normal[:, None, :]
+    along = np.reshape(shear, (-1, 1, 1)) * g_t[:, :, None] * normal[:, None, :]
     confined = nn + k0[:, None, None] * (np.eye(3) - nn)
-    return normal_depth_load[:, None, None] * (g_n[:, None, None] * confined + shear + shear.transpose(0, 2, 1))
+    return normal_depth_load[:, None, None] * (g_n[:, None, None] * confined + along + along.transpose(0, 2, 1))
 
 
 def overburden(bodies, positions, body_of, surface_query, gravity, dx, spacing):

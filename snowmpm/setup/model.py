@@ -21,6 +21,7 @@ from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
+from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.velocity_fields import body_friction
@@ -70,13 +71,20 @@ class Model:
         InputError for an invalid cell size.
         """
         snow, scene = self.population, self.scene
-        dx = scene.solver.dx
-        least = dx if scene.solver.in_plan else cell_for(snow.positions, snow.volumes, dx)
+        least = max(self._least_map_cell(part, snow, later=i > 0) for i, part in enumerate(parts(scene)))
         try:
             return grid_for(self.lower, self.upper, least, scene.output.map_cell,
                             self.surface.lattice if self.surface else None)
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None
+
+    @staticmethod
+    def _least_map_cell(part, snow, later):
+        """Least side of a map cell [m] for the method of a part of the scene, which may have particles of its own."""
+        dx = part.solver.dx
+        if part.solver.in_plan:
+            return dx
+        return cell_for(snow.positions, snow.volumes, dx, part.solver.spacing(3) ** 3 if later else None)
 
     @cached_property
     def depth(self):

@@ -4,10 +4,12 @@ from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
+from snowmpm.scenes.switch import BROKEN, parts
 
 
-def demands(scene):
-    """(capability, required value or member, key, value) of each request of a scene."""
+def demands(scene, later=False):
+    """(capability, required value or member, key, value) of each request of a scene; later: of the part of a method
+    that takes over, when the start and the events are over."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if scene.saw_test:
@@ -38,11 +40,13 @@ def demands(scene):
         yield "sides", boundary, f"domain.boundary.{name}", boundary
     if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         yield "periodic", True, "domain.boundary", "periodic"
-    if scene.initial.stress != "none":
+    if scene.initial.stress != "none" and not later:
         yield "initial_stress", scene.initial.stress, "initial.stress", scene.initial.stress
-    if scene.initial.stress == "settle":
+    if scene.initial.stress == "settle" and not later:
         yield "settling", True, "initial.stress", scene.initial.stress
     for i, event in enumerate(scene.events):
+        if later and not (event.kind == "load" and event.stop is None):
+            continue
         yield event.NEEDS, True, f"events.{i}.kind", event.kind
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
@@ -66,9 +70,42 @@ def _of_friction(friction):
 
 
 def refuse_beyond(scene):
-    """Raise InputError for a scene that asks for something its method cannot do."""
-    for capability, wanted, key, value in demands(scene):
-        require(scene, capability, key, value, wanted)
+    """Raise InputError for a scene that asks for something its method cannot do, or one that takes over.
+
+    Obstacles need one method that has them: until it takes over, and after it, the snow must be elsewhere.
+    """
+    scenes = parts(scene)
+    able = [METHODS[part.solver.method].capabilities for part in scenes]
+    for i, part in enumerate(scenes):
+        for capability, wanted, key, value in demands(part, later=i > 0):
+            if capability == "obstacles" and any(one.obstacles for one in able):
+                continue
+            try:
+                require(part, capability, key, value, wanted)
+            except InputError as error:
+                if i == 0:
+                    raise
+                raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
+    for i, switch in enumerate(scene.switch):
+        _refuse_switch(scene, i, switch, able[i], able[i + 1])
+
+
+def _refuse_switch(scene, i, switch, before, after):
+    """Raise InputError for a hand-over that cannot be, from a method with the capabilities `before` to `after`."""
+    key = f"switch.{i}.to"
+    if before.plan == after.plan:
+        allowed = " or ".join(f'"{name}"' for name, entry in METHODS.items() if entry.capabilities.plan != before.plan)
+        raise InputError.at(key, switch.to, f'must be {allowed} after "{parts(scene)[i].solver.method}"', scene.source)
+    if scene.terrain is None:
+        raise InputError.at(key, switch.to, "needs a terrain", scene.source)
+    if any(scene.gravity_vector[:-1]):
+        raise InputError.at(key, switch.to, "needs gravity that points down", scene.source)
+    if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at(key, switch.to, "needs sides of the domain that are not periodic", scene.source)
+    bonds = any(law.BONDS is not None and law.bonds_last_below > 0.0 for law in scene.materials.values())
+    if switch.when == BROKEN and (before.plan or not bonds):
+        raise InputError.at(f"switch.{i}.when", switch.when, "needs a material with bonds, such as anticrack_cam_clay,"
+                                                             " and particles in space", scene.source)
 
 
 def require(scene, capability, key, value, wanted=True, what=""):

@@ -40,9 +40,9 @@ ROOM = 3
 
 @functools.cache
 def _sums_kernel(layout, real):
-    """Kernel that adds particles to the nodes in plan around them, in linear shares. ints: slot offset, first node along
-    x and y, blocks; lengths: dx [m], height of the origin [m]. One thread, so that sums do not depend on their number.
-    """
+    """Kernel that adds particles to the nodes in plan around them, in linear shares. ints: slot offset, first node
+    along x and y, blocks; lengths: dx [m], height of the origin [m]. One thread, so that sums do not depend on their
+    number."""
     edge, at, dim = EDGE[layout.dim], layout.offsets, layout.dim
     access = accessors(layout)
 

@@ -32,7 +32,7 @@ class Ended:
     def message(self):
         """What it said on stderr, but for warnings and how far it is."""
         return "".join(line for line in self.err.splitlines(keepends=True)
-                       if not line.startswith("warning: ") and not line.endswith(" so far\n"))
+                       if not line.startswith("warning: ") and not line.endswith((" so far\n", " left\n")))
 
 
 class WarmProgram:

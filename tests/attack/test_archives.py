@@ -81,11 +81,17 @@ CHANGES = {
     "keys_few": at(*PARTICLES, "keys", value=lambda a: a[:1]), "time_nan": at(*PARTICLES, "time", value=float("nan")),
     "frame_other": at(*PARTICLES, "frame", value=[[0, 0], [1 << 40, 1 << 40]]),
     "extremes_unknown": at(*PARTICLES, "extremes", value={"x": 1}), "steps_text": at(*PARTICLES, "steps", value="x"),
+    "steps_list": at(*PARTICLES, "steps", value=[1]), "extremes_text": at(*PARTICLES, "extremes", "speed", value="x"),
+    "removed_text": at(*PARTICLES, "removed", "mass", value="x"),
+    "work_none": at(*PARTICLES, "plastic_work", value=None),
+    "mass_array": at(*PARTICLES, "mass", value=np.ones(3)), "dt_text": at("simulation", "dt", value="x"),
+    "energy_text": at("simulation", "audit", "energy", value="x"),
+    "reference_text": at("simulation", "audit", "reference", value="x"),
     "events_more": at("simulation", "events", value=[1, 2, 3]), "dt_below": at("simulation", "dt", value=-1.0),
     "bodies_other": at("simulation", "body_starts", value=lambda a: np.asarray(a)[:0]),
     "audit_list": at("simulation", "audit", value=[]),
 }
-SELDOM = {"no_terrain", "time_nan", "keys_beyond", "frame_other", "dt_below", "steps_text", "audit_list",
+SELDOM = {"no_terrain", "time_nan", "keys_beyond", "frame_other", "dt_below", "audit_list",
           "recorder_text"}
 
 

@@ -22,7 +22,9 @@ CHOICES = {"filling", "usual_filling", "grid", "plan"}
 """Capabilities that no scene asks for: they say which of its choices count (`a_simulation_is_what_its_scene_says`)."""
 ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesion": "scenes/test_ground_friction.py",
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
-             "sides": "contract/test_depth_refusals.py", "entrainment": "verification/test_depth_entrainment.py"}
+             "sides": "contract/test_depth_refusals.py", "entrainment": "verification/test_depth_entrainment.py",
+             "deposition": "depth/test_depth_releases.py", "delays": "depth/test_depth_releases.py",
+             "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py"}
 """Capabilities of the ground and the sides, and the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]
 

@@ -1,0 +1,108 @@
+"""Doing jobs on a cluster: each once, whatever dies.
+
+A worker that dies loses its run's time since the last checkpoint: the scheduler gives the run to another. A worker that
+cannot write is sent away, its run given to another. When the scheduler is gone, a new one at the same address is waited
+for, and what has no record yet is sent again.
+"""
+
+import contextlib
+import time as clock
+from collections import deque
+
+from snowmpm.campaigns.cluster import connect, require_cluster
+from snowmpm.campaigns.work import UNWRITTEN
+from snowmpm.errors import InputError, SimulationError, WriteError
+
+AHEAD = 4
+"""Jobs with the scheduler for each worker: the rest waits here."""
+
+PATIENCE = 300.0
+"""Seconds to wait for a scheduler that is gone."""
+
+
+class Lost(Exception):
+    """The scheduler is gone."""
+
+
+class Conductor:
+    """Sends jobs to a `Site`, and takes what comes back.
+
+    say: called with a line of text when something unusual happens; patience: seconds to wait for a lost scheduler.
+    """
+
+    def __init__(self, site, say=print, patience=PATIENCE, gpu=False):
+        self._site, self._say, self._patience = site, say, patience
+        self._resources = {"GPU": 1} if gpu else None
+        self._sent = 0
+
+    def results(self, function, jobs):
+        """Yield (job, function(job)) as they come, in any order. An exception of `function`, or the death of its
+        workers, comes as such. Raises WriteError when no worker can write, SimulationError when the scheduler stays
+        away."""
+        todo = deque(jobs)
+        while todo:
+            flying = {}
+            try:
+                yield from self._session(function, todo, flying)
+            except Lost:
+                todo.extendleft(reversed(flying.values()))
+                self._reconnect()
+
+    def _session(self, function, todo, flying):
+        _, distributed = require_cluster()
+        client, coming = self._site.client, distributed.as_completed()
+        try:
+            self._fill(client, function, todo, flying, coming)
+            for future in coming:
+                job, status = flying.pop(future), future.status
+                if status in ("cancelled", "lost", "pending"):
+                    flying[future] = job
+                    raise Lost
+                outcome = future.exception() if status == "error" else future.result()
+                if isinstance(outcome, dict) and outcome.get("status") == UNWRITTEN:
+                    self._send_away(client, outcome)
+                    todo.append(job)
+                else:
+                    yield job, outcome
+                del future
+                self._fill(client, function, todo, flying, coming)
+        except (OSError, TimeoutError, distributed.CancelledError) as error:  # a closed connection is an OSError
+            raise Lost from error
+
+    def _fill(self, client, function, todo, flying, coming):
+        room = AHEAD * max(1, len(self._site.workers()))
+        while todo and len(flying) < room:
+            job = todo.popleft()
+            self._sent += 1
+            future = client.submit(function, job, key=f"{function.__name__}-{self._sent}", pure=False,
+                                   resources=self._resources)
+            flying[future] = job
+            coming.add(future)
+
+    def _send_away(self, client, outcome):
+        worker = outcome["work"]["worker"]
+        there = self._site.workers()
+        if worker in there and len(there) == 1:
+            raise WriteError(f"{outcome['reason']}\nno worker is left that can write: make room, and --resume goes on")
+        if worker in there:
+            self._say(f"worker {worker} is sent away: {outcome['reason']}")
+            client.retire_workers([worker])
+
+    def _reconnect(self):
+        if self._site.address is None:
+            raise SimulationError("the cluster of this campaign is gone; --resume goes on where it was")
+        _, distributed = require_cluster()
+        self._say(f"the scheduler {self._site.address} is gone: waiting {self._patience:g} s for it")
+        with contextlib.suppress(Exception):
+            self._site.client.close(timeout=1)
+        until = clock.monotonic() + self._patience
+        while True:
+            try:
+                self._site.client = connect(distributed, self._site.address, patience=5.0)
+                self._say(f"the scheduler {self._site.address} is back")
+                return
+            except InputError:
+                if clock.monotonic() > until:
+                    raise SimulationError(f"the scheduler {self._site.address} is gone; --resume completes the campaign"
+                                          " when there is one again") from None
+                clock.sleep(1.0)

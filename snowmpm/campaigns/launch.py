@@ -1,0 +1,159 @@
+"""Running a campaign: plan, forecast, runs, answers."""
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from snowmpm.annotations import PathLike
+from snowmpm.campaigns import answers, cluster, forecast, table
+from snowmpm.campaigns.campaign import FILE, Campaign
+from snowmpm.campaigns.conduct import PATIENCE, Conductor
+from snowmpm.campaigns.members import PLAN, make_plan, runs_of, write_bases
+from snowmpm.campaigns.spec import CampaignFile, checked
+from snowmpm.campaigns.work import RECORD, job_of, work
+from snowmpm.draft import write_text
+from snowmpm.errors import InputError, SimulationError, shown_line
+from snowmpm.scenes import load_scene
+from snowmpm.scenes.toml import table_text
+from snowmpm.stages import stage
+
+
+def silent(text: str) -> None:
+    """Says nothing."""
+
+
+def campaign(scene: PathLike, parameters: Mapping[str, Mapping[str, Any]], folder: PathLike, *,
+             scheduler: str | None = None, workers: int | None = None, resume: bool = False,
+             **options: Any) -> Campaign:
+    """Run a campaign; -> `Campaign`.
+
+    scene: library name or TOML file; parameters: {name: {"key": dotted key, "distribution": ..., ...}}; folder: of the
+    campaign; scheduler: address of a Dask scheduler, "slurm", or None for processes of this machine; workers: their
+    number; resume: complete a campaign in the folder; options: other keys of a campaign's file (runs, design, seed,
+    set, maps, variants, ...). A program that calls this is imported by its workers: guard it with
+    `if __name__ == "__main__":`. Raises InputError.
+    """
+    path = Path(scene)
+    base = path.resolve().parent if path.suffix == ".toml" else Path.cwd()
+    data = {"name": Path(folder).name, "scene": path.name if path.suffix == ".toml" else str(scene),
+            "parameters": {name: dict(one) for name, one in parameters.items()}, **options}
+    file = checked(data, "campaign", base)
+    return run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume)
+
+
+def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, resume: bool = False):
+    """(`Plan`, `Forecast`) of a campaign, written to its folder. Raises InputError for bad input, a folder that holds
+    another campaign, and more than the disk holds."""
+    folder = Path(folder).resolve()
+    cluster.require_cluster()
+    if (folder / PLAN).exists() and not resume:
+        raise InputError(f"{folder} already holds a campaign: --resume completes it; or choose another folder with -o")
+    if not os.access(next(parent for parent in (folder, *folder.parents) if parent.exists()), os.W_OK):
+        raise InputError(f"-o {folder}: must be a folder that can be written to")
+    bases = write_bases(file, folder)
+    with stage("looking at the scene", len(bases), "variants") as now:
+        surveys = {}
+        for variant, base in bases.items():
+            surveys[variant] = forecast.survey(load_scene(base), file.cluster.threads)
+            now.done += 1
+    cells = [one.cell for one in surveys.values() if one.cell]
+    number = cluster.worker_count(file.cluster, workers, max(one.memory for one in surveys.values()))
+    # Before every scene is checked: too large a campaign would take long for that too
+    forecast.forecast(file, folder, surveys, runs_of(file), number).check(file.source)
+    plan = make_plan(file, folder, max(cells) if cells else None)
+    done = done_of(plan)
+    left = {variant: sum(member.variant == variant and member.hash not in done for member in plan.members)
+            for variant in plan.variants}
+    return plan, forecast.forecast(file, folder, surveys, left, number)
+
+
+def done_of(plan):
+    """Hashes of the runs of a plan that have a record."""
+    return {member.hash for member in plan.members if (plan.results(member) / RECORD).exists()}
+
+
+def run_campaign(file: CampaignFile, folder: PathLike, *, scheduler: str | None = None, workers: int | None = None,
+                 resume: bool = False, say: Callable[[str], None] = silent, patience: float = PATIENCE) -> Campaign:
+    """Run a campaign from its file; -> `Campaign`. say: called with lines of text, what is told while it runs;
+    patience: seconds to wait for a scheduler that is gone. Otherwise as `campaign`."""
+    plan, expected = prepare(file, folder, workers, resume)
+    say(expected.words)
+    write_text(plan.folder / FILE, own_file(plan))
+    plan.write()
+    if expected.runs:
+        with cluster.site(file.cluster, scheduler, workers, expected.memory) as site:
+            say(f"dashboard: {site.dashboard}")
+            conduct_runs(plan, site, say, patience)
+    with stage("putting results together"):
+        answers.write_answers(plan, table.records_of(plan))
+    return Campaign(plan.folder)
+
+
+def conduct_runs(plan, site, say=silent, patience=PATIENCE):
+    """Do the runs of a plan that have no record yet on a `Site`; -> their number. A failing run is told."""
+    conductor = Conductor(site, say, patience, plan.file.cluster.backend == "cuda")
+    jobs, names = {}, {}
+    for member in plan.members:
+        first = not names or member.variant not in {one.variant for one in names.values()}
+        if member.hash not in jobs:
+            names[member.hash] = member
+            jobs[member.hash] = job_of(plan, member, example=first)
+    done = done_of(plan)
+    todo = [job for name, job in jobs.items() if name not in done]
+    failed = 0
+    with stage("running", len(todo), "runs") as now:
+        for job, outcome in conductor.results(work, todo):
+            record = outcome if isinstance(outcome, dict) else _given_up(plan, names[job.hash], outcome)
+            if record["status"] == "failed":
+                failed += 1
+                now.detail = f"{failed} failed"
+                say(f"{names[job.hash].name} failed: {record['reason']}")
+            now.done += 1
+    if todo and failed == len(todo):
+        say("every run failed")
+    return len(todo)
+
+
+def _given_up(plan, member, error):
+    """Record of a run whose workers died, or could not begin it."""
+    died = type(error).__name__ == "KilledWorker"
+    reason = (f"its worker died {cluster.DEATHS + 1} times" if died
+              else f"{type(error).__name__}: {shown_line(str(error), 300)}")
+    record = {"status": "failed", "reason": reason, "numbers": {}, "work": {}}
+    write_text(plan.results(member) / RECORD, json.dumps(record, indent=1))
+    return record
+
+
+def own_file(plan):
+    """Text of the campaign's file as it stands in its folder: with its posterior files absolute."""
+    file = plan.file
+    data = file.model_dump(exclude_none=True, exclude_unset=True)
+    for one in data["parameters"].values():
+        if one.get("distribution") == "posterior":
+            one["file"] = str(Path(file.base_dir, one["file"]).resolve())
+    base = file.base_dir / file.scene
+    if base.suffix == ".toml":
+        data["scene"] = str(base.resolve())
+    observed = (data.get("calibration") or {}).get("observed", {})
+    if "outline" in observed:
+        observed["outline"]["file"] = str(Path(file.base_dir, observed["outline"]["file"]).resolve())
+    return table_text(data)
+
+
+def forget_failed(folder: PathLike) -> int:
+    """Forget the runs that failed, so that they are done once more; -> their number."""
+    found = Campaign(folder)
+    failed = {name for name, record in found.records.items() if record["status"] == "failed"}
+    for member in found.plan.members:
+        if member.hash in failed:
+            (found.plan.results(member) / RECORD).unlink(missing_ok=True)
+    return len(failed)
+
+
+def raise_if_all_failed(found: Campaign) -> None:
+    """Raise SimulationError for a campaign without a single run that is done."""
+    if not any(record["status"] == "done" for record in found.records.values()):
+        reason = next((record["reason"] for record in found.records.values()), "none was begun")
+        raise SimulationError(f"{found.folder}: every run failed; the first: {reason}")

@@ -1,0 +1,220 @@
+"""The runs of a campaign: their values, their scenes, and the folders named by the hash of each scene."""
+
+import hashlib
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from snowmpm import __version__
+from snowmpm.campaigns import design
+from snowmpm.campaigns.distributions import Drawn
+from snowmpm.campaigns.inputs import Inputs
+from snowmpm.campaigns.posterior import rows_of
+from snowmpm.draft import write_text
+from snowmpm.errors import InputError
+from snowmpm.scenes.loader import find_scene, load_scene, override
+from snowmpm.scenes.toml import parse, table_text
+from snowmpm.stages import counted
+
+PLAN = "plan.json"
+ONLY = "base"
+"""Name of the only variant of a campaign without variants."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run: number `run` of `variant`; values: by parameter; changes: of the base scene, by key; hash: of the whole
+    scene, the content of its files and the program's version."""
+
+    variant: str
+    run: int
+    values: dict
+    changes: dict
+    hash: str = ""
+
+    @property
+    def name(self):
+        """In words, for messages."""
+        values = ", ".join(f"{name} = {_shown(value)}" for name, value in self.values.items())
+        where = "" if self.variant == ONLY else f"{self.variant}, "
+        return f"{where}run {self.run} ({values})"
+
+
+def _shown(value):
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def samples(file):
+    """Values of the parameters of a `CampaignFile`: a list of dicts, one a row of its design."""
+    names, drawn = list(file.parameters), {}
+    columns = []  # of the design, by parameter: rows of one posterior file share a column
+    for name in names:
+        parameter = file.parameters[name]
+        key = ("file", parameter.file) if isinstance(parameter, Drawn) else ("name", name)
+        if key not in columns:
+            columns.append(key)
+        drawn[name] = columns.index(key)
+    levels = [file.parameters[key[1]].shares() for key in columns if key[0] == "name"] if file.runs is None else ()
+    u = design.shares(file.design, file.runs, len(columns), file.seed, levels)
+    if file.correlated:
+        if len(columns) != len(names):
+            raise InputError(f"{file.source}: correlated: does not go with a posterior, whose rows are correlated")
+        u = design.correlated(u, file.correlations())
+    quantile = {}
+    for name in names:
+        parameter = file.parameters[name]
+        where = f"{file.source}: parameters.{name}"
+        quantile[name] = (rows_of(file.base_dir / parameter.file, parameter.column or name, where)
+                          if isinstance(parameter, Drawn) else parameter.quantile)
+    return [{name: quantile[name](float(row[drawn[name]])) for name in names} for row in u]
+
+
+class Plan:
+    """The runs of a campaign in its folder. members: list of `Member`; file: its `CampaignFile`."""
+
+    def __init__(self, file, folder, members):
+        self.file, self.folder, self.members = file, Path(folder).resolve(), members
+
+    @property
+    def variants(self):
+        """Names of its variants, in the order of its file."""
+        return list(self.file.variants) or [ONLY]
+
+    def base(self, variant):
+        """File of the base scene of a variant."""
+        return base_file(self.folder, variant)
+
+    def results(self, member):
+        """Folder of the numbers and maps of a run."""
+        return self.folder / "results" / member.hash
+
+    def run(self, member):
+        """Folder of the run itself."""
+        return self.folder / "runs" / member.hash
+
+    def scene(self, member):
+        """The scene of a run."""
+        return load_scene(self.base(member.variant), member.changes)
+
+    def write(self):
+        """Write the plan."""
+        write_text(self.folder / PLAN, json.dumps([asdict(member) for member in self.members], indent=0))
+
+
+def base_file(folder, variant):
+    """File of the base scene of a variant."""
+    return Path(folder) / (f"{ONLY}.toml" if variant == ONLY else f"{ONLY}_{variant}.toml")
+
+
+def make_plan(file, folder, cell=None, values=None):
+    """`Plan` of a `CampaignFile`: base scenes and their files are written to the folder, and every scene is checked.
+
+    cell: side of the map cells [m], where the file has none; values: of the parameters by run, in place of those of the
+    design. Raises InputError, which names the run, for a scene that cannot be.
+    """
+    folder = Path(folder).resolve()
+    inputs = Inputs(folder)
+    values = samples(file) if values is None else values
+    write_bases(file, folder, cell)
+    members = [Member(variant, i, values[i], _changes(file, values[i], inputs))
+               for variant, _, n in _variants(file, len(values)) for i in range(n)]
+    hashed = [_hashed(member, file, folder) for member in counted(members, "checking scenes", "scenes")]
+    return Plan(file, folder, hashed)
+
+
+def write_bases(file, folder, cell=None):
+    """Write the base scene of each variant, and the files that it needs; -> {variant: file}."""
+    folder = Path(folder).resolve()
+    inputs = Inputs(folder)
+    for variant, changes, _ in _variants(file, 0):
+        _write_base(file, folder, variant, changes, inputs, cell)
+    return {variant: base_file(folder, variant) for variant, _, _ in _variants(file, 0)}
+
+
+def runs_of(file):
+    """Number of runs of a `CampaignFile`, by variant."""
+    if file.design == "saltelli":
+        total = file.runs * (_columns(file) + 2)
+    elif file.runs is not None:
+        total = file.runs
+    else:
+        levels = [len(one.shares()) for one in file.parameters.values()]
+        total = math.prod(levels) if file.design == "grid" else 1 + sum(levels)
+    return {variant: n for variant, _, n in _variants(file, total)}
+
+
+def _columns(file):
+    """Columns of the design: rows of one posterior file share one."""
+    return len({("file", one.file) if isinstance(one, Drawn) else ("name", name)
+                for name, one in file.parameters.items()})
+
+
+def _variants(file, n):
+    if not file.variants:
+        return [(ONLY, {}, n)]
+    return [(name, one.set, min(n, one.runs or n)) for name, one in file.variants.items()]
+
+
+def _write_base(file, folder, variant, changes, inputs, cell):
+    path = find_scene(_scene_name(file))
+    data = parse(path)
+    own = path.resolve().parent
+    for key, value in {**file.set, **changes}.items():
+        override(data, key, inputs.named(key, value, file.base_dir, own), file.source)
+    data = inputs.of(data, own)
+    wanted = file.maps.cell or cell
+    if wanted:
+        data.setdefault("output", {})["map_cell"] = wanted
+    try:
+        write_text(base_file(folder, variant), table_text(data))
+        load_scene(base_file(folder, variant))
+    except InputError as error:
+        raise _with_source(error, file, base_file(folder, variant)) from None
+
+
+def _scene_name(file):
+    """The scene as `find_scene` takes it: files are relative to that of the campaign."""
+    beside = file.base_dir / file.scene
+    return str(beside) if beside.suffix == ".toml" else file.scene
+
+
+def _changes(file, values, inputs):
+    changes = {}
+    for name, value in values.items():
+        for key in file.parameters[name].keys:
+            changes[key] = inputs.named(key, value, file.base_dir, _scene_folder(file))
+    return changes
+
+
+def _scene_folder(file):
+    return find_scene(_scene_name(file)).resolve().parent
+
+
+def _hashed(member, file, folder):
+    base = base_file(folder, member.variant)
+    try:
+        scene = load_scene(base, member.changes)
+    except InputError as error:
+        raise _with_source(error, file, base, member) from None
+    text = f"{__version__}\n{scene.to_toml().replace(str(folder), '')}"
+    return Member(**{**asdict(member), "hash": hashlib.sha256(text.encode()).hexdigest()[:16]})
+
+
+def _with_source(error, file, base, member=None):
+    first, *rest = str(error).replace(f"{base}: ", "").split("\n")
+    where = f"{member.name}: " if member else "base scene: "
+    return InputError("\n".join([f"{file.source}: {where}{first}", *rest[:1]]))
+
+
+def read_plan(folder, file):
+    """The `Plan` that was written to a folder."""
+    path = Path(folder) / PLAN
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))
+        return Plan(file, folder, [Member(**row) for row in rows])
+    except OSError:
+        raise InputError(f"{folder}: no campaign here ({PLAN} is missing)") from None
+    except (ValueError, TypeError):
+        raise InputError(f"{path}: not the plan of a campaign") from None
+

@@ -1,0 +1,74 @@
+"""The table of a campaign: a row a run, with its parameters and every number of it. Parquet and CSV."""
+
+import contextlib
+import io
+
+from snowmpm.campaigns.members import ONLY
+from snowmpm.campaigns.work import read_record
+from snowmpm.draft import draft, write_text
+
+FILE, CSV, WORK = "table.parquet", "table.csv", "work.csv"
+MISSING = "missing"
+
+
+def rows_of(plan, records):
+    """Rows of the runs of a `Plan`, in its order; records: by hash."""
+    rows = []
+    for member in plan.members:
+        record = records.get(member.hash) or {"status": MISSING, "reason": "", "numbers": {}}
+        variant = {} if plan.variants == [ONLY] else {"variant": member.variant}
+        rows.append({"run": member.run, **variant, "hash": member.hash, **member.values, "status": record["status"],
+                     "reason": record["reason"], **record["numbers"]})
+    return rows
+
+
+def records_of(plan):
+    """Records of the runs of a plan that are done, by hash."""
+    found = {}
+    for member in plan.members:
+        if member.hash not in found and (record := read_record(plan.results(member))) is not None:
+            found[member.hash] = record
+    return found
+
+
+def frame_of(rows):
+    """The rows as a `pandas.DataFrame`; numbers as float64, `final` as a boolean that may be missing."""
+    import pandas
+
+    table = pandas.DataFrame(rows)
+    if "final" in table:
+        table["final"] = table["final"].astype("boolean")
+    return table
+
+
+def write_tables(plan, records):
+    """Write table.parquet, table.csv and work.csv (who did which run, and in which time); -> the table."""
+    import pandas
+
+    table = frame_of(rows_of(plan, records))
+    with draft(plan.folder / FILE) as part:
+        _as_text(table).to_parquet(part, index=False)
+    text = io.StringIO()
+    table.to_csv(text, index=False, lineterminator="\n")
+    write_text(plan.folder / CSV, text.getvalue())
+    work = pandas.DataFrame([{"hash": name, **record.get("work", {})} for name, record in records.items()])
+    text = io.StringIO()
+    work.to_csv(text, index=False, lineterminator="\n")
+    write_text(plan.folder / WORK, text.getvalue())
+    return table
+
+
+def _as_text(table):
+    """Columns of mixed values, such as choices of numbers and words, as text, which Parquet demands."""
+    mixed = [name for name in table.columns if table[name].dtype == object
+             and len({type(value) for value in table[name]}) > 1]
+    return table.assign(**{name: table[name].map(str) for name in mixed}) if mixed else table
+
+
+def read_table(folder):
+    """The table of a campaign as a `pandas.DataFrame`; None where there is none yet."""
+    import pandas
+
+    with contextlib.suppress(FileNotFoundError):
+        return pandas.read_parquet(folder / FILE)
+    return None

@@ -1,0 +1,104 @@
+"""Kernels whose arguments come in groups with names.
+
+    class Lists(NamedTuple):
+        entries: Array
+        capacity: int
+
+    @grouped_kernel(real)
+    def kick(lists: Lists, dt: Real):
+        ... lists.entries[k * lists.capacity] ...
+
+    kick(Lists(entries, capacity), dt)
+
+Taichi knows flat lists of arguments only. A kernel with groups is therefore written anew when it is defined: each group
+becomes its fields, `lists_entries, lists_capacity`, and the first lines of the body put them together again, at compile
+time. What Taichi compiles is the same as of a flat kernel. Functions take a group whole, as ti.template().
+"""
+
+import functools
+import inspect
+import itertools
+import linecache
+import types
+
+import taichi as ti
+
+from snowmpm.compiler.function_trees import source_of
+from snowmpm.compiler.launch import taichi_kernel
+
+
+class Array:
+    """Of the annotation of a field or an argument: an array of numbers."""
+
+
+class Vectors:
+    """An array of vectors of four numbers of the kernel's precision."""
+
+
+class Real:
+    """A number of the kernel's precision."""
+
+
+def grouped_kernel(real):
+    """Decorator: a `taichi_kernel` of a function whose arguments are groups, arrays and numbers. real: its precision.
+
+    Each argument is annotated with a NamedTuple, with `Array`, `Vectors`, `Real` or int; so are the fields of a
+    NamedTuple.
+    """
+    kinds = {Array: ti.types.ndarray(), Real: real, int: int,
+             Vectors: ti.types.ndarray(dtype=ti.types.vector(4, real), ndim=1)}
+
+    def decorate(function):
+        groups = {name: _fields(annotation) for name, annotation in inspect.get_annotations(function).items()}
+        kernel = taichi_kernel(_flat(function, groups, kinds))
+        whole = [fields is None for fields in groups.values()]
+
+        @functools.wraps(function)
+        def launch_groups(*arguments):
+            kernel(*itertools.chain.from_iterable(arguments))
+
+        @functools.wraps(function)
+        def launch(*arguments):
+            flat = []
+            for single, argument in zip(whole, arguments, strict=True):
+                if single:
+                    flat.append(argument)
+                else:
+                    flat += argument
+            kernel(*flat)
+
+        return launch if any(whole) else launch_groups
+
+    return decorate
+
+
+def _fields(annotation):
+    """{field: annotation} of a NamedTuple, None of anything else."""
+    return annotation.__annotations__ if hasattr(annotation, "_fields") else None
+
+
+def _flat(function, groups, kinds):
+    """The function with the fields of its groups as arguments."""
+    annotations, lines = {}, []
+    for name, fields in groups.items():
+        if fields is None:
+            annotations[name] = kinds[function.__annotations__[name]]
+            continue
+        annotations |= {f"{name}_{field}": kinds[kind] for field, kind in fields.items()}
+        members = ", ".join(f"{name}_{field}" for field in fields)
+        lines.append(f"{name} = _static(_{name}({members}))")
+    code = function.__code__
+    text, first = source_of(code)
+    body = [*("        " + line for line in lines), *("    " + line for line in text[first:])]
+    free = ", ".join(code.co_freevars)
+    file = f"{code.co_filename}, {function.__qualname__} with its groups"
+    source = f"def outer({free}):\n    def {function.__name__}({', '.join(annotations)}):\n" + "\n".join(body) + "\n"
+    linecache.cache[file] = len(source), None, source.splitlines(keepends=True), file
+    outer = next(part for part in compile(source, file, "exec").co_consts if isinstance(part, types.CodeType))
+    inner = next(part for part in outer.co_consts if isinstance(part, types.CodeType))
+    cells = dict(zip(code.co_freevars, function.__closure__ or (), strict=True))
+    space = {**function.__globals__, "_static": ti.static,
+             **{f"_{name}": function.__annotations__[name] for name, fields in groups.items() if fields}}
+    flat = types.FunctionType(inner, space, function.__name__, None, tuple(cells[name] for name in inner.co_freevars))
+    flat.__annotations__, flat.__qualname__, flat.__module__ = annotations, function.__qualname__, function.__module__
+    return flat

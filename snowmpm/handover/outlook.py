@@ -1,0 +1,73 @@
+"""What the methods of a scene will have to do, before it runs: the hand-overs rehearsed at time zero.
+
+The moment of a hand-over that follows from the snow is estimated: snow that slides down the slope under it from when
+the last event has begun reaches a speed v after v / a, a = g (sin - mu cos); it reaches a region at half the largest
+speed that sliding blocks have (`depth.blocks`).
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from snowmpm.handover.conversion import converted
+from snowmpm.handover.filling import coefficient
+from snowmpm.handover.moment import Moment
+from snowmpm.particles.fields import ParticleFields
+from snowmpm.scenes.switch import FLOWING, REACHED, parts
+
+LEAST_PULL = 0.05
+"""Acceleration over g that a slope is taken to give at least."""
+BREAKS_WITHIN = 1.0
+"""Time [s] after the last event within which a weak layer is taken to break."""
+
+
+@dataclass
+class Leg:
+    """A part of the run by one method: its scene, model and solver at its start, begin and end [s] (None: that of the
+    run)."""
+
+    scene: object
+    model: object
+    solver: object
+    begin: float = 0.0
+    end: float | None = None
+
+
+def legs(model, solver):
+    """`Leg`s of the scene of a model with its solver; one for a scene without switches."""
+    scene, start = model.scene, model.population.positions
+    scenes, found = parts(scene), [Leg(model.scene, model, solver)]
+    for i, switch in enumerate(scene.switch):
+        before, part = found[-1], scenes[i + 1]
+        before.end = min(scene.end_time, max(before.begin, _expected(switch, before, f"switch.{i}")))
+        fields = ParticleFields(before.solver.particles, before.model.body_starts)
+        handed = converted(fields, start, before.scene, part, model)
+        after, start = replace(model, scene=part, population=handed.population,
+                               body_starts=handed.body_starts), handed.start
+        found.append(Leg(part, after, after.solver(), before.end))
+    return found
+
+
+def _expected(switch, leg, key):
+    """Time [s] at which a hand-over is expected."""
+    scene = leg.scene
+    moment = Moment(switch, leg.model.surface, scene.base_dir, key)
+    if switch.time is not None:
+        return switch.time
+    begun = max([leg.begin, *(event.start for event in scene.events)])
+    if switch.when == FLOWING:
+        return begun + switch.speed / _pull(leg)
+    if switch.when == REACHED:
+        way = moment.distance(leg.model.population.positions)
+        course = leg.solver.course(scene.end_time, scene.output.interval)
+        speed = course.speed if course else math.sqrt(2.0 * _pull(leg) * way)
+        return begun + 2.0 * way / max(speed, 1e-3)
+    return begun + BREAKS_WITHIN
+
+
+def _pull(leg):
+    """Acceleration [m/s2] of a block on the mean slope under the snow."""
+    steepness = np.nanmean(leg.model.surface.normal(leg.model.population.positions[:, :2])[:, 2])
+    g = float(np.linalg.norm(leg.scene.gravity_vector))
+    return g * max(LEAST_PULL, math.sqrt(1.0 - steepness**2) - coefficient(leg.scene.terrain) * steepness)
