@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
-    "ground": {*GROUND, "materials", "terrain"},
+    "ground": {*GROUND, "compiler", "materials", "terrain"},
     "scenes": {*GROUND, "materials", "ground"},
     "io": GROUND,
     "measured": GROUND,
