@@ -149,7 +149,9 @@ def small_prefix(size):
 
 
 def ticks(low, high):
-    """Round numbers from `low` to `high`, four to eight of them."""
+    """Round numbers from `low` to `high`, four to eight of them; `low` alone where they are the same."""
+    if not high > low:
+        return [low]
     step = min((s for s in _rounds(high - low) if (high - low) / s <= 6.0), default=high - low)
     first = np.ceil(low / step - 1e-6) * step
     return [float(round(value / step) * step) + 0.0 for value in np.arange(first, high + 1e-6 * step, step)]

@@ -102,8 +102,8 @@ def draw_terrain(axes: Axes, run: Run, lower: Floats, upper: Floats) -> None:
         return
     rows, columns = relief.heights.shape
     east, north = run.origin[0] + relief.x0, run.origin[1] + relief.y0
-    extent = [east - 0.5 * relief.cell, east + (columns - 0.5) * relief.cell]
-    extent += [north - 0.5 * relief.cell, north + (rows - 0.5) * relief.cell]
+    half = 0.5 * relief.cell
+    extent = (east - half, east + columns * relief.cell - half, north - half, north + rows * relief.cell - half)
     slope_north, slope_east = np.gradient(relief.heights, relief.cell)
     normal = np.stack([-slope_east, -slope_north, np.ones_like(slope_east)], axis=-1)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)

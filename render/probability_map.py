@@ -47,7 +47,7 @@ def render_probability(run: Run, x: Floats, y: Floats, shares: Numbers, output: 
         draw_terrain(axes, run, lower, upper)
     bounds, colours = (AGREEING, AGREEMENT) if agreement else (SHARES[1:], COLOURS[1:])
     norm, classes = BoundaryNorm(bounds, len(colours)), ListedColormap(colours)
-    axes.imshow(np.where(shown, shares, np.nan), extent=[low[0], high[0], low[1], high[1]], origin="lower", zorder=3,
+    axes.imshow(np.where(shown, shares, np.nan), extent=(low[0], high[0], low[1], high[1]), origin="lower", zorder=3,
                 interpolation="nearest", cmap=classes, norm=norm, alpha=0.85)
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, classes), ax=axes, shrink=0.75, pad=0.02, ticks=bounds,
                           spacing="uniform")

@@ -96,6 +96,8 @@ def build_relief(terrain, lower, upper):
     lowest = vertices[:, 2].min()
     x, y = (vertices[:, 0] - lower[0]) / cell + 0.5, (vertices[:, 1] - lower[1]) / cell + 0.5
     raster = rasterise(x, y, vertices[:, 2] - lowest + 1.0, facets, tuple(shape))
+    if not raster.hit.any():  # no facet has an area in plan
+        return None
     heights = np.full(raster.facet.shape, np.nan)
     heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
     relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))

@@ -96,7 +96,7 @@ def viewer(run, view, frames=FRAMES, points=POINTS):
 
 def _contours(terrain):
     """Distance in height between contour lines [m], 0 for none, of ground from `_ground`."""
-    if terrain is None:
+    if terrain is None or not len(terrain[0]):
         return 0.0
     vertices = terrain[0]
     return contour_interval(vertices[:, 2], float(np.ptp(vertices[:, :2], axis=0).max()))

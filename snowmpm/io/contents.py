@@ -135,11 +135,18 @@ def _check_tables(h5, path):
         for name in LOADS:
             columns = () if group[name].ndim == 1 and name in ("time", "work", "moment") else (3,)
             _shape(group[name], (len(group["time"]), *columns), path)
+        _require_finite(group["time"], path)
+
+
+def _require_finite(data, path):
+    if not np.isfinite(data[:]).all():
+        raise InputError(f"{path}: {data.name} holds a number that is not finite")
 
 
 def _check_drawing(group, path):
     """Vertices (n, 3) and facets between them."""
     _shape(group["vertices"], ("n", 3), path)
+    _require_finite(group["vertices"], path)
     facets = group["facets"]
     if facets.ndim != 2 or facets.shape[1] not in (2, 3) or facets.dtype.kind not in "iu":
         raise InputError(f"{path}: {facets.name} are neither triangles nor segments")
