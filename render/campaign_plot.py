@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from snowmpm.annotations import Floats, PathLike
+from snowmpm.quantities.quantity import digits
 from snowmpm.quantities.table import quantity
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
@@ -160,4 +161,4 @@ def _distribution(axes, values, weights, limits):
     spread = float(np.sqrt(weights @ (values - mean) ** 2 / weights.sum()))
     axes.hist(values, 20, range=limits, weights=weights, color=PALE)
     axes.axvline(mean, color=INK, lw=1.0)
-    axes.set_title(f"{mean:.4g} ± {spread:.2g}", fontsize=9, loc="left")
+    axes.set_title(f"{digits(mean)} ± {digits(spread)}", fontsize=9, loc="left")

@@ -21,7 +21,7 @@ from snowmpm.scenes.spec import Fraction, Positive, Spec, one_of, refuse
 
 FLOWING, BROKEN, REACHED = "flowing", "broken", "reached"
 TIME = re.compile(r"t\s*>\s*(\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)$")
-SHARES = {FLOWING: 0.5, BROKEN: 1.0, REACHED: 0.0}
+SHARES = {FLOWING: 0.5, BROKEN: 0.9, REACHED: 0.0}
 """Share of the mass, or of the particles with bonds, of a scene that gives none."""
 
 
@@ -36,7 +36,7 @@ class Switch(Spec):
     speed: Positive = 5.0
     """flowing: the speed [m/s]"""
     share: Fraction | None = None
-    """flowing: 0.5 when missing; broken: 1; reached: 0, so that the first column counts"""
+    """flowing: 0.5 when missing; broken: 0.9; reached: 0, so that the first column counts"""
     region: Region | None = None
     """reached: where, in plan"""
     friction: Friction | None = None

@@ -81,8 +81,8 @@ class MethodEntry:
     terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
     terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
     [s], for methods with `deposition`.
-    terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", else a
-    `ground.friction.GroundFriction`.
+    terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", for one with a `grid`
+    a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """
 
     name: str
@@ -105,7 +105,8 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        separate_bodies=True, saw_test=True, grid=True, presets=True)),
+        separate_bodies=True, saw_test=True, grid=True, presets=True, ground_friction=GROUND_LAWS,
+        ground_cohesion=True, ground_rasters=True)),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

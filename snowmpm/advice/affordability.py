@@ -8,6 +8,7 @@ from snowmpm.advice.budget import Budget
 from snowmpm.advice.facts import MOST_PAIRED, SceneFacts
 from snowmpm.amounts import large, long_time
 from snowmpm.errors import InputError
+from snowmpm.handover.outlook import legs
 
 LONGEST = 30 * 86400.0
 """Expected run time beyond which a run is refused [s]: a month."""
@@ -22,11 +23,19 @@ def refuse_unaffordable(simulation, folder, threads=1, option="--accept-cost"):
     simulation: `Simulation`, at its start or resumed from a checkpoint: only the rest of the run counts. option: the
     command-line option that accepts the cost.
     """
-    scene, relay = simulation.scene, simulation.relay
-    budget = Budget(SceneFacts(relay.scene, relay.model, simulation.solver), threads)
-    cost = unaffordable(budget, folder, max(0.0, 1.0 - simulation.time / scene.end_time))
-    if cost:
-        raise InputError(f"{scene.source}: {cost}; {option} runs it all the same")
+    scene, left = simulation.scene, max(0.0, 1.0 - simulation.time / simulation.scene.end_time)
+    for facts in _facts(simulation):
+        cost = unaffordable(Budget(facts, threads), folder, left)
+        if cost:
+            raise InputError(f"{scene.source}: {cost}; {option} runs it all the same")
+
+
+def _facts(simulation):
+    """`SceneFacts` of each method of the run, or of a resumed one of that which is at work."""
+    relay, solver = simulation.relay, simulation.solver
+    if not simulation.scene.switch or relay.index:
+        return [SceneFacts(relay.scene, relay.model, solver)]
+    return [SceneFacts(leg.scene, leg.model, leg.solver, leg.begin, leg.end) for leg in legs(relay.model, solver)]
 
 
 def unaffordable(budget, folder, left=1.0):

@@ -32,6 +32,7 @@ from snowmpm.campaigns.posterior import write_posterior
 from snowmpm.campaigns.table import records_of, write_tables
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.quantities.quantity import digits
 from snowmpm.scenes.toml import table_text
 
 KEPT = 0.5
@@ -75,7 +76,7 @@ class Posterior:
 
     def facts(self) -> dict[str, Any]:
         """In words, for a terminal."""
-        found = {name: f"{mean:.4g} ± {wide:.2g}" for name, mean, wide in
+        found = {name: f"{digits(mean)} ± {digits(wide)}" for name, mean, wide in
                  zip(self.names, self.mean, self.deviation, strict=True)}
         return {**found, "largest distance kept": f"{self.distances.max():.3g} deviations",
                 "accepted in the last generation": f"{100 * self.accepted:.0f} %"}

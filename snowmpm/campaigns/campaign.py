@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snowmpm.annotations import PathLike
+from snowmpm.annotations import Floats, PathLike
 from snowmpm.campaigns import answers
 from snowmpm.campaigns.members import ONLY, Member, Plan, read_plan
 from snowmpm.campaigns.spec import CampaignFile, read_campaign
@@ -108,7 +108,7 @@ class Campaign(Glance):
                 return Run(self.plan.run(member))
         return None
 
-    def values(self, name: str) -> np.ndarray:
+    def values(self, name: str) -> Floats:
         """Values (runs,) of a column of the table; NaN of failed runs."""
         if name not in self.table:
             raise InputError.not_in("number", name, list(self.table), file=self.folder)

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.special import ndtr, ndtri
 
+from snowmpm.annotations import Floats
 from snowmpm.scenes.spec import Number, Positive, Spec, refuse
 
 DIGITS = 9
@@ -37,7 +38,7 @@ class Parameter(Spec):
         """Whether shares 0 and 1 have values."""
         return True
 
-    def shares(self) -> np.ndarray:
+    def shares(self) -> Floats:
         """Shares of the values of a grid: the ends included where there are any."""
         n = self.levels
         return np.arange(n) / (n - 1.0) if self.bounded else (np.arange(n) + 0.5) / n
@@ -87,7 +88,7 @@ class Cut(Parameter):
     """largest value; none when missing"""
 
     @property
-    def bounded(self):
+    def bounded(self) -> bool:
         return self.low is not None and self.high is not None
 
     def _check(self):
@@ -179,11 +180,11 @@ class Choices(Parameter):
         weights = np.asarray(self.weights or np.ones(len(self.values)), float)
         return np.concatenate([[0.0], np.cumsum(weights) / weights.sum()])
 
-    def shares(self):
+    def shares(self) -> Floats:
         steps = self._steps()
         return 0.5 * (steps[1:] + steps[:-1])
 
-    def quantile(self, u):
+    def quantile(self, u: float) -> Any:
         at = int(np.searchsorted(self._steps()[1:-1], u, side="right"))
         return self.values[at]
 

@@ -5,15 +5,19 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from snowmpm import __version__
+from snowmpm.annotations import PathLike
 from snowmpm.campaigns import design
 from snowmpm.campaigns.distributions import Drawn
 from snowmpm.campaigns.inputs import Inputs
 from snowmpm.campaigns.posterior import rows_of
+from snowmpm.campaigns.spec import CampaignFile
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError
 from snowmpm.scenes.loader import find_scene, load_scene, override
+from snowmpm.scenes.schema import Scene
 from snowmpm.scenes.toml import parse, table_text
 from snowmpm.stages import counted
 
@@ -29,12 +33,12 @@ class Member:
 
     variant: str
     run: int
-    values: dict
-    changes: dict
+    values: dict[str, Any]
+    changes: dict[str, Any]
     hash: str = ""
 
     @property
-    def name(self):
+    def name(self) -> str:
         """In words, for messages."""
         values = ", ".join(f"{name} = {_shown(value)}" for name, value in self.values.items())
         where = "" if self.variant == ONLY else f"{self.variant}, "
@@ -73,31 +77,35 @@ def samples(file):
 class Plan:
     """The runs of a campaign in its folder. members: list of `Member`; file: its `CampaignFile`."""
 
-    def __init__(self, file, folder, members):
+    file: CampaignFile
+    folder: Path
+    members: list[Member]
+
+    def __init__(self, file: CampaignFile, folder: PathLike, members: list[Member]) -> None:
         self.file, self.folder, self.members = file, Path(folder).resolve(), members
 
     @property
-    def variants(self):
+    def variants(self) -> list[str]:
         """Names of its variants, in the order of its file."""
         return list(self.file.variants) or [ONLY]
 
-    def base(self, variant):
+    def base(self, variant: str) -> Path:
         """File of the base scene of a variant."""
         return base_file(self.folder, variant)
 
-    def results(self, member):
+    def results(self, member: Member) -> Path:
         """Folder of the numbers and maps of a run."""
         return self.folder / "results" / member.hash
 
-    def run(self, member):
+    def run(self, member: Member) -> Path:
         """Folder of the run itself."""
         return self.folder / "runs" / member.hash
 
-    def scene(self, member):
+    def scene(self, member: Member) -> Scene:
         """The scene of a run."""
         return load_scene(self.base(member.variant), member.changes)
 
-    def write(self):
+    def write(self) -> None:
         """Write the plan."""
         write_text(self.folder / PLAN, json.dumps([asdict(member) for member in self.members], indent=0))
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
+from snowmpm.annotations import Floats
 from snowmpm.campaigns.design import COUNTED, RANDOM
 from snowmpm.campaigns.distributions import AnyParameter, Choices, Drawn
 from snowmpm.errors import InputError, did_you_mean
@@ -170,7 +171,7 @@ class CampaignFile(Spec):
             self.correlations()
         return self
 
-    def correlations(self) -> np.ndarray:
+    def correlations(self) -> Floats:
         """Matrix (d, d) of the correlations of the parameters."""
         names = list(self.parameters)
         matrix = np.eye(len(names))

@@ -171,7 +171,9 @@ def _set_up_rows(cases):
     """Settings and cost of each run."""
     particles = [int(case.run.history["particles"][0]) if "particles" in case.run.history else case.run.n_points(0)
                  for case in cases]
-    yield "method", [case.method for case in cases], None
+    from snowmpm.io.parameters import methods_of
+
+    yield "method", [" -> ".join(row["method"] for row in methods_of(case.run)) or case.method for case in cases], None
     yield "dx [m]", [f"{case.dx:g}" for case in cases], None
     yield "particle spacing [m]", [f"{case.spacing:.3g}" for case in cases], None
     yield "numerical damping", [case.damping for case in cases], None

@@ -64,7 +64,7 @@ def _headline(run):
 
 
 def _contents(run):
-    from snowmpm.io.parameters import method_of
+    from snowmpm.io.parameters import method_of, methods_of, succession
     from snowmpm.io.status import cautions, status_of
 
     times = run.times
@@ -77,6 +77,8 @@ def _contents(run):
         facts[name] = count(first) if first == last else f"{count(first)} at first, {count(last)} at last"
     else:
         facts["frames"] = "none yet"
+    if methods_of(run):
+        facts["methods"] = succession(run)
     facts["bodies"] = list(run.provenance.get("bodies", []))
     facts["materials"] = list(run.provenance.get("materials", []))
     facts["origin [m]"] = [float(x) for x in run.origin]
@@ -111,7 +113,7 @@ def _cost(summary):
         ns = summary.get("ns_per_particle_step")
         facts["particle-steps"] = short(summary["particle_steps"]) + (f", {ns:.0f} ns each" if ns else "")
     known = {"scene", "complete", "time", "particles", "frames", "last", "hazard", "areas_by_class", "status",
-             "wall_time_of", "dt_causes", *COST}
+             "wall_time_of", "dt_causes", "methods", *COST}
     made = ("backend", "threads", "precision")
     return {**facts, **{name: value for name, value in summary.items() if name not in known and name not in made}}
 

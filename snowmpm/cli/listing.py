@@ -9,13 +9,15 @@ from snowmpm.cli.table import LONGEST, print_json
 
 
 def list_library(as_json: Json = False):
-    """List library scenes, cards and kinds of material, cards and laws of ground friction, and tests of a material."""
+    """List library scenes and campaigns, cards and kinds of material, cards and laws of friction, element tests."""
     from snowmpm import ground
+    from snowmpm.campaigns.library import campaigns
     from snowmpm.materials import EXPERIMENTS, LAWS
     from snowmpm.scenes import friction_cards, library, material_cards
 
     tables = {
         "scenes": library(),
+        "campaigns": campaigns(),
         "cards": {name: card.description for name, card in material_cards().items()},
         "kinds": {kind: _first_sentence(law) for kind, law in sorted(LAWS.items())},
         "friction_cards": {name: card.description for name, card in friction_cards().items()},
@@ -26,6 +28,8 @@ def list_library(as_json: Json = False):
         print_json(tables)
         return
     _print_table("Scenes (snowmpm run NAME)", tables["scenes"])
+    print()
+    _print_table("Campaigns (snowmpm campaign run NAME)", tables["campaigns"])
     print()
     _print_table("Material cards (material = NAME in a scene)", tables["cards"])
     print()

@@ -9,6 +9,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.io.parameters import method_of, methods_of
 from snowmpm.methods import METHODS
 from snowmpm.schemes import TRANSFERS
 
@@ -55,8 +56,8 @@ class Case:
 
     @property
     def in_plan(self):
-        """Whether its particles are columns in plan, each with its depth."""
-        entry = METHODS.get(self.method)
+        """Whether its particles are columns in plan at the end, each with its depth."""
+        entry = method_of(self.run, last=True)
         return entry is not None and entry.capabilities.plan and "depth" in self.run.field_names
 
     @property
@@ -66,8 +67,9 @@ class Case:
 
     @property
     def spacing(self):
-        """Distance of particles at the start [m]."""
-        return self.run.provenance["particle_spacing"]
+        """Distance of particles at the start [m], of several methods with the last."""
+        records = methods_of(self.run)
+        return records[-1]["particle_spacing"] if records else self.run.provenance["particle_spacing"]
 
     @property
     def damping(self):

@@ -8,18 +8,14 @@ A block is a point on the ground with the thickness of the release where it star
 and when the blocks have stopped, the run ends. Pressure, which spreads a flow, is left out.
 """
 
-import functools
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import taichi as ti
 from scipy import ndimage
 
-from snowmpm.compiler import runtime
-from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.plan_grid import MARGIN
-from snowmpm.materials.parameters import named
+from snowmpm.ground.states import stresses
 from snowmpm.quantities.motion import MOVING_SPEED
 
 BLOCKS = 100
@@ -57,23 +53,6 @@ class Course:
         rests = self.rests + delay
         return replace(self, rests=rests if rests < end_time else math.inf,
                        steps=math.ceil(self.steps * min(rests, end_time) / max(self.rests, 1e-9)))
-
-
-@functools.cache
-def _stress_kernel(law):
-    """Kernel of a friction law's class at many states: numbers (n, parameters), states (n, 4) -> result (n, 2)."""
-    stress, names = law.stress, law.PARAMETERS
-    count = len(names._fields)
-
-    @taichi_kernel
-    def evaluate(numbers: ti.types.ndarray(), states: ti.types.ndarray(), result: ti.types.ndarray()):
-        ti.loop_config(serialize=True)
-        for i in range(states.shape[0]):
-            vector = ti.Vector([numbers[i, k] for k in ti.static(range(count))])
-            found = stress(named(names, vector), states[i, 0], states[i, 1], states[i, 2], states[i, 3])
-            result[i, 0], result[i, 1] = found[0], found[1]
-
-    return evaluate
 
 
 class Blocks:
@@ -122,9 +101,7 @@ class Blocks:
         cells = self._cells()
         load = self.density * self.depth
         states = np.stack([self.density, load * normal, speed, self.depth], axis=1)
-        result = np.zeros((len(states), 2))
-        with runtime.precision("f64"):
-            _stress_kernel(self._law)(np.ascontiguousarray(self._numbers[self._rows[cells]]), states, result)
+        result = stresses(self._law, self._numbers[self._rows[cells]], states)
         return result[:, 0] / load, result[:, 1] / load
 
     def _cells(self):

@@ -16,12 +16,9 @@ class Handed:
     body_starts: np.ndarray
     start: np.ndarray
 
-    COLUMNS = ("positions", "volumes", "material", "velocities", "elastic", "stress", "volume_ratio", "affine", "state")
-
     def state(self):
-        """All of it by name (`snowmpm.io.checkpoint`)."""
-        columns = {name: getattr(self.population, name) for name in self.COLUMNS}
-        columns = {name: column for name, column in columns.items() if column is not None}
+        """What a solver needs to be built again, whose particles are then restored (`snowmpm.io.checkpoint`)."""
+        columns = {name: getattr(self.population, name) for name in ("positions", "volumes", "material")}
         return {"population": columns, "body_starts": self.body_starts, "start": self.start}
 
     @classmethod

@@ -74,7 +74,7 @@ def _bonds(fields):
     for index, law in enumerate(fields.materials.laws):
         if law.BONDS is not None and law.bonds_last_below > 0.0:
             own = material == index
-            bonded[own], lost[own] = True, state[own, law.BONDS] <= law.bonds_last_below
+            bonded[own], lost[own] = True, state[own, law.BONDS] >= law.bonds_last_below
     return bonded, lost
 
 

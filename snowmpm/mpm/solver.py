@@ -62,6 +62,7 @@ class MpmSolver(Solver):
         period = frame.period(sides)
         self.obstacles = [frame.solid(obstacle) for obstacle in obstacles]
         ground = [] if terrain is None else [frame.terrain(terrain, terrain_contact, terrain_friction)]
+        self.basal = ground[0].basal if ground else None
         self.surfaces = [*ground, *frame.sides(sides), *self.obstacles]
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
@@ -89,6 +90,8 @@ class MpmSolver(Solver):
             if self.particles.strayed:
                 self.sort()
             pushed = self._act(dt)
+            if self.basal:
+                self.basal.update(self.particles)
             self.particles_to_grid(pushed)
             self.update_grid(dt, pushed)
             self.grid_to_particles(dt)

@@ -22,6 +22,7 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
+from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
@@ -189,7 +190,7 @@ class Model:
         if scene.terrain:
             friction = scene.terrain.friction
             if entry.capabilities.ground_friction != ("coulomb",):
-                friction = self.friction
+                friction = friction_under_particles(self) if entry.capabilities.grid else self.friction
             elif not isinstance(friction, int | float):
                 friction = friction.mu
             contact = {"terrain_contact": scene.terrain.contact, "terrain_friction": friction}

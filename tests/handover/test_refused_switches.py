@@ -3,6 +3,7 @@
 import pytest
 
 import snowmpm
+from snowmpm.advice.affordability import refuse_unaffordable
 from snowmpm.advice.report import advise
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes import load_scene
@@ -23,7 +24,11 @@ SKIER = {"kind": "load", "body": "slab", "start": 0.1, "centre": [11.0, 10.0, -6
     ({"switch": {"when": "broken"}}, "needs a material with bonds"),
     ({"first": "depth", "then": "depth"}, "must be \"mpm\" or \"sph\" after \"depth\""),
     ({"then": "sph"}, "must be \"depth\" after \"mpm\""),
-    ({"first": "depth", "then": "mpm", "terrain": {"kind": "plane", "angle": 30.0, "contact": "separate", "friction": {
+    ({"first": "depth", "then": "mpm", "terrain": {
+        "kind": "plane", "angle": 30.0, "contact": "separate", "friction": 0.3, "entrainment": {
+            "law": "rate", "growth_rate": 0.001, "thickness": 0.5, "density": 150.0}}},
+     "terrain.entrainment.law = .rate.: .*switch.0 hands over to it"),
+    ({"first": "depth", "then": "sph", "terrain": {"kind": "plane", "angle": 30.0, "contact": "separate", "friction": {
         "law": "bingham", "yield_stress": 1e3, "viscosity": 10.0}}},
      "friction.law = 'bingham': .*switch.0 hands over to it"),
     ({"domain": {"min": [0.0, 0.0, -30.0], "max": [40.0, 20.0, 10.0],
@@ -81,3 +86,15 @@ def test_check_forecasts_both_parts(order):
     wanted = 8.0 * 96.0 / (0.5**3 * 0.866) if order[1] == "mpm" else 4.0 * 96.0
     assert counted == pytest.approx(wanted, rel=0.15)
     assert 0.0 < later.seconds < advice.facts["run_time"]
+
+
+def test_a_run_is_as_dear_as_its_parts(tmp_path):
+    """Months in three dimensions, but handed over after 0.1 s: affordable; the other way it is not."""
+    fine, coarse = {"dx": 0.4}, {"dx": 1.0}
+    long = {"end_time": 2e7, "output": {"interval": 1e5}}
+    early = snowmpm.Simulation(scene("mpm", "depth", "t > 0.1", solver={"method": "mpm", **fine}, **long))
+    refuse_unaffordable(early, tmp_path)
+    late = snowmpm.Simulation(scene("depth", "mpm", "t > 0.1", solver={"method": "depth", **coarse},
+                                    switch={"solver": fine}, **long))
+    with pytest.raises(InputError, match="would take about"):
+        refuse_unaffordable(late, tmp_path)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import snowmpm
+from snowmpm.errors import InputError
 from snowmpm.render.run_film import particle_spacing
+from snowmpm.setup.build import build
 from tests.handover.slab_in_two_methods import scene
 from tests.support.same_runs import assert_same, assert_same_runs, run_with_signal
 
@@ -58,6 +60,13 @@ def test_one_run(both):
     assert spacings == [records[0]["particle_spacing"]] * 2 + [records[1]["particle_spacing"]]
 
 
+def test_no_scene_starts_from_what_was_handed_over(both):
+    one, folder = both
+    other = one.model_dump(by_alias=True, exclude_none=True, exclude={"switch"})
+    with pytest.raises(InputError, match="handed over to another method"):
+        build(type(one).model_validate({**other, "initial": {"from": str(folder)}}))
+
+
 def test_when_the_slab_flows():
     """Half of the mass faster than 2 m/s: on 30 degrees with mu = 0.3 after 0.85 s, and not before."""
     simulation = snowmpm.Simulation(scene(when="flowing", switch={"speed": 2.0}))
@@ -68,6 +77,26 @@ def test_when_the_slab_flows():
     assert simulation.relay.records[1]["time"] == pytest.approx(2.0 / (9.81 * (0.5 - 0.3 * np.cos(np.radians(30.0)))),
                                                                 rel=0.1)
     assert moving >= 0.5
+
+
+def test_when_the_weak_layer_is_broken():
+    """A saw takes the bonds of two thirds of a weak layer at 0.05 s; before, it has all of them."""
+    snow = {"youngs_modulus": 1e6, "poisson_ratio": 0.3, "cohesion": 0.3, "hardening": 1.0, "critical_slope": 0.8}
+    laws = {"slab": {"kind": "cohesive_cam_clay", "density": 250.0, "p0": 3e4, **snow},
+            "weak": {"kind": "anticrack_cam_clay", "density": 150.0, "p0": 1.2e4, "softening": 1.8, **snow}}
+    shape = {"kind": "layer", "region": {"x": [5.0, 11.0], "y": [8.0, 12.0]}}
+    bodies = [{"name": name, "material": name, "shape": {**shape, "bottom": bottom, "top": bottom + 0.5}}
+              for name, bottom in (("weak", 0.0), ("slab", 0.5))]
+    saw = {"kind": "cut", "body": "weak", "start": 0.05, "path": [[8.0, 8.0, -5.0], [8.0, 12.0, -5.0]], "width": 4.0}
+    simulation = snowmpm.Simulation(scene(when="broken", switch={"share": 0.6}, materials=laws, bodies=bodies,
+                                          events=[saw]))
+    broken = []
+    while simulation.relay.index == 0 and simulation.time < 0.2:
+        broken.append((simulation.time, simulation.relay.next.share(simulation.particles)))
+        simulation.step()
+    assert max(share for time, share in broken if time < 0.05) == 0.0
+    assert broken[-1][1] == pytest.approx(2.0 / 3.0, abs=0.02)
+    assert simulation.relay.index == 1 and 0.05 < simulation.relay.records[1]["time"] < 0.2
 
 
 def test_when_it_reaches_a_region():

@@ -157,7 +157,7 @@ def test_rasters_and_volumes_need_three_dimensions(written, tmp_path):
     assert "exists only in a 3-D scene" in message(written('friction = { card = "samos_at_auto" }', 2))
 
 
-@pytest.mark.parametrize("method", ["mpm", "sph"])
+@pytest.mark.parametrize("method", ["sph"])
 @pytest.mark.parametrize(("friction", "key"), [
     ('{ card = "samos_at_small" }', 'terrain.friction.law = .samos_at.: needs solver.method .*which has coulomb only'),
     ('{ card = "samos_at_auto" }', 'terrain.friction.law = .samos_at.: needs solver.method'),
@@ -177,8 +177,8 @@ def test_methods_that_can_are_named(written, monkeypatch):
     able = Capabilities(ground_friction=("coulomb", "voellmy"))
     monkeypatch.setitem(METHODS, "sheets", MethodEntry("sheets", lambda *_: None, able))
     path = written('friction = { card = "voellmy_avaframe" }')
-    with pytest.raises(InputError, match=r'needs solver.method = .*"sheets" in place of "mpm"'):
-        refuse_beyond(load_scene(path))
+    with pytest.raises(InputError, match=r'needs solver.method = .*"sheets" in place of "sph"'):
+        refuse_beyond(load_scene(path, {"solver.method": "sph"}))
     refuse_beyond(load_scene(path, {"solver.method": "sheets"}))
 
 

@@ -1,6 +1,7 @@
 """What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
 
 import numpy as np
+import taichi as ti
 
 from snowmpm.compiler.arrays import real_array
 from snowmpm.mpm.contact.contact_node import N_TOTALS
@@ -11,6 +12,8 @@ from snowmpm.mpm.contact.wall_contact import contact_kernel
 from snowmpm.mpm.contact.walls import FREE, NEAR
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import CODES, SLIP, STICK
+
+NONE = np.zeros((1, 1))
 
 
 class Plane:
@@ -45,7 +48,8 @@ class Surface:
 
     def __init__(self, geometry, dim, contact, friction=0.0, tracked=False, moving=False):
         self.geometry, self.dim, self.tracked, self.moving = geometry, dim, tracked, moving
-        self.code, self.friction = CODES[contact], friction
+        self.code, self.basal = CODES[contact], None if np.isscalar(friction) else friction
+        self.friction = 0.0 if self.basal else friction
         self.motion = real_array(np.zeros(9))
         self._joined = None
         self.total = np.zeros(N_TOTALS[dim])
@@ -56,7 +60,8 @@ class Surface:
     def bind(self, real, kernel, flip, serial):
         """Compile for a precision, a basis, a transfer, and one thread or all of them."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
-        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial)
+        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial,
+                                       self.basal is not None)
         self._kernel = kernel
         if self.joinable:
             self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
@@ -64,7 +69,7 @@ class Surface:
     @property
     def joinable(self):
         """Whether lines may be held together (`joined_contact`): those of a wall at rest that never lets go."""
-        holds = self.code == STICK or (self.code == SLIP and self.friction == 0.0)
+        holds = self.code == STICK or (self.code == SLIP and self.friction == 0.0 and self.basal is None)
         return holds and self.geometry.stored and not self.moving
 
     @property
@@ -100,6 +105,12 @@ class Surface:
         dim = self.dim
         return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
+    def _coefficients(self):
+        """Coefficients of friction of nodes in plan, and which nodes these are."""
+        if self.basal is None:
+            return NONE, ti.Vector([0, 0, 1, 1], ti.i32)
+        return self.basal.coefficients, ti.Vector(self.basal.window, ti.i32)
+
     def apply_contact(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
         if self.moving:
@@ -111,4 +122,4 @@ class Surface:
                        self.motion, self.total, joined.n)
         self._resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
                       lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                      blocks.part, self.total, blocks.n, blocks.chunk_bounds)
+                      *self._coefficients(), blocks.part, self.total, blocks.n, blocks.chunk_bounds)

@@ -40,8 +40,9 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
+from snowmpm.mpm.contact.contact_node import N_TOTALS, block_stride, node_functions
 from snowmpm.mpm.contact.lines import REACH
+from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK, contact_velocity
 
 PRESSED = 3.0
@@ -58,15 +59,28 @@ FAINTEST = 1e-12
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving, serial):
+def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
-    moving: the solid moves as `motion` says (`contact_node`), and moments are added up too.
+    moving: the solid moves as `motion` says (`contact_node`), and moments are added up too. varies: the coefficient of
+    friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
+    (`stepping.basal_friction`), in place of `friction`.
     """
     vec4 = ti.types.vector(4, real)
-    reach = REACH[kernel]
+    reach, edge, stride = REACH[kernel], EDGE[dim], block_stride(dim, flip)
     n_totals = N_TOTALS[dim]
     node = node_functions(dim, real, flip, moving)
+
+    @ti.func
+    def coefficient(place, coordinates: ti.template(), friction, coefficients: ti.template(), window: ti.template()):
+        mu = friction
+        if ti.static(varies):
+            at, c, q = ti.Vector.zero(ti.i32, 2), place // ti.static(stride), place % ti.static(stride)
+            for a in ti.static(range(dim - 1)):
+                i = edge * coordinates[c, a] + q // ti.static(edge ** (dim - 1 - a)) % edge - window[a]
+                at[a] = ti.max(0, ti.min(i, window[2 + a] - 1))
+            mu = ti.cast(coefficients[at[0], at[1]], real)
+        return mu
 
     @ti.func
     def act_on_line(line, nodes: ti.template(), contact_offset, places: ti.template(), numbers: ti.template(), code,
@@ -131,7 +145,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                         coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
                         numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
                         deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,
-                        friction: real, part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
+                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.vector(4, int),
+                        part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
                         chunk_bounds: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
@@ -140,15 +155,16 @@ def contact_kernel(dim, real, kernel, flip, moving, serial):
                 for c in range(first, last):
                     totals = ti.Vector.zero(ti.f64, n_totals)
                     for line in range(start[c], start[c + 1]):
-                        act_on_line(line, nodes, contact_offset, places, numbers, code, friction, totals, coordinates,
+                        mu = coefficient(places[line, 0], coordinates, friction, coefficients, window)
+                        act_on_line(line, nodes, contact_offset, places, numbers, code, mu, totals, coordinates,
                                     motion, dx)
                     for i in range(deep_start[c], deep_start[c + 1]):
                         place = deep[i]
                         if nodes[contact_offset + place][3] > 0.0:
                             n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
                             solid = node.solid_velocity(place, coordinates, motion, dx)
-                            u = contact_velocity(node.as_vector(nodes[contact_offset + place]) - solid, n, code,
-                                                 friction)
+                            mu = coefficient(place, coordinates, friction, coefficients, window)
+                            u = contact_velocity(node.as_vector(nodes[contact_offset + place]) - solid, n, code, mu)
                             node.set_velocity(nodes, contact_offset, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]

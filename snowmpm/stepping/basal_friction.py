@@ -1,0 +1,151 @@
+"""Friction of the ground under particles, by the laws of depth-averaged flow (`snowmpm.ground`).
+
+A law gives the shear stress tau(sigma, v, h) of a flow with the mean speed v and the thickness h over the ground under
+the normal stress sigma. Over each node of the grid in plan, these are those of the particles around it,
+
+    v = sum m |v| / sum m,   h = cos (sum V) / area,   sigma = rho g h cos
+
+with rho and V at the initial density. At an edge of the snow, which covers an unknown part of that area, h is that of
+the nearest place that it covers; where there is none, h = 2 cos (sum m (z - b) / sum m), twice the mean height above
+the ground b, as of an even layer. Contact takes the coefficient tau / sigma in place of Coulomb's mu, of the normal
+force that it finds. So dry friction stays in proportion to that force, and friction stops snow without turning it back.
+"""
+
+import functools
+
+import numpy as np
+import taichi as ti
+from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter, uniform_filter
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import real_array
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.particles.blocks import EDGE
+from snowmpm.particles.material_table import DENSITY
+from snowmpm.particles.store import accessors
+
+MASS, LIFT, SPEED, VOLUME, HEIGHT = range(5)
+"""Numbers of a node in plan: sums over particles of m, m (z - b), m |v| and V, and b [m]."""
+AROUND = 3
+"""Nodes along each axis over whose sums means are taken."""
+FULL = 0.5
+"""Least mass of all nodes around one, over the largest of them, where the snow covers their area."""
+BESIDE = 3
+"""Nodes from one that is covered within which snow is taken as deep as there: its edge."""
+LEAST_THICKNESS = 0.25
+"""[cells]: snow counts as at least as thick."""
+ROOM = 3
+"""Nodes beyond the domain that contact may ask for."""
+
+
+@functools.cache
+def _sums_kernel(layout, real):
+    """Kernel that adds particles to the nodes in plan around them, in linear shares. ints: slot offset, first node
+    along x and y, blocks; lengths: dx [m], height of the origin [m]. One thread, so that sums do not depend on their
+    number."""
+    edge, at, dim = EDGE[layout.dim], layout.offsets, layout.dim
+    access = accessors(layout)
+
+    @taichi_kernel
+    def add_up(reals: ti.types.ndarray(), material: ti.types.ndarray(), materials: ti.types.ndarray(),
+               start: ti.types.ndarray(), coordinates: ti.types.ndarray(), table: ti.types.ndarray(),
+               ints: ti.types.vector(4, int), lengths: ti.types.vector(2, ti.f64)):
+        ti.loop_config(serialize=True)
+        for b in range(ints[3]):
+            places = access.places(reals, ints[0])
+            for p in range(start[b], start[b + 1]):
+                x = access.load(reals, places, p, at["position"], dim)
+                cell = ti.Vector.zero(ti.f64, 2)
+                for a in ti.static(range(dim - 1)):
+                    cell[a] = ti.cast(edge * coordinates[b, a], ti.f64) + x[a] - ints[1 + a]
+                low = ti.floor(cell, ti.i32)
+                if 0 <= low[0] < table.shape[0] - 1 and 0 <= low[1] < ti.max(1, table.shape[1] - 1):
+                    u, ground = cell - low, ti.cast(0.0, ti.f64)
+                    for i in ti.static(range(2)):
+                        for j in ti.static(range(dim - 1)):
+                            share = ti.select(i == 0, 1.0 - u[0], u[0]) * ti.select(j == 0, 1.0 - u[1], u[1])
+                            ground += share * table[low[0] + i, low[1] + j, HEIGHT]
+                    z = lengths[1] + lengths[0] * (ti.cast(edge * coordinates[b, dim - 1], ti.f64) + x[dim - 1])
+                    volume = ti.cast(access.load(reals, places, p, at["volume"], 1)[0], ti.f64)
+                    mass = volume * materials[material[p], DENSITY]
+                    speed = access.load(reals, places, p, at["velocity"], dim).norm()
+                    for i in ti.static(range(2)):
+                        for j in ti.static(range(dim - 1)):
+                            share = ti.select(i == 0, 1.0 - u[0], u[0]) * ti.select(j == 0, 1.0 - u[1], u[1])
+                            table[low[0] + i, low[1] + j, MASS] += share * mass
+                            table[low[0] + i, low[1] + j, LIFT] += share * mass * (z - ground)
+                            table[low[0] + i, low[1] + j, SPEED] += share * mass * speed
+                            table[low[0] + i, low[1] + j, VOLUME] += share * volume
+
+    return add_up
+
+
+class BasalFriction:
+    """coefficients: Taichi (nx, ny) of a window of the nodes in plan; window: first node of it along x and y, and how
+    many there are (ints)."""
+
+    def __init__(self, law, lower, upper, dx, height, gravity):
+        """law(plan (n, dim - 1)) -> function(rows (k,), states (k, 4)) -> dry part and rate (k, 2) of the law at the
+        places of these rows (`ground.states`); lower, upper (dim,) [m]; height(plan) -> (n,), NaN where there is no
+        ground; gravity: magnitude [m/s2]."""
+        self._dx, self._g, self._base = dx, gravity, float(lower[-1])
+        axes = len(lower) - 1
+        count = np.ceil((np.asarray(upper) - lower)[:axes] / dx).astype(int) + 1 + 2 * ROOM
+        self._shape = (int(count[0]), int(count[1]) if axes == 2 else 1)
+        places = [lower[a] + dx * (np.arange(count[a]) - ROOM) for a in range(axes)]
+        plan = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1).reshape(-1, axes)
+        z = np.asarray(height(plan), float).reshape(self._shape)
+        if np.isnan(z).any():
+            z = z[tuple(distance_transform_edt(np.isnan(z), return_distances=False, return_indices=True))]
+        self._heights = z
+        slopes = [np.gradient(z, dx, axis=a) for a in range(axes)]
+        self._cosines = 1.0 / np.sqrt(1.0 + sum(slope**2 for slope in slopes))
+        self._stress = law(plan)
+        self._rows = np.arange(len(plan)).reshape(self._shape)
+        self.window, self.coefficients = (0, 0, 1, 1), real_array(np.zeros((1, 1)))
+
+    def update(self, store):
+        """Take in the particles (`particles.SortedParticles`) as they are before a step."""
+        if not len(store.blocks):
+            return
+        edge, axes = EDGE[store.dim], store.dim - 1
+        blocks = store.blocks.coordinates[:, :axes]
+        # A particle may stray from its block before the next sort; contact asks for nodes beyond it
+        low = [int(v) for v in edge * (blocks.min(axis=0) - 1) + ROOM - 2]
+        high = [int(v) for v in edge * (blocks.max(axis=0) + 2) + ROOM + 3]
+        part = tuple(slice(max(0, min(a, n - 1)), max(1, min(b, n)))
+                     for a, b, n in zip([*low, 0], [*high, 1], self._shape, strict=False))
+        table = np.zeros((*self._heights[part].shape, 5))
+        table[..., HEIGHT] = self._heights[part]
+        first = [part[0].start - ROOM, part[1].start - ROOM if axes == 2 else 0]
+        with runtime.precision(store.precision):
+            _sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
+                store.reals, store.material, store.materials.numbers, store.start, store.coordinates, table,
+                ti.Vector([store.slot_offset, *first, len(store.blocks)], ti.i32),
+                ti.Vector([self._dx, self._base], ti.f64))
+        around = (AROUND, AROUND if axes == 2 else 1, 1)
+        sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
+        there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()
+        mass, _, speed, volume = sums[there].T
+        cosine, density = self._cosines[part][there], mass / volume
+        depth = _depths(table[..., MASS], sums, self._dx**axes)[there]
+        thick = np.maximum(cosine * depth, LEAST_THICKNESS * self._dx)
+        sigma = density * self._g * thick * cosine
+        states = np.column_stack([density, sigma, speed / mass, thick])
+        dry, rate = self._stress(self._rows[part][there], states).T
+        mu = np.zeros(there.shape)
+        mu[there] = np.maximum(0.0, dry + rate * states[:, 2]) / np.maximum(sigma, 1e-12)
+        self.coefficients, self.window = real_array(mu), (*first, *mu.shape)
+
+
+def _depths(mass, sums, area):
+    """Vertical depth [m] at nodes (nx, ny) with `mass` and mean `sums` around them; area: of a node in plan [m2]."""
+    size = tuple(min(AROUND, n) for n in mass.shape)
+    wide = tuple(min(AROUND + 2, n) for n in mass.shape)
+    full = minimum_filter(mass, size=size, mode="constant") > FULL * maximum_filter(mass, size=wide, mode="constant")
+    depth = 2.0 * sums[..., LIFT] / np.maximum(sums[..., MASS], 1e-300)
+    inner = sums[..., VOLUME] / area
+    if full.any():
+        far, nearest = distance_transform_edt(~full, return_indices=True)
+        depth = np.where(far <= BESIDE, inner[tuple(nearest)], depth)
+    return depth
