@@ -11,7 +11,7 @@
     time = 1.0                              # s
 """
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -21,6 +21,13 @@ from snowmpm.scenes.regions import Region
 from snowmpm.scenes.space import check_file, require_dimension
 from snowmpm.scenes.spec import NonNegative, Spec, refuse
 
+if TYPE_CHECKING:
+    Drag = float | RasterValue
+    Detrainment = float | RasterValue
+else:
+    Drag = value(0.0, 10.0)
+    Detrainment = value(0.0, 1e5)
+
 
 class Forest(Spec):
     """Trees that slow a flow down, and stop a part of it; method = "depth" only."""
@@ -28,9 +35,9 @@ class Forest(Spec):
     name: Annotated[str, Field(min_length=1)]
     region: Region | None = None
     """where, in plan; where its rasters have values when missing"""
-    drag: value(0.0, 10.0) = 0.01  # type: ignore[valid-type]
+    drag: Drag = 0.01
     """c of the shear stress c density v^2 that is added to the friction of the ground [-]"""
-    detrainment: value(0.0, 1e5) = 0.0  # type: ignore[valid-type]
+    detrainment: Detrainment = 0.0
     """K: mass K / v per area and time stops [Pa]"""
 
     @model_validator(mode="after")

@@ -51,7 +51,7 @@ MAY_IMPORT = {
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
-    "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "setup", "running", "io", "measured", "render"},
+    "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured", "render"},
     "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},

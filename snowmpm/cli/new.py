@@ -96,7 +96,7 @@ def new(
         told = [str(path) for path in copied]
     elif ground:
         text, told = scene_on_ground(name, file, ground, release, thickness, unit and unit.value,
-                                     method.value if method else "mpm")
+                                     method is SceneMethod.depth)
     else:
         text = starts.start_from("profile", name=name, file=file)
     text = edited(text, setting_values(settings))

@@ -24,13 +24,13 @@ ACROSS = 8.0  # cells across a release, at the least
 LONG = 300.0  # thicknesses of the snow, from which on a slope is long against its depth
 
 
-def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None, method="mpm"):
+def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None, in_plan=False):
     """Text of a scene `name` to be written to `file`, and lines that summarise it.
 
     ground: mesh or raster; release: polygons in plan (.geojson, .shp, .gpkg), or None for a first guess; thickness of
     the snow [m], or None for that of the polygons, or one that suits the size of the slope; unit: of a raster's
-    elevations, "m", "ft" or "us-ft", or None for what the file says; method: "mpm" or "depth". Raises InputError for
-    a file that cannot be used.
+    elevations, "m", "ft" or "us-ft", or None for what the file says; in_plan: whether the flow is
+    depth-averaged. Raises InputError for a file that cannot be used.
     """
     surface, kind = _load(ground, unit)
     extent = surface.upper - surface.lower
@@ -59,7 +59,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     thick = thickness or own or _rounded(min(_usual(extent), 0.2 * side))
     volume = area / math.cos(math.radians(min(slope, 60.0))) * thick
     length = float(math.hypot(*extent))
-    if method == "depth":
+    if in_plan:
         dx = _cell_in_plan(surface, side)
         particles, unit_of = COLUMNS * area / dx**2, "columns"
     else:
@@ -67,10 +67,10 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
         dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))
         rows, _, spacing = sub_layers(0.0, thick, 0.5 * dx, 3)
         particles, unit_of = rows * volume / thick / spacing**2, "particles"
-    end = max(4.0, round((6.0 if method == "depth" else 3.0) * math.sqrt(length)))
+    end = max(4.0, round((6.0 if in_plan else 3.0) * math.sqrt(length)))
     interval = next(step for step in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 1e9) if end / step <= FRAMES)
     told.append(f"{thick:g} m thick, dx = {dx:g} m, about {round(particles, -2):.0f} {unit_of}, {end:g} s")
-    if method == "mpm" and length > LONG * thick:
+    if not in_plan and length > LONG * thick:
         told.append("long against its depth: --method depth gives its run-out and maps in seconds")
     if surface.system is None:
         told.append("the ground names no coordinate system: its numbers are taken as metres")
@@ -79,7 +79,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     from_file = own is not None and thickness is None
     foot = _place(surface).round(1) - [5.0, 5.0, 1.0]
     text = starts.start_from(
-        "ground_depth" if method == "depth" else "ground", name=name, file=file, ground=ground.name, kind=kind,
+        "ground_depth" if in_plan else "ground", name=name, file=file, ground=ground.name, kind=kind,
         path=starts.quoted(_relative(ground, file)), extent=words, found=where, region=region,
         top='"file"' if from_file else f"{thick:g}", dx=f"{dx:g}",
         end_time=f"{end:.1f}", friction=f"{FRICTION:g}", interval=f"{interval:g}",

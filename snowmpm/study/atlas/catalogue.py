@@ -2,6 +2,7 @@
 
 from snowmpm.study.atlas import (
     bending,
+    columns_in_plan,
     contacts,
     granular,
     layers,
@@ -21,5 +22,6 @@ GROUPS = {
     "contact": contacts.ENTRIES,
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
+    "depth-averaged flow": columns_in_plan.ENTRIES,
 }
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}
