@@ -58,10 +58,15 @@ def counting(plan, variant, records):
                      if records.get(member.hash, {}).get("status") == "done"], int)
 
 
+def samples_the_parameters(file):
+    """Whether shares of the runs of a `CampaignFile` are probabilities: its design is a sample of its distributions."""
+    return file.design in (*design.RANDOM, "saltelli")
+
+
 def _write_maps(plan, variant, records):
     whole = stack.open_stack(plan.folder, variant)
     rows = counting(plan, variant, records)
-    random = plan.file.design in (*design.RANDOM, "saltelli")
+    random = samples_the_parameters(plan.file)
     about = {"campaign": plan.file.name, "scene": plan.file.scene, "design": plan.file.design,
              "meaning": "probability" if random else "share of the runs of a design that is no sample"}
     return probability.write_maps(plan.folder, variant, whole, plan.file.maps, rows, about)

@@ -16,6 +16,9 @@ from snowmpm.errors import InputError, SimulationError, WriteError
 AHEAD = 4
 """Jobs with the scheduler for each worker: the rest waits here."""
 
+LOOK = 1.0
+"""Seconds between two counts of the workers, each of which asks the scheduler."""
+
 PATIENCE = 300.0
 """Seconds to wait for a scheduler that is gone."""
 
@@ -33,7 +36,7 @@ class Conductor:
     def __init__(self, site, say=print, patience=PATIENCE, gpu=False):
         self._site, self._say, self._patience = site, say, patience
         self._resources = {"GPU": 1} if gpu else None
-        self._sent = 0
+        self._sent, self._room, self._counted = 0, 0, -LOOK
 
     def results(self, function, jobs):
         """Yield (job, function(job)) as they come, in any order. An exception of `function`, or the death of its
@@ -70,8 +73,9 @@ class Conductor:
             raise Lost from error
 
     def _fill(self, client, function, todo, flying, coming):
-        room = AHEAD * max(1, len(self._site.workers()))
-        while todo and len(flying) < room:
+        if clock.monotonic() > self._counted + LOOK:
+            self._counted, self._room = clock.monotonic(), AHEAD * max(1, len(self._site.workers()))
+        while todo and len(flying) < self._room:
             job = todo.popleft()
             self._sent += 1
             future = client.submit(function, job, key=f"{function.__name__}-{self._sent}", pure=False,

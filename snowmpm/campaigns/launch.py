@@ -94,12 +94,13 @@ def run_campaign(file: CampaignFile, folder: PathLike, *, scheduler: str | None 
 def conduct_runs(plan, site, say=silent, patience=PATIENCE):
     """Do the runs of a plan that have no record yet on a `Site`; -> their number. A failing run is told."""
     conductor = Conductor(site, say, patience, plan.file.cluster.backend == "cuda")
-    jobs, names = {}, {}
+    jobs, names, begun = {}, {}, set()
     for member in plan.members:
-        first = not names or member.variant not in {one.variant for one in names.values()}
         if member.hash not in jobs:
             names[member.hash] = member
-            jobs[member.hash] = job_of(plan, member, example=first)
+            # Of each variant one run is kept in any case: for terrain and projection
+            jobs[member.hash] = job_of(plan, member, example=member.variant not in begun)
+            begun.add(member.variant)
     done = done_of(plan)
     todo = [job for name, job in jobs.items() if name not in done]
     failed = 0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.campaigns import convergence
-from snowmpm.campaigns.answers import summary
+from snowmpm.campaigns.answers import samples_the_parameters, summary
 from snowmpm.campaigns.distributions import Choices
 from snowmpm.campaigns.probability import QUANTITIES
 from snowmpm.quantities.table import quantity
@@ -46,8 +46,8 @@ def write_pictures(campaign, folder=None):
 def _maps(campaign, folder, prefix):
     maps, run = campaign.maps, campaign.example
     section = Section("Maps over all runs", [])
-    if maps is None or run is None:
-        return section
+    if maps is None or run is None or not samples_the_parameters(campaign.file):
+        return section  # shares of the runs of a grid are no probabilities
     n, what = maps.attrs["runs"], maps.attrs["meaning"]
     for name, (raster, _) in QUANTITIES.items():
         if f"{name}_probability" not in maps:

@@ -129,6 +129,7 @@ def gather_kernel(real, law, entrains, serial):
                         slowed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
                         if tau[1] < 0.0:  # a law that weakens with speed
                             slowed = ti.max(0.0, speed - dt * (tau[0] + tau[1] * before) / load)
+                        slid = slowed
                         slowed *= mass / (mass + taken)
                         kept = slowed / ti.max(speed, 1e-30)
                         new *= kept
@@ -144,15 +145,19 @@ def gather_kernel(real, law, entrains, serial):
                                 named(cover_names, bed_numbers), rho, pull[0] + pull[1] * next_speed, next_speed,
                                 thickness)[0]
                         heavier = ti.cast(mass + taken, ti.f64)
-                        work += 0.5 * (ti.cast(mass, ti.f64) * ti.cast(speed, ti.f64) ** 2
+                        stop = ti.cast(1.0, real)  # share of the step until it stopped
+                        if slowed <= 0.0 and speed > 0.0:
+                            stop = speed * load / (dt * (tau[0] + ti.min(0.0, tau[1]) * before))
+                        # its impulse times the mean speed, and what taking up snow at rest costs
+                        given = (ti.cast(before + slid, ti.f64) * (ti.cast(speed, ti.f64) - slid)
+                                 - ti.cast((1.0 - stop) * before, ti.f64) * (ti.cast(speed, ti.f64) - before))
+                        work += 0.5 * (mass * (given + ti.cast(slid, ti.f64) ** 2)
                                        - heavier * ti.cast(slowed, ti.f64) ** 2)
                         entrained += ti.cast(taken, ti.f64)
                         height += ti.cast(taken, ti.f64) * (middle + ti.cast(level, ti.f64))
                         volume += taken / rho
-                        way = new
-                        if slowed <= 0.0 and speed > 0.0:  # stopped within the step: not half a step's way further
-                            way = -old * (1.0 - speed * load / (dt * (tau[0] + ti.min(0.0, tau[1]) * before)))
-                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * way)
+                        # one that stopped within the step goes no further than that
+                        cell, f = moved(cell, f, 0.5 * dt * inverse_dx * (new - (1.0 - stop) * old))
                         speed2 = ti.max(speed2, slowed**2)
                         wave2 = ti.max(wave2, g * depth / metric)
                         for a in ti.static(range(2)):

@@ -100,7 +100,8 @@ class Relay:
             old.remove(at_rest(simulation.particles))
         fields = simulation.particles
         handed = converted(fields, self.start, self.scene, self._parts[self.index + 1], self._first)
-        if inside_any(self._first.obstacles, handed.population.positions, old.time).any():
+        in_space = not self._parts[self.index + 1].solver.in_plan
+        if in_space and inside_any(self._first.obstacles, handed.population.positions, old.time).any():
             raise SimulationError(f"at t = {old.time:.6g} s, the hand-over to {switch.to} comes too late: snow lies"
                                   " inside an obstacle;\nhand over earlier (switch.when), or in a larger switch.region")
         before, momentum = simulation.energies(), fields["mass"] @ fields["velocity"]

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 
 import pytest
 
@@ -108,8 +109,17 @@ def test_a_sweep(tmp_path, capsys, site):
         "-o", tmp_path / "out", "--scheduler", site.client.scheduler.address)
     assert code == 0, lines
     assert "4 of 4 runs done" in told
+    pictures = [path.name for path in (tmp_path / "out" / "pictures").iterdir()]
+    assert "scatter.png" in pictures and not any("probability" in name for name in pictures)
     rows = re.findall(r"^ +(0\.\d) +(1(?:\.5)?) ", told, re.MULTILINE)
     assert sorted(rows) == [("0.2", "1"), ("0.2", "1.5"), ("0.3", "1"), ("0.3", "1.5")]
+
+
+def test_without_the_extra_one_line_says_what_to_install(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    code, out, lines = called(capsys, "campaign", "run", written(tmp_path), "-o", tmp_path / "out")
+    assert code == 2 and out == "" and not (tmp_path / "out").exists()
+    assert lines == ["error: campaigns need the cluster extra (zarr is missing): pip install 'snowmpm[cluster]'"]
 
 
 def test_slurm_script_has_what_a_run_needs():

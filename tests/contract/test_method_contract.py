@@ -100,7 +100,8 @@ def test_a_method_without_a_member_cannot_be_made(contract, methods):
             lacking()
 
 
-@pytest.mark.parametrize("folder", ["running", "results", "setup", "saw_test", "io", "cli", "stepping", "particles"])
+@pytest.mark.parametrize("folder", ["running", "results", "setup", "saw_test", "io", "cli", "stepping", "particles",
+                                    "handover"])
 def test_nobody_asks_a_method_for_its_name(folder):
     """Capabilities decide. Advice has rules of single methods, and studies compare them by name."""
     for path in (Path(snowmpm.__file__).parent / folder).rglob("*.py"):
