@@ -51,6 +51,7 @@ def test_thalweg_time_of_a_sliding_layer(run):
     assert np.isnan(found.depth[0, found.s > 45.0]).all() and np.isnan(found.speed[0, found.s > 45.0]).all()
 
 
+@pytest.mark.slow
 def test_thalweg_time_of_particles(tmp_path):
     """MPM: depth from the volume over map cells."""
     domain = {"min": [0.0, 0.0, -40.0], "max": [60.0, 6.0, 10.0], "boundary": {"y_min": "slip", "y_max": "slip"}}

@@ -63,7 +63,7 @@ def test_trees_hold_snow_back(wooded, tmp_path):
     assert within > 0.02 > np.nan_to_num(bare.maps["deposit_depth"].values[10:15, 27:33]).mean()
 
 
-@pytest.mark.parametrize("stop", [2.3, 6.7])
+@pytest.mark.parametrize("stop", [pytest.param(2.3, marks=pytest.mark.slow), 6.7])
 def test_resumed_to_the_bit(tmp_path, wooded, stop):
     """Stopped while it runs through the trees, and while it comes to rest."""
     parts = tmp_path / "parts"

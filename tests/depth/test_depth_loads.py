@@ -57,6 +57,7 @@ def test_the_flow_does_not_feel_it():
     np.testing.assert_array_equal(with_wall.particles["velocity"], bare.particles["velocity"])
 
 
+@pytest.mark.slow
 def test_the_weight_of_a_deposit_stays_on_it(tmp_path):
     """On rough ground: the load rises with the flow, and ends with the weight of what came to rest, along the flow."""
     run = snowmpm.run(scene(WALL, friction=0.8, end_time=4.0), tmp_path / "run")

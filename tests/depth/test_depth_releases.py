@@ -154,7 +154,7 @@ def test_a_run_does_not_end_before_its_last_release(tmp_path):
     assert run.times[-1] >= 2.0
 
 
-@pytest.mark.parametrize("stop", [0.6, 1.6])
+@pytest.mark.parametrize("stop", [0.6, pytest.param(1.6, marks=pytest.mark.slow)])
 def test_resumed_to_the_bit(tmp_path, stop):
     """Stopped before and after the second release."""
     whole, parts = tmp_path / "whole", tmp_path / "parts"

@@ -68,7 +68,8 @@ def test_the_terminal_speed_of_voellmy_is_the_closed_one():
     pytest.param({"law": "frictional_viscous", "mu": 0.3, "exponent": 2.0, "viscosity": 2.0}, marks=pytest.mark.slow),
     pytest.param({"law": "mu_i", "mu_s": 0.38, "mu_2": 0.8, "I_0": 0.3, "grain_diameter": 0.05,
                   "grain_density": 900.0}, marks=pytest.mark.slow),
-    {"law": "bingham", "yield_stress": 300.0, "viscosity": 60.0}], ids=lambda spec: spec["law"])
+    pytest.param({"law": "bingham", "yield_stress": 300.0, "viscosity": 60.0}, marks=pytest.mark.slow)],
+    ids=lambda spec: spec["law"])
 def test_a_stiff_block_slides_at_the_terminal_speed(spec):
     """Within 1 %, from the speed itself on."""
     expected = terminal(spec, 30.0)
@@ -106,6 +107,7 @@ def test_friction_stops_a_block_without_turning_it_back(spec):
     assert seen.min() > -0.02 * v0
 
 
+@pytest.mark.slow
 def test_in_three_dimensions():
     """The same block between walls."""
     expected = terminal(VOELLMY, 30.0)
