@@ -19,8 +19,11 @@ AHEAD = 4
 LOOK = 1.0
 """Seconds between two counts of the workers, each of which asks the scheduler."""
 
+GLANCE = 0.005
+"""Seconds between two looks at what has come back."""
+
 PATIENCE = 300.0
-"""Seconds to wait for a scheduler that is gone."""
+"""Seconds to wait for a scheduler that is gone, or for a worker where there is none."""
 
 
 class Lost(Exception):
@@ -36,12 +39,12 @@ class Conductor:
     def __init__(self, site, say=print, patience=PATIENCE, gpu=False):
         self._site, self._say, self._patience = site, say, patience
         self._resources = {"GPU": 1} if gpu else None
-        self._sent, self._room, self._counted = 0, 0, -LOOK
+        self._sent, self._room, self._workers, self._counted = 0, 0, 0, -LOOK
 
     def results(self, function, jobs):
         """Yield (job, function(job)) as they come, in any order. An exception of `function`, or the death of its
-        workers, comes as such. Raises WriteError when no worker can write, SimulationError when the scheduler stays
-        away."""
+        workers, comes as such. Raises WriteError when no worker can write, SimulationError when the scheduler, or all
+        workers, stay away."""
         todo = deque(jobs)
         while todo:
             flying = {}
@@ -56,7 +59,8 @@ class Conductor:
         client, coming = self._site.client, distributed.as_completed()
         try:
             self._fill(client, function, todo, flying, coming)
-            for future in coming:
+            while flying:
+                future = self._next(coming)
                 job, status = flying.pop(future), future.status
                 if status in ("cancelled", "lost", "pending"):
                     flying[future] = job
@@ -72,9 +76,26 @@ class Conductor:
         except (OSError, TimeoutError, distributed.CancelledError) as error:  # a closed connection is an OSError
             raise Lost from error
 
+    def _next(self, coming):
+        """The next future that is done. Raises SimulationError when there has been no worker for too long."""
+        since = clock.monotonic()
+        while not coming.has_ready():
+            now = clock.monotonic()
+            if now > self._counted + LOOK:
+                self._count(now)
+                since = since if not self._workers else now
+            if now > since + self._patience:
+                raise SimulationError(f"no worker for {self._patience:g} s; --resume goes on where it was")
+            clock.sleep(GLANCE)
+        return next(coming)
+
+    def _count(self, now):
+        self._counted, self._workers = now, len(self._site.workers())
+        self._room = AHEAD * max(1, self._workers)
+
     def _fill(self, client, function, todo, flying, coming):
         if clock.monotonic() > self._counted + LOOK:
-            self._counted, self._room = clock.monotonic(), AHEAD * max(1, len(self._site.workers()))
+            self._count(clock.monotonic())
         while todo and len(flying) < self._room:
             job = todo.popleft()
             self._sent += 1
