@@ -315,10 +315,10 @@ def test_a_terminated_command_ends(run):
     """A writer that never lets a reader finish: three requests to end suffice, whatever forgets the first two."""
     script = ("import snowmpm.running.interruption as i, time\n"
               "with i.requests_to_end():\n"
-              "    print('begun', flush=True)\n"
+              "    told = 'begun'\n"
               "    while True:\n"
-              "        try:\n            time.sleep(60)\n"
-              "        except KeyboardInterrupt:\n            print('forgot', flush=True)\n")
+              "        try:\n            print(told, flush=True)\n            time.sleep(60)\n"
+              "        except KeyboardInterrupt:\n            told = 'forgot'\n")
     process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
     try:
         for said in ("begun", "forgot", "forgot"):

@@ -174,7 +174,6 @@ def _small_disk():
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
 
 
-@pytest.mark.slow
 def test_a_worker_with_a_full_disk_is_sent_away(tmp_path):
     plan, _ = prepare(small_file(runs=4), tmp_path / "campaign", 2)
     said = []
@@ -189,7 +188,6 @@ def test_a_worker_with_a_full_disk_is_sent_away(tmp_path):
     assert any("sent away: disk full" in text for text in said)
 
 
-@pytest.mark.slow
 def test_no_worker_can_write():
     with cluster.site(Cluster(workers=1)) as site, pytest.raises(WriteError, match="no worker is left that can write"):
         list(Conductor(site).results(cannot_write, ["a"]))
