@@ -71,9 +71,15 @@ def test_planar():
     assert converges([planar(dx)[1] for dx in (1.0, 0.5, 0.25)], 0.001)
 
 
+def test_curved_converges():
+    """Seen 15.7, 6.7, 2.8 %."""
+    assert order([curved(dx)[1] for dx in (1.0, 0.5, 0.25)]).min() > 0.8
+
+
+@pytest.mark.xfail(strict=True, reason="2.75 %: exchange where snow gathers, which keeps shocks clean, takes from the"
+                   " swing; 2.1 % with mixing 12 at the nodes in place of 17 at the corners")
 def test_curved():
-    """Seen 15.7, 6.7, 2.8 %: exchange where snow gathers takes from the swing."""
-    assert converges([curved(dx)[1] for dx in (1.0, 0.5, 0.25)], 0.03)
+    assert curved(0.25)[1] < 0.025
 
 
 def test_edge():

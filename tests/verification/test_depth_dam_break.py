@@ -37,7 +37,7 @@ def test_depth_of_the_fan(dam, rear, gate):
 @pytest.mark.parametrize(("dam", "time", "dx", "rear", "threshold"), [
     (RITTER, 1.0, 0.025, 6.0, 0.05),
     (STEEP, 1.0, 0.025, 8.0, 0.05),
-    pytest.param(HELD, 1.0, 0.025, 5.0, 0.03, marks=pytest.mark.xfail(strict=True, reason="1.03 %")),
+    pytest.param(HELD, 1.0, 0.025, 5.0, 0.03, marks=pytest.mark.xfail(strict=True, reason="1.05 %")),
     pytest.param(HELD, 1.0, 0.0125, 5.0, 0.03, marks=pytest.mark.slow),
     pytest.param(STEEP, 2.0, 0.05, 12.0, 0.05, marks=pytest.mark.slow),
     pytest.param(HELD, 2.0, 0.025, 9.0, 0.03, marks=pytest.mark.slow)])
@@ -78,10 +78,16 @@ class TestWetBed:
 
     def test_shock(self, runs):
         """Its place, where the depth is half-way. Seen: 2.3, 1.2 and 0.67 % behind."""
+        assert order(self.behind(runs)).min() > 0.8
+
+    @pytest.mark.xfail(strict=True, reason="0.67 %, since exchange at shocks reaches further")
+    def test_place_of_the_shock(self, runs):
+        assert self.behind(runs)[-1] < 0.0065
+
+    def behind(self, runs):
+        """Way that the shock lacks, over its own."""
         half = 0.5 * (self.dam.plateau + self.dam.ahead)
-        errors = [1.0 - front(x, depth, half) / self.dam.shock for x, depth, _ in runs]
-        assert errors[-1] < 0.007
-        assert order(errors).min() > 0.8
+        return [1.0 - front(x, depth, half) / self.dam.shock for x, depth, _ in runs]
 
     @pytest.mark.parametrize("dx", [0.05, pytest.param(0.025, marks=pytest.mark.slow)])
     def test_no_oscillation(self, dx):
@@ -89,10 +95,12 @@ class TestWetBed:
         a cell at the shock."""
         assert max(self.overshoot(dx, USUAL)) < 0.02
 
-    def test_plateau(self):
+    @pytest.mark.parametrize("start", [0.9, pytest.param(0.8, marks=pytest.mark.xfail(
+        strict=True, reason="1.15 % at 0.83 m, where the rounded end of the fan still reaches"))])
+    def test_plateau(self, start):
         """Between the rounded end of the fan and the shock's spike. Seen: 0.5 %."""
         x, depth, _ = self.dam.broken(0.05, 1.0, per_cell=8)
-        plateau = (x > 0.9) & (x < 2.5)
+        plateau = (x > start) & (x < 2.5)
         np.testing.assert_allclose(depth[plateau], self.dam.plateau, rtol=0.01)
 
     def test_momentum(self):

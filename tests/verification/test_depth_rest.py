@@ -63,6 +63,13 @@ def test_lake_over_a_hill(sides):
     assert order([coarse, fine])[0] > 1.7
 
 
+@pytest.mark.xfail(strict=True, reason="1.68: five cells over the half-width are too few for the smoothed ground")
+def test_lake_over_a_hill_of_few_cells():
+    """The same order from half as many cells."""
+    coarse, fine = (peak_speed(lake(hill, hill_slope2, SIDE, cells, PERIODIC), 2.0) for cells in (32, 64))
+    assert order([coarse, fine])[0] > 1.7
+
+
 def waves(plan):
     k = 2.0 * np.pi / SIDE
     return 0.25 * (1.0 + np.sin(k * plan[:, 0]) * np.cos(k * plan[:, 1]))
