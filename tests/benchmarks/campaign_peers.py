@@ -65,7 +65,7 @@ def ours(terrain, runs, folder):
     scene = folder / "avaGar.toml"
     scene.write_text(SCENE.format(terrain=terrain))
     campaign = snowmpm.campaign(scene, PARAMETERS, folder / "ours", runs=runs, design="latin_hypercube", seed=1,
-                                resume=(folder / "ours" / "campaign.toml").exists())
+                                resume=(folder / "ours" / "plan.json").exists())
     return campaign
 
 
@@ -117,11 +117,12 @@ def main():
     own = []
     for number in table["hash"]:
         run = Run(folder / "ours" / "runs" / number)
-        values, x0, y0, cell = run.map("peak_pressure")
-        own.append(np.nan_to_num(values).T)
-    own = np.array(own)
-    x, y = x0 + cell * np.arange(own.shape[1]), y0 + cell * np.arange(own.shape[2])
-    release = np.nan_to_num(run.map("release_depth")[0]).T
+        peak = run.maps["peak_pressure"]
+        own.append(np.nan_to_num(peak.values).T)
+    own, cell = np.array(own), peak.cell
+    x, y = (first + run.origin[axis] + cell * np.arange(own.shape[1 + axis])
+            for axis, first in enumerate((peak.x0, peak.y0)))
+    release = np.nan_to_num(run.maps["release_depth"].values).T
     middle = np.array([(release.sum(axis=1) @ x), (release.sum(axis=0) @ y)]) / release.sum()
     other, ox, oy, seconds = theirs(options.avaframe, terrain, table, folder)
     other = on(ox, oy, other, x, y)
