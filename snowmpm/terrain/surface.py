@@ -42,7 +42,7 @@ class TerrainSurface:
 
     @classmethod
     def sheet(cls, vertices, facets):
-        """Open surface of facets that are right already, as those of a raster without gaps: every vertex is used and
+        """Open surface of facets that are right already, as those of a raster: every vertex is used and
         has a place of its own, all facets have an area and face up. `of` would find this out, in 1 us a facet.
 
         InputError: a coordinate is not finite.
