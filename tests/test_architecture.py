@@ -226,3 +226,14 @@ def test_tests_share_through_support_alone():
             wrong += [f"{path.relative_to(ROOT)}: {name}" for name in last
                       if name == "conftest" or name.startswith("test_")]
     assert not wrong
+
+
+def test_test_modules_can_be_told_apart():
+    """pytest takes modules of folders without `__init__.py` for one module when they have one name."""
+    names = {}
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        package, top = path.parent, path.stem
+        while (package / "__init__.py").exists():
+            package, top = package.parent, f"{package.name}.{top}"
+        names.setdefault(top, []).append(path.relative_to(ROOT).as_posix())
+    assert not {name: paths for name, paths in names.items() if len(paths) > 1}
