@@ -181,7 +181,7 @@ class Model:
         if forcing:
             solver.force(forcing)
         if self.scene.water:
-            solver.fill_pores(pore_water(self))
+            solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver
 
     def _solver(self):

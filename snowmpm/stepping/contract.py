@@ -140,9 +140,9 @@ class Method(ABC):
         """Let a `forcing.Forcing` act from now on."""
         raise NotImplementedError(f"{type(self).__name__} takes no forcing")
 
-    def fill_pores(self, water: Any) -> None:
-        """Let the water of the particles' column "water" flow and press from now on: a
-        `water.pore_water.PoreWater`."""
+    def fill_pores(self, water: Any, shorten: bool = True) -> None:
+        """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
+        shorten: by steps as short as it asks for."""
         raise NotImplementedError(f"{type(self).__name__} holds no water")
 
     # ---- settling ---------------------------------------------------------------------------------------------

@@ -62,10 +62,11 @@ class Solver(Method):
             self.set_gravity(forcing.course.at(0.0))
             self.particles.weightless()
 
-    def fill_pores(self, water):
-        """Let a `water.pore_water.PoreWater` act from now on; the step of a scene that gives no C becomes shorter."""
+    def fill_pores(self, water, shorten=True):
+        """Let a `water.pore_water.PoreWater` act from now on; shorten: by steps as short as it asks for, of a scene
+        that gives no C."""
         self.water = water
-        if self.cfl == self.usual_cfl:
+        if shorten:
             self.cfl = self.usual_cfl = min(self.cfl, SOAKED_SHARE * self.critical_cfl)
             self.breaking_cfl = min(self.breaking_cfl, self.cfl)
         water.begin(self)

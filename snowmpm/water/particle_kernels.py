@@ -32,6 +32,7 @@ def water_kernels(layout, real):
 
     read: position, velocity, C : C, reference volume, J and water of each, into rows (`read_columns`)
     write: the column "water" from rows (n, N_WATER)
+    moisten: the state variable index_of[material] of each (-1: none) from `content` (n,)
     pressurise: tau -= J p I, the total stress of effective stress and pore pressure
     """
     access, at, dim = accessors(layout), layout.offsets, layout.dim
@@ -59,6 +60,20 @@ def water_kernels(layout, real):
             access.store(reals, access.places(reals, slot_offset), p, at["water"], held)
 
     @taichi_kernel
+    def moisten(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
+                index_of: ti.types.ndarray(dtype=ti.i32, ndim=1), content: ti.types.ndarray(dtype=ti.f64, ndim=1),
+                count: int):
+        for p in range(count):
+            index = index_of[ti.cast(material[p], ti.i32)]
+            if index >= 0:
+                places = access.places(reals, slot_offset)
+                state = access.load(reals, places, p, at["state"], layout.state_size)
+                for c in ti.static(range(layout.state_size)):
+                    if c == index:
+                        state[c] = ti.cast(content[p], real)
+                access.store(reals, places, p, at["state"], state)
+
+    @taichi_kernel
     def pressurise(reals: ti.types.ndarray(), slot_offset: int, count: int):
         for p in range(count):
             places = access.places(reals, slot_offset)
@@ -69,4 +84,4 @@ def water_kernels(layout, real):
                 tau[a] -= ratio * pressure
             access.store(reals, places, p, at["stress"], tau)
 
-    return SimpleNamespace(read=read, write=write, pressurise=pressurise)
+    return SimpleNamespace(read=read, write=write, moisten=moisten, pressurise=pressurise)

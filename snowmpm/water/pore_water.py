@@ -36,6 +36,9 @@ from snowmpm.water.seepage import seep
 LONGEST = 0.95
 """Largest dt / dt_c that s follows."""
 
+WETNESS = "liquid_water"
+"""Name of the state variable of laws that depend on the volume share of water."""
+
 LEAST_POROSITY = 1e-3
 """Of snow pressed to ice, for which grains are no longer incompressible."""
 
@@ -71,8 +74,20 @@ class PoreWater:
         """Time zero of a solver."""
         self._solver, solver.particles.water_density = solver, self.fluid.density
         water = solver.particles.column("water")
+        names = [[variable.name for variable in law.STATE] for law in solver.particles.materials.laws]
+        self._state_of = np.array([own.index(WETNESS) if WETNESS in own else -1 for own in names], np.int32)
         self.budget = Budget(start=float(solver.particles.column("volume")[:, 0] @ water[:, MASS]))
         self._note(solver, water)
+        with runtime.precision(solver.precision):
+            self._moisten(solver, water)
+
+    def _moisten(self, solver, water):
+        """Tell laws that depend on it how much liquid water there is."""
+        store = solver.particles
+        if (self._state_of >= 0).any() and store.count:
+            content = water[:, MASS] / self.fluid.density / store.column("volume_ratio")[:, 0]
+            self._kernels(solver).moisten(store.reals, store.slot_offset, store.material, self._state_of,
+                                          np.ascontiguousarray(content), store.count)
 
     def _note(self, solver, water):
         """Keep what the choice of the next step needs: the wave speed of undrained snow."""
@@ -158,6 +173,7 @@ class PoreWater:
         store = solver.particles
         self._kernels(solver).write(store.reals, store.slot_offset, np.ascontiguousarray(water), store.count)
         store.changes += 1
+        self._moisten(solver, water)
         self._note(solver, water)
 
     def _material_cells(self, solver, local):

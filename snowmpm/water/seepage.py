@@ -87,9 +87,11 @@ def seep(cells, dx, fluid, dt, *, water, pores, before, permeability, drained, g
     saturation = np.minimum(water / pores, 1.0)
     yielding = relative_permeability(saturation)
     inner_all, border_all = flux.conductances(mobility), flux.border_conductances(mobility)
-    # Drainage within the step does half of what the second term is for
-    slack = np.maximum(share * dt / density - 0.5 * mobility, 0.0)
+    # Drainage within the step does half of what the second term is for; where nothing drains, it does all
+    whole = share * dt / density
+    slack = np.maximum(whole - 0.5 * mobility, 0.0)
     resting, border_resting = flux.conductances(slack), flux.border_conductances(slack)
+    held_back = flux.border_conductances(whole)
     capacity = pores / fluid.bulk_modulus / dt
     start = fluid.bulk_modulus * ((water - yielded) / pores - 1.0)
     full = np.ones(n, bool) if fluid.suction is None else start >= floor - FULL * fluid.bulk_modulus
@@ -101,7 +103,7 @@ def seep(cells, dx, fluid, dt, *, water, pores, before, permeability, drained, g
         border = np.where(opened, border_all * np.where(full, 1.0, yielding)[cells.border], 0.0)
         both = full[cells.first] & full[cells.second]
         slow = np.where(both, resting, 0.0)
-        border_slow = np.where((opened | free) & full[cells.border], border_resting, 0.0)
+        border_slow = np.where(full[cells.border], np.where(opened, border_resting, free * held_back), 0.0)
         pressure = _pressure(flux, full, floor, capacity, start, before, (inner, slow), (border, border_slow),
                              inner * head, border * border_head)
         through = inner * (pressure[cells.first] - pressure[cells.second] + head)

@@ -7,6 +7,7 @@ from snowmpm.study.atlas import (
     granular,
     layers,
     round_off,
+    soaked,
     softening,
     sph_lattices,
     stretching,
@@ -23,5 +24,6 @@ GROUPS = {
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
+    "water in the pores": soaked.ENTRIES,
 }
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}
