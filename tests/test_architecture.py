@@ -80,7 +80,7 @@ FORBIDDEN = {
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
-IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}
+IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr"}
 
 
 @functools.cache
@@ -141,8 +141,8 @@ def test_layers(module):
 def test_what_is_imported_is_declared():
     wanted = {name.split(".")[0] for module in modules() for name in imported(module)}
     extras = PROJECT["project"]["optional-dependencies"]
-    declared = [*PROJECT["project"]["dependencies"], *(one for name in ("gis", "cluster", "xarray", "peers")
-                                                       for one in extras[name])]
+    declared = [*PROJECT["project"]["dependencies"], *(one for name in ("gis", "cluster", "xarray", "export",
+                                                                             "peers") for one in extras[name])]
     names = {re.match(r"[A-Za-z0-9_.-]+", requirement)[0].lower() for requirement in declared}
     known = {IMPORT_NAMES.get(name, name).replace("-", "_") for name in names}
     assert wanted - set(sys.stdlib_module_names) - {"tomllib"} - known - {"snowmpm", "pydantic_core"} == set()
