@@ -46,6 +46,7 @@ MAY_IMPORT = {
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
+    "micro": {*GROUND, "compiler", "seeding"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
@@ -56,7 +57,7 @@ MAY_IMPORT = {
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns"},
+            "campaigns", "micro"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
@@ -70,7 +71,8 @@ FORBIDDEN = {
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
-    **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
+    **dict.fromkeys(("compiler", "particles", "stepping", "results", "micro"),
+                    PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
