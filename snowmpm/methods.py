@@ -66,6 +66,8 @@ class Capabilities:
     are as fine as the grid, since each column counts in all the cells that it covers"""
     usual_filling: int | None = None
     """particles in a full cell of a scene that does not choose"""
+    solves: bool = False
+    """each step solves for the displacements of all nodes: its cost is that of the equations"""
     presets: bool = False
     """--fast and --accurate were measured for it"""
 
@@ -114,6 +116,10 @@ METHODS = {entry.name: entry for entry in (
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
+    MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
+        precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
+        sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
+        settling=False, grid=True, solves=True), words="implicit MPM"),
 )}
 
 

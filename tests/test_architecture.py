@@ -48,6 +48,7 @@ MAY_IMPORT = {
     "results": {*GROUND, "compiler", "particles"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
+    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # the same splines and lines of contact, in steps that are solved
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -70,6 +71,7 @@ FORBIDDEN = {
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
+    "implicit": PICTURES | {"h5py", "typer", "rich"},
     **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},

@@ -1,0 +1,105 @@
+"""The matrix of a step: stiffness of all particles, and inertia.
+
+    K_IK = sum_p V g_I . C . g_K + c m w_I w_K I
+
+C from `response`, c = 1 / (beta dt^2) of Newmark's rule, 0 at rest. Each row of nodes is added up by one worker, from
+the cells around it: no two write to the same place, whatever the number of threads, and sums keep their order.
+"""
+
+import functools
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+import taichi as ti
+from scipy import sparse
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.groups import Array, grouped_kernel
+from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker
+
+
+class Reach(NamedTuple):
+    """Who reaches whom: cell_at (N, S), cell_nodes (C, S), first particle of each cell (C + 1,), particles in the order
+    of cells (n,), place of each neighbour's block in the matrix (N, (2 width - 1)^dim), step from a node to another of
+    the same cell (S, S)."""
+
+    cell_at: Array
+    first: Array
+    order: Array
+    slots: Array
+    step: Array
+
+
+class Particles(NamedTuple):
+    """weights (n, S), gradients (n, S, dim), V C (n, dim, dim, dim, dim), c m (n,)."""
+
+    weights: Array
+    gradients: Array
+    C: Array
+    inertia: Array
+
+
+class Stiffness:
+    """Matrices on a `Mesh`; their pattern is found once."""
+
+    def __init__(self, mesh):
+        self.mesh = mesh
+        used = mesh.neighbours >= 0
+        self._indices = mesh.neighbours[used]
+        self._starts = np.concatenate([[0], np.cumsum(used.sum(axis=1))])
+        slots = np.where(used, np.cumsum(used).reshape(used.shape) - 1, -1).astype(np.int32)
+        order = np.argsort(mesh.cell_of, kind="stable").astype(np.int32)
+        counts = np.bincount(mesh.cell_of, minlength=len(mesh.cell_nodes))
+        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        edge = 2 * mesh.width - 1
+        digits = edge ** np.arange(mesh.dim - 1, -1, -1)
+        step = ((mesh.steps[None] - mesh.steps[:, None] + mesh.width - 1) * digits).sum(axis=2).astype(np.int32)
+        self._reach = Reach(mesh.cell_at, first, order, slots, step)
+        around = np.where(mesh.cell_at >= 0, counts[mesh.cell_at], 0).sum(axis=1)
+        self._bounds = chunk_bounds(around + 1)
+
+    @property
+    def bytes(self):
+        """Of the matrix."""
+        return len(self._indices) * (8 * self.mesh.dim**2 + 4)
+
+    def matrix(self, C, inertia):
+        """K, sparse with blocks of dim x dim. C (n, dim, dim, dim, dim): times the volume; inertia (n,): c m."""
+        dim, n = self.mesh.dim, self.mesh.n_nodes
+        data = np.zeros((len(self._indices), dim, dim))
+        with runtime.precision("f64"):
+            _row_kernel(dim, len(self.mesh.steps))(
+                self._reach, Particles(self.mesh.weights, self.mesh.gradients, C, inertia), data, self._bounds)
+        return sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
+
+
+@functools.cache
+def _row_kernel(dim, size):
+    entries = list(itertools.product(range(dim), repeat=3))
+
+    @grouped_kernel(ti.f64)
+    def add_rows(reach: Reach, particles: Particles, data: Array, bounds: Array):
+        for i in range(chunks(bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, bounds)
+                for node in range(begin, end):
+                    for s in range(size):
+                        cell = reach.cell_at[node, s]
+                        if cell >= 0:
+                            for q in range(reach.first[cell], reach.first[cell + 1]):
+                                p = reach.order[q]
+                                own = particles.inertia[p] * particles.weights[p, s]
+                                B = ti.Matrix.zero(ti.f64, dim, dim * dim)  # g_I . C
+                                for a, k, b in ti.static(entries):
+                                    for j in ti.static(range(dim)):
+                                        B[a, k * dim + b] += particles.gradients[p, s, j] * particles.C[p, a, j, k, b]
+                                for t in range(size):
+                                    slot, mass = reach.slots[node, reach.step[s, t]], own * particles.weights[p, t]
+                                    for a, k in ti.static(ti.ndrange(dim, dim)):
+                                        entry = mass if ti.static(a == k) else 0.0
+                                        for b in ti.static(range(dim)):
+                                            entry += B[a, k * dim + b] * particles.gradients[p, t, b]
+                                        data[slot, a, k] += entry
+
+    return add_rows
