@@ -13,10 +13,15 @@ from snowmpm.implicit.response import After, respond
 from snowmpm.implicit.stiffness import Stiffness
 
 
+ROUND_OFF = 4e-15
+"""Of sums over particles, relative."""
+
+
 @dataclass
 class Trial:
-    """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], and the
-    size of the forces that it is made of [N]. sound: no particle is turned inside out, and all numbers are finite."""
+    """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], the size of
+    the forces that it is made of [N], and the residual that round-off leaves [N]. sound: no particle is turned inside
+    out, and all numbers are finite."""
 
     v: np.ndarray
     u: np.ndarray
@@ -24,6 +29,7 @@ class Trial:
     full: np.ndarray
     free: np.ndarray
     scale: float
+    noise: float
     sound: bool
 
 
@@ -40,7 +46,6 @@ class Balance:
         self.volume, self.mass, self._dx = matter.volume, matter.mass, dx
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
-        self._size = float(np.linalg.norm(self.external) + np.linalg.norm(self._history))
         self._stiffness = None
 
     def internal(self, P):
@@ -51,14 +56,17 @@ class Balance:
         """`Trial` at v (free,)."""
         u = self.held.full(v)
         after = respond(self.materials, self._before, self.mesh.gradient_of(u), self._dt, tangents)
-        inertia = 0.0
+        inertia = np.zeros_like(u)
         if self._inertia:
             inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
-        full = self.internal(after.P) + inertia - self._history - self.external
+        net = inertia - self._history
+        full = self.internal(after.P) + net - self.external
         pulls = np.linalg.norm(self.volume * np.linalg.norm(after.P, axis=(1, 2))) / self._dx
         free = self.held.reduced(full)
         sound = bool(np.isfinite(free).all() and (after.growth > 0.0).all())
-        return Trial(v, u, after, full, free, self._size + float(pulls + np.linalg.norm(inertia)), sound)
+        scale = pulls + np.linalg.norm(net) + np.linalg.norm(self.external)
+        noise = ROUND_OFF * (np.linalg.norm(inertia) + np.linalg.norm(self._history) + scale)
+        return Trial(v, u, after, full, free, float(scale), float(noise), sound)
 
     def with_tangents(self, trial):
         """The same with the tangents of its particles."""

@@ -126,48 +126,39 @@ class March:
 
     # ---- in time ----------------------------------------------------------------------------------------------------
 
-    def first_acceleration(self, matter, body):
-        """Acceleration of particles by stress and surfaces alone (n, dim) [m/s2], and the force of surfaces [N]."""
-        mesh, held = self.mesh(matter)
-        balance = Balance(mesh, held, matter, self.materials, body, self.grid.dx, 0.0)
-        trial = balance.at(np.zeros(held.T.shape[1]))
-        projection = Projection(mesh, held, matter.mass)
-        found = mesh.W @ projection.nodes(-trial.full)
-        force = (projection.momenta(found) + trial.full)[held.touched].sum(axis=0)
-        return found - body, force
-
-    def in_time(self, matter, acceleration, force, body, dt):
+    def in_time(self, matter, acceleration, body, dt, starts):
         """Advance particles by dt [s]; -> `Passed`.
 
-        acceleration (n, dim): of stress and surfaces at the start, becomes that of the end; force: of surfaces at the
-        start; body (n, dim): b. Raises SimulationError.
+        acceleration (n, dim): of stress and surfaces at the start, becomes that of the end; body (n, dim): b; starts:
+        nobody knows that acceleration. Raises SimulationError.
         """
-        passed = Passed(np.zeros(matter.cells.shape[1]), force)
+        passed = Passed(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration)
         done, part = 0.0, 1.0
         while done < 1.0:
             part = min(part, 1.0 - done)
             try:
-                self._one(matter, acceleration, body, part * dt, passed)
+                self._one(matter, acceleration, body, Newmark(part * dt, self.rules.damping, starts), passed)
             except NotConverged as error:
                 part *= 0.5
                 if part < SMALLEST_PART:
                     raise SimulationError(self._why(error, "its time")) from error
                 continue
+            starts = False
             done += part
             part *= 2.0
         return passed
 
-    def _one(self, matter, acceleration, body, dt, passed):
-        """A part of dt [s]. Changes nothing when it fails."""
+    def _one(self, matter, acceleration, body, rule, passed):
+        """A part by a `Newmark` rule. Changes nothing when it fails."""
         mesh, held = self.mesh(matter)
-        rule, mass = Newmark(dt, self.rules.damping), matter.mass[:, None]
+        dt, mass = rule.dt, matter.mass[:, None]
         projection = Projection(mesh, held, matter.mass)
-        v0, lost_momentum = projection.at_particles(matter.velocity)
-        a0, lost_force = projection.at_particles(acceleration + body)
+        v0, free, lost_momentum = projection.at_particles(matter.velocity)
+        a0, _, lost_force = projection.at_particles(acceleration + body)
         history = mesh.W.T @ (mass * rule.past(v0, a0))
         balance = Balance(mesh, held, matter, self.materials, body, self.grid.dx, dt, rule.inertia, history)
         solved = solve(balance, Linear(held.T, mesh.dim, self.rules.linear), self.rules.tolerance,
-                       self.rules.iterations)
+                       self.rules.iterations, start=dt * free)
         u = solved.trial.u
         way = mesh.W @ u
         a1 = rule.acceleration(way, v0, a0)

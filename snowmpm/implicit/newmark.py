@@ -7,6 +7,9 @@ gamma = 1/2, beta = 1/4 is the average acceleration: of second order, stable for
 a linear system. A damping delta > 0 takes gamma = 1/2 + delta, beta = (1 + delta)^2 / 4, which takes out what swings
 faster than a step follows (delta = 1: backward differences), and is of first order.
 
+A step that starts, from a state whose acceleration nobody knows (time zero, bonds just cut), takes gamma = 1, beta = 1/2:
+it needs no a0, and is exact under constant forces.
+
 v0 and a0 of the nodes are those that fit the particles best, with the full mass matrix M v0 = sum_p m v_p w: a motion
 that the grid can carry is not smoothed from step to step, as by the lumped mass of explicit MPM. They are only needed
 where they reach particles.
@@ -20,7 +23,7 @@ from scipy.sparse import linalg
 PRECISION = 1e-13
 """Of the projection, over its right-hand side."""
 
-MOST_ITERATIONS = 300
+MOST_ITERATIONS = 2000
 
 
 @dataclass(frozen=True)
@@ -29,14 +32,15 @@ class Newmark:
 
     dt: float
     damping: float = 0.0
+    starts: bool = False
 
     @property
     def gamma(self):
-        return 0.5 + self.damping
+        return 1.0 if self.starts else 0.5 + self.damping
 
     @property
     def beta(self):
-        return 0.25 * (1.0 + self.damping) ** 2
+        return 0.5 if self.starts else 0.25 * (1.0 + self.damping) ** 2
 
     @property
     def inertia(self):
@@ -62,6 +66,7 @@ class Projection:
     def __init__(self, mesh, held, mass):
         self._W, self._held = mesh.W, held
         self._mass = mass
+        self._lumped = np.maximum(mesh.W.T @ mass, 1e-300)
         diagonal = (mesh.W.multiply(mesh.W)).T @ mass
         full = np.repeat(diagonal, mesh.dim)
         squares = held.T.multiply(held.T)
@@ -69,25 +74,28 @@ class Projection:
         self._per_diagonal = 1.0 / np.where(diagonal > 1e-300, diagonal, 1.0)
 
     def nodes(self, f):
-        """(N, dim) of the field whose momenta of nodes are f (N, dim), as far as nodes are free."""
+        """Free components (free,) of the field whose momenta of nodes are f (N, dim), as far as nodes are free."""
         held, b = self._held, self._held.reduced(f)
         if not b.any():
-            return np.zeros_like(f)
+            return b
 
         def apply(v):
             return held.reduced(self._W.T @ (self._mass[:, None] * (self._W @ held.full(v))))
 
         operator = linalg.LinearOperator((len(b), len(b)), apply)
         precondition = linalg.LinearOperator((len(b), len(b)), lambda x: self._per_diagonal * x)
-        v, _ = linalg.cg(operator, b, rtol=PRECISION, atol=0.0, maxiter=MOST_ITERATIONS, M=precondition)
-        return held.full(v)
+        first = (f / self._lumped[:, None]).ravel()[held.free]  # is it already where all move alike
+        v, _ = linalg.cg(operator, b, first, rtol=PRECISION, atol=0.0, maxiter=MOST_ITERATIONS, M=precondition)
+        return v
 
     def momenta(self, field):
         """sum_p m x_p w of a field of particles (n, dim)."""
         return self._W.T @ (self._mass[:, None] * field)
 
     def at_particles(self, field):
-        """The best fit to a field of particles (n, dim), at the particles, and the momenta that surfaces took of it."""
+        """The best fit to a field of particles (n, dim): at the particles, in free components, and the momenta of nodes
+        that surfaces took of it."""
         f = self.momenta(field)
-        fitted = self._W @ self.nodes(f)
-        return fitted, self.momenta(fitted) - f
+        free = self.nodes(f)
+        fitted = self._W @ self._held.full(free)
+        return fitted, free, self.momenta(fitted) - f

@@ -14,8 +14,8 @@ SHORTENINGS = 8
 MOST_WASTED = 6
 """Iterations in turn that do not come below the smallest residual so far."""
 
-STALLED = 1e-3
-"""What a linear solve by iterations leaves of its right-hand side, at most, and relative to Newton's last decrease."""
+LEFT = 1e-4
+"""What a linear solve by iterations leaves of its right-hand side, unless less is enough: what Newton gains a turn."""
 
 
 class NotConverged(Exception):
@@ -34,8 +34,8 @@ class Solved:
     residuals: list = field(default_factory=list)
 
 
-def solve(balance, linear, tolerance, most, left=0.0):
-    """`Solved` of a `Balance`, from displacements of 0.
+def solve(balance, linear, tolerance, most, left=0.0, start=None):
+    """`Solved` of a `Balance`, from displacements `start` (free,), or 0.
 
     tolerance: |T^T R| over the size of the forces; most: iterations; left: share of the first residual that stays, for
     a load that is applied in parts. Raises NotConverged.
@@ -43,7 +43,9 @@ def solve(balance, linear, tolerance, most, left=0.0):
     Full steps come first: a slender body that turns passes through residuals far larger than the first one, which a
     line search would shun, in ten times as many steps. Where they lead nowhere, steps that a line search shortens do.
     """
-    first = balance.at(np.zeros(balance.held.T.shape[1]))
+    first = balance.at(np.zeros(balance.held.T.shape[1]) if start is None else start)
+    if not first.sound and start is not None:
+        first = balance.at(0.0 * start)
     if not first.sound:
         raise NotConverged("a stress or a velocity is not finite")
     try:
@@ -61,16 +63,15 @@ def _iterate(balance, linear, limits, trial, left, search):
         r = trial.free - rest
         size = float(np.linalg.norm(r))
         residuals.append(size / scale if scale > 0.0 else 0.0)
-        if size <= tolerance * scale:
+        if size <= tolerance * scale + trial.noise:
             return Solved(trial, residuals)
         if len(residuals) > 1:  # the first one may be small, and nothing that follows
             best, wasted = (size, 0) if size < best else (best, wasted + 1)
         if len(residuals) > most or wasted > MOST_WASTED or not np.isfinite(size):
             break
         exact = balance.with_tangents(trial)
-        loose = min(STALLED, 0.1 * residuals[-1]) if len(residuals) > 1 else STALLED
         try:
-            step = linear.solve(balance.matrix(exact), -r, max(loose, 0.1 * tolerance))
+            step = linear.solve(balance.matrix(exact), -r, min(max(LEFT, 0.3 * tolerance * scale / size), 0.1))
         except Singular as error:
             raise NotConverged(str(error), residuals[-1], _worst(balance, r)) from error
         trial = _searched(balance, trial, step, r, rest) if search else _full(balance, trial, step, r)

@@ -144,6 +144,7 @@ def response_kernel(dim, state_size, laws):
                         after.P[p, i, j] = P[i, j]
                 else:
                     for i, j in ti.static(ti.ndrange(dim, dim)):
-                        after.C[p, i, j, entry // dim, entry % dim] += 0.5 * sign / step * P[i, j]
+                        before_it = after.C[p, i, j, entry // dim, entry % dim]  # += would be atomic
+                        after.C[p, i, j, entry // dim, entry % dim] = before_it + 0.5 * sign / step * P[i, j]
 
     return find

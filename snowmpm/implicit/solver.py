@@ -51,7 +51,7 @@ class ImplicitSolver(Solver):
         self._begin(population, gravity)
         self.march = March(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
-        self._force, self._held_impulse = np.zeros(self.dim), np.zeros(self.dim)
+        self._held_impulse = np.zeros(self.dim)
         self._fresh, self._scene_loads = True, []
         self.passed = None
         """`march.Passed` of the last step"""
@@ -103,28 +103,20 @@ class ImplicitSolver(Solver):
 
     def _move(self, matter, dt):
         body, loads = self._body(matter)
-        if self._fresh:
-            found, self._force = self.march.first_acceleration(matter, body)
-            self._acceleration[matter.number] = found
-            self._fresh = False
         acceleration = self._acceleration[matter.number]
-        passed = self.march.in_time(matter, acceleration, self._force, body, dt)
-        self._acceleration[matter.number] = acceleration
+        passed = self.march.in_time(matter, acceleration, body, dt, self._fresh)
+        self._acceleration[matter.number], self._fresh = acceleration, False
         self._loaded += dt * (matter.mass @ loads)
         return passed
 
     def _take(self, matter, dt):
         """Put particles back, and keep the books."""
         store, passed = self.particles, self.passed
-        self._force = passed.force
         self._held_impulse += passed.impulse
         self.plastic_work += passed.work
         self.unconverged += passed.unconverged
         self.n_plastic = passed.yielding
-        count = store.count
         store.place(matter.cells, matter.columns())
-        if store.count < count:
-            self._fresh = True
         self.extremes = Extremes(
             speed=float(np.linalg.norm(matter.velocity, axis=1).max()),
             gradient=float(np.linalg.norm(matter.affine, axis=(1, 2)).max()),
@@ -174,7 +166,6 @@ class ImplicitSolver(Solver):
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
-        self._fresh = True
         self.particles.remove(gone)
 
     # ---- reading ----------------------------------------------------------------------------------------------
@@ -210,7 +201,7 @@ class ImplicitSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name."""
-        return {**super().state(), "acceleration": self._acceleration.copy(), "force": self._force.copy(),
+        return {**super().state(), "acceleration": self._acceleration.copy(),
                 "held_impulse": self._held_impulse.copy(), "fresh": self._fresh}
 
     def restore(self, state):
@@ -221,5 +212,5 @@ class ImplicitSolver(Solver):
         if state["acceleration"].shape != self._acceleration.shape:
             raise InputError("the particles of the checkpoint are not as many as those of the scene")
         super().restore(state)
-        self._acceleration[:], self._force = state["acceleration"], state["force"].copy()
+        self._acceleration[:] = state["acceleration"]
         self._held_impulse[:], self._fresh = state["held_impulse"], bool(state["fresh"])

@@ -55,7 +55,7 @@ class Stiffness:
         edge = 2 * mesh.width - 1
         digits = edge ** np.arange(mesh.dim - 1, -1, -1)
         step = ((mesh.steps[None] - mesh.steps[:, None] + mesh.width - 1) * digits).sum(axis=2).astype(np.int32)
-        self._reach = Reach(mesh.cell_at, first, order, slots, step)
+        self._reach = Reach(mesh.cell_at.ravel(), first, order, slots.ravel(), step.ravel())
         around = np.where(mesh.cell_at >= 0, counts[mesh.cell_at], 0).sum(axis=1)
         self._bounds = chunk_bounds(around + 1)
 
@@ -68,14 +68,15 @@ class Stiffness:
         """K, sparse with blocks of dim x dim. C (n, dim, dim, dim, dim): times the volume; inertia (n,): c m."""
         dim, n = self.mesh.dim, self.mesh.n_nodes
         data = np.zeros((len(self._indices), dim, dim))
-        with runtime.precision("f64"):
-            _row_kernel(dim, len(self.mesh.steps))(
-                self._reach, Particles(self.mesh.weights, self.mesh.gradients, C, inertia), data, self._bounds)
+        with runtime.precision("f64"), runtime.plain_compilation():
+            _row_kernel(dim, len(self.mesh.steps), self.mesh.neighbours.shape[1])(
+                self._reach, Particles(*(np.ravel(one) for one in (self.mesh.weights, self.mesh.gradients, C, inertia))),
+                data.reshape(-1), self._bounds)
         return sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
 
 
 @functools.cache
-def _row_kernel(dim, size):
+def _row_kernel(dim, size, steps):
     entries = list(itertools.product(range(dim), repeat=3))
 
     @grouped_kernel(ti.f64)
@@ -85,21 +86,31 @@ def _row_kernel(dim, size):
                 begin, end = chunk(i, bounds)
                 for node in range(begin, end):
                     for s in range(size):
-                        cell = reach.cell_at[node, s]
+                        cell = reach.cell_at[node * size + s]
                         if cell >= 0:
                             for q in range(reach.first[cell], reach.first[cell + 1]):
                                 p = reach.order[q]
-                                own = particles.inertia[p] * particles.weights[p, s]
+                                at, row = p * size + s, ti.Vector.zero(ti.f64, dim)
+                                for j in ti.static(range(dim)):
+                                    row[j] = particles.gradients[at * dim + j]
+                                own = particles.inertia[p] * particles.weights[at]
                                 B = ti.Matrix.zero(ti.f64, dim, dim * dim)  # g_I . C
                                 for a, k, b in ti.static(entries):
                                     for j in ti.static(range(dim)):
-                                        B[a, k * dim + b] += particles.gradients[p, s, j] * particles.C[p, a, j, k, b]
+                                        place = ti.static(((a * dim + j) * dim + k) * dim + b)
+                                        B[a, k * dim + b] += row[j] * particles.C[p * ti.static(dim**4) + place]
                                 for t in range(size):
-                                    slot, mass = reach.slots[node, reach.step[s, t]], own * particles.weights[p, t]
+                                    column, other = ti.Vector.zero(ti.f64, dim), p * size + t
+                                    for b in ti.static(range(dim)):
+                                        column[b] = particles.gradients[other * dim + b]
+                                    mass = own * particles.weights[other]
+                                    slot = dim * dim * reach.slots[node * steps + reach.step[s * size + t]]
                                     for a, k in ti.static(ti.ndrange(dim, dim)):
-                                        entry = mass if ti.static(a == k) else 0.0
+                                        entry = data[slot + ti.static(a * dim + k)]
+                                        if ti.static(a == k):
+                                            entry += mass
                                         for b in ti.static(range(dim)):
-                                            entry += B[a, k * dim + b] * particles.gradients[p, t, b]
-                                        data[slot, a, k] += entry
+                                            entry += B[a, k * dim + b] * column[b]
+                                        data[slot + ti.static(a * dim + k)] = entry  # += would be atomic
 
     return add_rows
