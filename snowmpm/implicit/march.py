@@ -74,7 +74,8 @@ class March:
     def mesh(self, matter):
         """`Mesh` and `Held` of particles where they are."""
         mesh = Mesh(matter.cells, self.grid.dx, self.grid.kernel, self.grid.gradient)
-        return mesh, Held(mesh, self.grid.surfaces, self.grid.kernel)
+        filled = matter.volume * matter.ratio / self.grid.dx**mesh.dim
+        return mesh, Held(mesh, self.grid.surfaces, self.grid.kernel, filled)
 
     # ---- at rest ----------------------------------------------------------------------------------------------------
 
