@@ -91,6 +91,9 @@ class MethodEntry:
     builder: str | Callable
     capabilities: Capabilities
     options: str | None = None
+    relax: str | Callable | None = None
+    """"module:name" of a callable, or the callable itself, that brings particles to rest without time: it is given what
+    `builder` is, and tolerance, and returns an object with `population`, or None where it cannot"""
     words: str = ""
     """name in captions; the name in capitals when missing"""
 
@@ -108,7 +111,7 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         separate_bodies=True, saw_test=True, grid=True, presets=True, ground_friction=GROUND_LAWS,
-        ground_cohesion=True, ground_rasters=True)),
+        ground_cohesion=True, ground_rasters=True), relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

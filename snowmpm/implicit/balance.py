@@ -12,7 +12,6 @@ import numpy as np
 from snowmpm.implicit.response import After, respond
 from snowmpm.implicit.stiffness import Stiffness
 
-
 ROUND_OFF = 4e-15
 """Of sums over particles, relative."""
 

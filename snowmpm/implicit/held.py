@@ -29,17 +29,18 @@ the nodes, the outermost ones have 0.016 (4 particles a cell in 2-D), at its cor
 
 class Held:
     """What surfaces hold on a `Mesh`. surfaces: [(distance, code)], distance(nodes (k, dim) [cells]) -> distance
-    [cells] (k,), normal out of the solid (k, dim); code: STICK or SLIP; volume (n,): of the particles [cells]. T:
-    sparse (dim N, free); touched (N,): nodes that a surface acts on."""
+    [cells] (k,), normal out of the solid (k, dim); code: STICK or SLIP; volume (n,): of the particles [cells], None
+    where faint nodes are to be free. T: sparse (dim N, free); touched (N,): nodes that a surface acts on."""
 
-    def __init__(self, mesh, surfaces, kernel, volume):
+    def __init__(self, mesh, surfaces, kernel, volume=None):
         self.mesh, dim = mesh, mesh.dim
         self._taken = np.zeros(mesh.n_nodes * dim, bool)
         self._rows, self._columns, self._values = [], [], []
         self.touched = np.zeros(mesh.n_nodes, bool)
         for distance, code in surfaces:
             self._hold(distance, code, REACH[kernel])
-        self._extend(mesh.W.T @ volume)
+        if volume is not None:
+            self._extend(mesh.W.T @ volume)
         self.free = np.flatnonzero(~self._taken)
         self.T = self._links()
 

@@ -28,13 +28,14 @@ SMALLEST_PART = 1.0 / 1024.0
 
 @dataclass
 class Grid:
-    """dx [m], origin [m], kernel, gradient, surfaces (`held.Held`)."""
+    """dx [m], origin [m], kernel, gradient, surfaces (`held.Held`); extended: faint nodes follow others."""
 
     dx: float
     origin: np.ndarray
     kernel: str
     gradient: str
     surfaces: list
+    extended: bool = True
 
 
 @dataclass
@@ -75,7 +76,7 @@ class March:
         """`Mesh` and `Held` of particles where they are."""
         mesh = Mesh(matter.cells, self.grid.dx, self.grid.kernel, self.grid.gradient)
         filled = matter.volume * matter.ratio / self.grid.dx**mesh.dim
-        return mesh, Held(mesh, self.grid.surfaces, self.grid.kernel, filled)
+        return mesh, Held(mesh, self.grid.surfaces, self.grid.kernel, filled if self.grid.extended else None)
 
     # ---- at rest ----------------------------------------------------------------------------------------------------
 

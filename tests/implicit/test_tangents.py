@@ -54,7 +54,7 @@ def differences(update, h, state, A, step):
     dim = A.shape[1]
     C = np.empty((len(A), dim, dim, dim, dim))
     for k in range(dim):
-        for l in range(dim):  # noqa: E741
+        for l in range(dim):
             one = np.zeros((dim, dim))
             one[k, l] = step
             C[..., k, l] = (pushed(update, h, state, A + one)[0] - pushed(update, h, state, A - one)[0]) / (2.0 * step)
@@ -100,7 +100,7 @@ def exact_hencky(law, h, A):
     back = np.linalg.inv(f)
     C = np.empty((len(A), 3, 3, 3, 3))
     for k in range(3):
-        for l in range(3):  # noqa: E741
+        for l in range(3):
             df = np.zeros((3, 3))
             df[k, l] = 1.0
             half = df @ (eye + unpack(h)) @ f.transpose(0, 2, 1)
