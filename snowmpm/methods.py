@@ -122,7 +122,7 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
         sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, grid=True, solves=True), words="implicit MPM"),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True), words="implicit MPM"),
 )}
 
 

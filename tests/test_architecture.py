@@ -48,7 +48,7 @@ MAY_IMPORT = {
     "results": {*GROUND, "compiler", "particles"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
-    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # the same splines and lines of contact, in steps that are solved
+    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # MPM as well: the same splines and lines of contact
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},

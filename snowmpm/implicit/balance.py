@@ -18,9 +18,9 @@ ROUND_OFF = 4e-15
 
 @dataclass
 class Trial:
-    """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], the size of
-    the forces that it is made of [N], and the residual that round-off leaves [N]. sound: no particle is turned inside
-    out, and all numbers are finite."""
+    """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], the size
+    of the forces that it is made of [N], and the residual that round-off leaves [N]. sound: no particle is turned
+    inside out, and all numbers are finite."""
 
     v: np.ndarray
     u: np.ndarray

@@ -4,10 +4,10 @@
                    where it cannot be applied at once.
     newmark        the same with inertia (`newmark`), of shorter steps where a step cannot be solved.
 
-Particles keep their place in the cells until a part is solved, and then move by sum_I w u_I; nothing is projected back.
-Velocities: v_p <- P v_p + gain (pic, apic: P the best fit that the nodes can carry), or v_p <- P v_p + gain + flip_ratio
-(v_p - P v_p) (flip, aflip), with what the nodes gain in between. There is no other smoothing: where apic of explicit
-MPM loses what its lumped mass smooths, this does not.
+Particles keep their place in the cells until a part is solved, and then move by sum_I w u_I. Their velocity becomes
+P v_p + gain (pic, apic), P the best fit to it that the nodes can carry and gain what the nodes gain, or P v_p + gain +
+flip_ratio (v_p - P v_p) (flip, aflip). There is no other smoothing: where apic of explicit MPM loses what its lumped
+mass smooths, this does not.
 """
 
 from dataclasses import dataclass, field

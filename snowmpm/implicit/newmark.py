@@ -7,8 +7,8 @@ gamma = 1/2, beta = 1/4 is the average acceleration: of second order, stable for
 a linear system. A damping delta > 0 takes gamma = 1/2 + delta, beta = (1 + delta)^2 / 4, which takes out what swings
 faster than a step follows (delta = 1: backward differences), and is of first order.
 
-A step that starts, from a state whose acceleration nobody knows (time zero, bonds just cut), takes gamma = 1, beta = 1/2:
-it needs no a0, and is exact under constant forces.
+A step that starts, from a state whose acceleration nobody knows (time zero, bonds just cut), takes gamma = 1,
+beta = 1/2: it needs no a0, and is exact under constant forces.
 
 v0 and a0 of the nodes are those that fit the particles best, with the full mass matrix M v0 = sum_p m v_p w: a motion
 that the grid can carry is not smoothed from step to step, as by the lumped mass of explicit MPM. They are only needed

@@ -24,7 +24,7 @@ from snowmpm.particles.material_table import MaterialTable
 
 ROUNDS = 8
 
-SHARE = 0.1
+SHARE = 0.02
 """Of the tolerance of damped steps: forces that are off by it move nothing that these would see."""
 
 HELD = ("open", "slip", "symmetric", "stick")
@@ -57,25 +57,32 @@ def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gra
     frame = Frame(dim, "f64", origin, dx, lower, upper)
     materials = MaterialTable(laws, "f64")
     surfaces = surfaces_of(frame, terrain, terrain_contact, sides)
-    # All nodes of explicit MPM are free, faint ones too
-    march = March(Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended=False),
-                  Rules("quasi_static", tolerance=1e-3 * tolerance, iterations=15), materials)
-    matter = Matter.of_population(population, materials, frame.origin, dx)
-    matter.velocity[:] = 0.0
-    body = np.broadcast_to(np.asarray(gravity, float), matter.velocity.shape)
-    iterations, left = 0, unbalanced(march, matter, body)
-    for done in range(ROUNDS + 1):
-        if left <= SHARE * tolerance:
-            return Settled(_as_population(population, matter, frame), left, done, iterations)
+    rules = Rules("quasi_static", tolerance=1e-3 * tolerance, iterations=15)
+    # All nodes of explicit MPM are free, faint ones too; where these have no balance, they follow
+    for extended in (False, True):
+        grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended)
+        matter = Matter.of_population(population, materials, frame.origin, dx)
+        matter.velocity[:] = 0.0
+        found = _balanced(March(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)
+        if found:
+            return Settled(_as_population(population, matter, frame), *found)
+    return None
+
+
+def _balanced(march, matter, gravity, enough):
+    """What is left of the weight, rounds and iterations, once it is `enough`; None where it does not get there."""
+    body = np.broadcast_to(gravity, matter.velocity.shape)
+    iterations, left, done = 0, unbalanced(march, matter, body), 0
+    while left > enough:
         if done == ROUNDS:
             return None
         try:
             passed = march.to_balance(matter, body, 1.0)
         except SimulationError:
             return None
-        iterations += passed.iterations
+        iterations, done = iterations + passed.iterations, done + 1
         left = unbalanced(march, matter, body)
-    return None
+    return left, done, iterations
 
 
 def unbalanced(march, matter, body):

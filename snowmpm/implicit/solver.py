@@ -82,8 +82,8 @@ class ImplicitSolver(Solver):
             try:
                 self.passed = self._rest(matter, dt) if self.at_rest else self._move(matter, dt)
             except SimulationError as error:
-                raise SimulationError(f"{error}, at t = {self.time:.6g} s, step {self.steps}:\nlower solver.implicit.dt,"
-                                      " or look for snow that nothing holds") from None
+                raise SimulationError(f"{error}, at t = {self.time:.6g} s, step {self.steps}:\n"
+                                      "lower solver.implicit.dt, or look for snow that nothing holds") from None
             self._take(matter, dt)
         self._advance_clock(dt, dt)
 

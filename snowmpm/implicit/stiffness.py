@@ -68,10 +68,10 @@ class Stiffness:
         """K, sparse with blocks of dim x dim. C (n, dim, dim, dim, dim): times the volume; inertia (n,): c m."""
         dim, n = self.mesh.dim, self.mesh.n_nodes
         data = np.zeros((len(self._indices), dim, dim))
+        flat = (np.ravel(one) for one in (self.mesh.weights, self.mesh.gradients, C, inertia))
         with runtime.precision("f64"), runtime.plain_compilation():
             _row_kernel(dim, len(self.mesh.steps), self.mesh.neighbours.shape[1])(
-                self._reach, Particles(*(np.ravel(one) for one in (self.mesh.weights, self.mesh.gradients, C, inertia))),
-                data.reshape(-1), self._bounds)
+                self._reach, Particles(*flat), data.reshape(-1), self._bounds)
         return sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
 
 

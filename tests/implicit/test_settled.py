@@ -1,4 +1,4 @@
-"""initial.relaxation = "static" (I8): the balance that damped steps tend to, from which a run begins without ringing."""
+"""initial.relaxation = "static" (I8): the balance that damped steps tend to, from which a run begins and is still."""
 
 import numpy as np
 import pytest
@@ -35,8 +35,7 @@ def static():
 
 @pytest.mark.slow
 def test_it_is_what_damped_steps_tend_to(static):
-    """The damped ones to a tolerance of 2e-5: their stress then differs by what they have yet to move, and by the round-
-    off of some hundred steps."""
+    """The damped ones to a tolerance of 2e-5: their stress then differs by what they have yet to move."""
     exact = stresses(static)
     off = []
     for tolerance in (2e-3, 2e-5):
@@ -62,5 +61,5 @@ def test_where_it_cannot_damped_steps_do():
 
 
 def test_only_what_is_known_is_taken():
-    with pytest.raises(InputError, match="initial.relaxation"):
+    with pytest.raises(InputError, match=r"initial\.relaxation"):
         load_scene("pst_2d", {"initial.relaxation": "magic"})

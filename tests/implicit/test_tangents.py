@@ -37,7 +37,8 @@ N = 400
 def states(law, dim, size):
     """h, state of N particles after a random step, and the A of the next one, of about `size`."""
     rng, update = np.random.default_rng(5), StressUpdate(law, dim, "f64", packed=False)
-    squeeze = rng.uniform(-2.0 * size, 0.0, N)[:, None, None] * np.eye(dim) + 0.3 * size * rng.normal(size=(N, dim, dim))
+    squeeze = rng.uniform(-2.0 * size, 0.0, N)[:, None, None] * np.eye(dim)
+    squeeze += 0.3 * size * rng.normal(size=(N, dim, dim))
     before = update(np.zeros((N, 4 if dim == 2 else 6)), update.initial_state(N), squeeze)
     return before.h, before.state, size * rng.normal(size=(N, dim, dim))
 

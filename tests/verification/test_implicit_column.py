@@ -65,5 +65,6 @@ def test_load_on_top(load, settlement):
     below = states.reference[:, 1] < 0.8
     strain = 1.0 - np.polyfit(states.reference[below, 1], states.positions()[below, 1], 1)[0]
     assert strain == pytest.approx(settlement, abs=6e-5)  # of its last digit, and of the smear of the load
-    np.testing.assert_allclose(states.column("stress")[below, 1] / states.column("volume_ratio")[below, 0], -load,
+    deep = states.reference[:, 1] < 0.6
+    np.testing.assert_allclose(states.column("stress")[deep, 1] / states.column("volume_ratio")[deep, 0], -load,
                                rtol=2e-3)
