@@ -49,6 +49,7 @@ MAY_IMPORT = {
     "micro": {*GROUND, "compiler", "seeding"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
+    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # MPM as well: the same splines and lines of contact
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -71,6 +72,7 @@ FORBIDDEN = {
     "render": COMPUTE | {"h5py", "typer"},
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
+    "implicit": PICTURES | {"h5py", "typer", "rich"},
     **dict.fromkeys(("compiler", "particles", "stepping", "results", "micro"),
                     PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),

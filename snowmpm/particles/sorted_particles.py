@@ -115,6 +115,24 @@ class SortedParticles(ParticleStore, Particles):
                                    self._period))
         self.sorts += 1
 
+    def place(self, cells, columns):
+        """Move particles anywhere, and sort them: cells (n, dim) from the origin; columns {name: (n, size)} that change
+        too. Those outside the limits are removed and counted."""
+        table = self.table()
+        block = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        for name, values in {"position": cells - EDGE[self.dim] * block, **columns}.items():
+            table[:, self.layout.columns(name)] = np.reshape(values, (len(table), self.layout.sizes[name]))
+        self.overwrite(table)
+        keep = ((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1)
+        if not keep.all():
+            self._tally_removed(~keep)
+        blocks, order, local = BlockMap.from_cells(cells[keep], self.dim, self._period)
+        table, labels = table[keep][order], self.labels()[keep][order]
+        table[:, self.layout.columns("position")] = local
+        self.replace(table, labels)
+        self._rebuild_for(blocks)
+        self.sorts += 1
+
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         keep, before = ~np.asarray(gone, bool), self.removed["mass"]

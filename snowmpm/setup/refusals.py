@@ -17,7 +17,7 @@ def demands(scene, later=False):
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
         yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
-        yield from _of_friction(scene.terrain.friction)
+        yield from _of_friction(scene.terrain)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
         if scene.terrain.forest:
@@ -56,9 +56,12 @@ def demands(scene, later=False):
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
 
 
-def _of_friction(friction):
+def _of_friction(terrain):
     """Demands of the friction of the ground, a number or a law."""
+    friction = terrain.friction
     if isinstance(friction, int | float):
+        if friction and terrain.contact != "stick":
+            yield "ground_friction", "coulomb", "terrain.friction", friction
         return
     for law in possible_laws(friction):
         yield "ground_friction", law.law, "terrain.friction.law", law.law

@@ -35,7 +35,7 @@ def _event(method, **event):
 
 
 def _on_ground(method):
-    return _free(method, gravity=given.G, terrain=given.ground(10.0, 0.2),
+    return _free(method, gravity=given.G, terrain=given.ground(method, 10.0, 0.2),
                  bodies=[given.body(given.layer(given.least_dimension(method), 0.0, 0.6, 0.3))])
 
 
@@ -78,7 +78,7 @@ def _stressed(kind):
         dim = given.least_dimension(method)
         floor = {"min": given.point(dim, -2.0, 0.0, -2.0), "max": given.point(dim, 2.0, 2.0, 2.0),
                  "boundary": {"z_min": "slip"}}
-        keys = {"terrain": given.ground()} if given.able(method).terrain else {"domain": floor}
+        keys = {"terrain": given.ground(method)} if given.able(method).terrain else {"domain": floor}
         return _free(method, gravity=given.G, initial={"stress": kind, "tolerance": 0.05}, **keys)
 
     return ask
