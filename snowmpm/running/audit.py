@@ -9,7 +9,7 @@ repeat; there it is minus the work that gravity has done,
 
 which is -m g.(displacement of the centre of mass), however often the snow has crossed the domain. The remainder is the
 dissipation of the scheme itself: energy at the start minus energy now, plus the work of the scene's forces, minus
-plastic work, work taken by contact and damping, and energy that left the domain.
+plastic work, work taken by contact and damping, energy that left the domain, and the motion of snow that fell asleep.
 
 Null-space noise: the share of the kinetic energy of the particles, affine part included, that the grid cannot see,
 
@@ -152,7 +152,9 @@ class Audit:
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
-            self.past.handover_energy if self.past else 0.0)
+            self.past.handover_energy if self.past else 0.0) - totals.slept_energy
+        if totals.asleep is not None:
+            row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
@@ -175,7 +177,7 @@ class Audit:
     def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
         left = self._solver.particles.removed["momentum"]
-        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse]
+        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse - totals.held_impulse]
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 

@@ -84,6 +84,8 @@ class Simulation(Glance):
         self.events = [*make_events(scene), *(HandOver(i, switch) for i, switch in enumerate(scene.switch))]
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
+        self.settling_steps = 0
+        """Steps before the clock started, in which the initial state settled."""
         check_step(scene, self.solver)
         if approve:
             approve(self)
@@ -255,6 +257,7 @@ class Simulation(Glance):
         """Relax to rest under gravity (`snowmpm.stepping.settling`). Raises SimulationError when it does not settle."""
         wanted = self.scene.initial.tolerance
         rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
+        self.settling_steps = rest.steps
         if not rest.settled:
             raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": not at rest after {rest.steps}"
                                   f" steps: speed {rest.speed:.2g} sqrt(g D), imbalance {rest.imbalance:.2g} of the"

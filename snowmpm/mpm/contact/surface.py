@@ -57,11 +57,12 @@ class Surface:
     def slots(self, keys, coordinates):
         return self.geometry.slots(keys, coordinates)
 
-    def bind(self, real, kernel, flip, serial):
-        """Compile for a precision, a basis, a transfer, and one thread or all of them."""
+    def bind(self, real, kernel, flip, serial, lists=False):
+        """Compile for a precision, a basis, a transfer, one thread or all of them, and contact blocks by a list or
+        all."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
         self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial,
-                                       self.basal is not None)
+                                       self.basal is not None, lists)
         self._kernel = kernel
         if self.joinable:
             self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
@@ -122,4 +123,4 @@ class Surface:
                        self.motion, self.total, joined.n)
         self._resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
                       lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                      *self._coefficients(), blocks.part, self.total, blocks.n, blocks.chunk_bounds)
+                      *self._coefficients(), blocks.part, self.total, blocks.n_work, blocks.work_bounds, blocks.work)
