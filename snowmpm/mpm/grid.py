@@ -52,7 +52,8 @@ class TileGrid:
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
     into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
-    asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,).
+    asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
+    zeros, where all is visited.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
@@ -67,7 +68,8 @@ class TileGrid:
         self.tiles = self.impulses = self.nodes = None
         self.block_stride = block_stride(dim, flip)
         self.contact_offset = self.block_stride * most_workers()
-        self.work = self.asleep = int_array([])
+        self.work = self.everyone = int_array([])
+        self.asleep = self.nobody = int_array([])
 
     def rebuild(self, blocks):
         """Follow a new block map."""
@@ -80,6 +82,10 @@ class TileGrid:
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
         self.n_work = self.n_node_blocks
+        if self.everyone.shape[0] < max(self.n_tiles, self.n_node_blocks):
+            self.everyone = int_array(np.arange(int(1.25 * max(self.n_tiles, self.n_node_blocks)) + 8))
+            self.nobody = int_array(np.zeros(self.everyone.shape[0]))
+        self.work, self.asleep = self.everyone, self.nobody
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
         self.active_nodes = self._whole_tiles(self.n_tiles)
         self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
@@ -99,10 +105,12 @@ class TileGrid:
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
+        self.tiles_near_obstacles = self._near_obstacles()
 
-    @property
-    def tiles_near_obstacles(self):
+    def _near_obstacles(self):
         """Tiles (n_tiles,) that hold nodes near an obstacle."""
+        if not any(surface.tracked for surface in self.surfaces):
+            return np.zeros(self.n_tiles, bool)
         near = np.zeros(self.n_node_blocks, bool)
         for surface, slots in zip(self.surfaces, self.contact.of_surface, strict=True):
             if surface.tracked:

@@ -85,6 +85,7 @@ class Sleep:
         elif len(self.asleep) != n:
             self._wake(n)
         self._lull(np.flatnonzero(self.asleep))
+        self._listed = False
         self.list_work()
 
     def before_step(self):
@@ -136,7 +137,10 @@ class Sleep:
     def _kept_awake(self):
         """Blocks beside obstacles, whose load is wanted, and within loads."""
         solver = self._solver
-        kept = solver.grid.tiles_near_obstacles.copy()
+        kept = solver.grid.tiles_near_obstacles
+        if not len(solver.load_rows):
+            return kept
+        kept = kept.copy()
         lower, dim = EDGE[solver.dim] * solver.particles.blocks.coordinates, solver.dim
         for centre, radius in ((row[:dim], row[dim]) for row in solver.load_rows):
             apart = np.maximum(np.maximum(lower - centre, centre - lower - EDGE[dim]), 0.0)
@@ -189,15 +193,24 @@ class Sleep:
     def list_work(self):
         """Tell the step which tiles, node blocks and contact blocks it has to visit."""
         solver, particles = self._solver, self._solver.particles
+        if not self.asleep.any() and not self._listed:
+            self.tiles, self.n_tiles = solver.grid.everyone, len(self.asleep)
+            self.chunk_bounds = particles.chunk_bounds
+            return
         awake = np.flatnonzero(~self.asleep)
         costs = np.diff(particles.blocks.start)[awake] + BLOCK_COST
         self.tiles, self.chunk_bounds, self.n_tiles = int_array(awake), int_array(chunk_bounds(costs)), len(awake)
-        emptied = solver.grid.visit(self.asleep)
+        emptied, self._listed = solver.grid.visit(self.asleep), bool(self.asleep.any())
         if len(emptied):
             with runtime.precision(solver.precision):
                 self._kernels.clear(solver.grid.nodes, solver.grid.contact_offset, solver.grid.block_stride, emptied)
 
     # ---- reading ------------------------------------------------------------------------------------------------
+
+    @property
+    def all_asleep(self):
+        """Whether a step would do nothing."""
+        return self.n_tiles == 0 and not any(obstacle.moving for obstacle in self._solver.obstacles)
 
     @property
     def share(self):

@@ -6,7 +6,6 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
-from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
@@ -109,9 +108,12 @@ class MpmSolver(Solver):
             pushed = self._act(dt)
             if self.basal:
                 self.basal.update(self.particles)
-            self.particles_to_grid(pushed)
-            self.update_grid(dt, pushed)
-            self.grid_to_particles(dt)
+            if self.sleep and self.sleep.all_asleep:
+                self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
+            else:
+                self.particles_to_grid(pushed)
+                self.update_grid(dt, pushed)
+                self.grid_to_particles(dt)
             if self.sleep and self.damping_factor == 1.0:
                 self.sleep.after_step(dt, pushed, self._reports, self._held[0])
         self._advance_clock(dt, pushed)
@@ -213,13 +215,13 @@ class MpmSolver(Solver):
     def _work(self):
         """Which block owns which particles, and how the work is cut: first particles, chunks for the threads of a CPU
         and a list of blocks, where not all are visited; or the block of each particle and their number."""
-        particles, everyone = self.particles, self.grid.work
+        particles, everyone = self.particles, self.grid.everyone
         if self.atomic:
             return particles.block_of, particles.count
         if self.sleep and not self._all_scatter:
             return particles.start, self.sleep.chunk_bounds, self.sleep.tiles
         if self.sleep:
-            everyone = int_array(np.arange(self.grid.n_tiles))
+            everyone = self.grid.everyone
         return particles.start, particles.chunk_bounds, everyone
 
     def _begin_damping(self):

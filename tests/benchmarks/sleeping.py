@@ -35,11 +35,10 @@ CASES = {
 
 
 def depth(simulation):
-    """Volume over area in plan cells of 2 dx, {cell: depth}."""
+    """Mass in plan cells of 2 dx, {cell: mass}: depth at the density of the start, but for a factor."""
     fields, dx = simulation.particles, 2.0 * simulation.solver.dx
     cells, number = np.unique(np.floor(fields["position"][:, :-1] / dx).astype(int), axis=0, return_inverse=True)
-    volume = fields["mass"] / fields["density"] if "density" in fields.names else fields["volume"]
-    return dict(zip(map(tuple, cells), np.bincount(number.ravel(), volume), strict=True))
+    return dict(zip(map(tuple, cells), np.bincount(number.ravel(), fields["mass"]), strict=True))
 
 
 def apart(one, other):
@@ -64,6 +63,10 @@ def compared(name, settings, tolerance, cfl=1.0):
                 simulation.step(until)
             spent[i].append(clock.process_time() - began)
             rows[i].append(simulation.audit())
+        if k % 5 == 4:
+            print(f"{name} t = {until:.3g}: seconds {sum(spent[0]):.1f} and {sum(spent[1]):.1f}, asleep"
+                  f" {rows[1][-1].get('asleep_share', 0.0):.3f}, front {rows[0][-1]['front_distance']:.5g} and"
+                  f" {rows[1][-1]['front_distance']:.5g}", flush=True)
     late = -max(1, len(frames) // 5)
     plain, asleep = rows
     dx = pair[0].solver.dx

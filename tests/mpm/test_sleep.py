@@ -13,7 +13,7 @@ from snowmpm.solids import Obstacle
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BOX
 from snowmpm.solids.shape import SolidShape
-from tests.mpm.sleep_cases import CALM, CASES, DX, LONG, STEPS, advance, stage
+from tests.mpm.sleep_cases import CALM, CASES, DX, LONG, advance, settle, stage
 
 ROOT = Path(__file__).parents[2]
 PLAIN = CASES["2-D f64 apic"]
@@ -26,10 +26,10 @@ def motion(solver):
     return m @ v, 0.5 * float(m @ (v**2).sum(axis=1) + solver.second_moment() * m @ (C**2).sum(axis=1))
 
 
-def open_momentum(solver):
-    """What is left of the balance, over the weight's impulse."""
+def open_momentum(solver, start=0.0):
+    """What is left of the balance, over the weight's impulse; start: the momentum then."""
     totals = solver.totals
-    left = motion(solver)[0] - totals.impulse - totals.weight_impulse - totals.held_impulse
+    left = motion(solver)[0] - start - totals.impulse - totals.weight_impulse - totals.held_impulse
     return np.linalg.norm(left) / np.linalg.norm(totals.weight_impulse)
 
 
@@ -40,15 +40,12 @@ def x_of_blocks(solver):
 
 @pytest.fixture(scope="module")
 def settled():
-    """A layer that has come to rest, all of it asleep."""
-    solver = stage(*PLAIN, drop=False)
-    while solver.totals.asleep < 1.0 and solver.time < 1.0:
-        solver.step(solver.stable_dt()[0])
-    return solver, solver.state()
+    """A layer between walls that has come to rest, all of it asleep."""
+    return settle(stage(*PLAIN, drop=False, closed=True))
 
 
 def again(settled):
-    solver, state = settled
+    solver, state, _start = settled
     solver.set_loads([])
     solver.restore(state)
     return solver
@@ -60,7 +57,7 @@ def test_a_layer_at_rest_is_left_out(settled):
     before, time = solver.particles.table(), solver.time
     advance(solver, solver.steps + 20)
     assert np.array_equal(solver.particles.table(), before) and solver.time > time
-    assert open_momentum(solver) < 1e-12
+    assert open_momentum(solver, settled[2]) < 1e-12
 
 
 def test_what_falls_asleep_is_booked():
@@ -111,14 +108,12 @@ def test_a_load_wakes_the_snow_around_it_only(settled):
     advance(solver, solver.steps + 8)
     awake, x = ~solver.sleep.asleep, x_of_blocks(solver)
     assert awake[(x <= 1.0) & (x + 0.8 > 1.0)].all() and not awake[x > 4.0].any()
-    assert open_momentum(solver) < 1e-12
+    assert open_momentum(solver, settled[2]) < 1e-12
 
 
 def test_what_presses_on_sleeping_snow_wakes_it():
     """Snow 3 blocks deep, all but its surface asleep; then the surface is pressed. What sleeps below feels it."""
-    solver = stage(*PLAIN, drop=False, deep=2.4, long=0.8, closed=True)
-    while solver.sleep.asleep.mean() < 1.0 and solver.time < 2.0:
-        solver.step(solver.stable_dt()[0])
+    solver, *_ = settle(stage(*PLAIN, drop=False, deep=2.4, long=0.8, closed=True))
     lowest = solver.particles.blocks.coordinates[:, 1] == solver.particles.blocks.coordinates[:, 1].min()
     assert solver.sleep.asleep[lowest].all()
     solver.set_loads([(np.array([0.4, 2.4]), 0.4, np.array([0.0, -80.0]))])
@@ -151,7 +146,8 @@ def test_snow_beside_an_obstacle_stays_awake():
     while solver.time < 0.6:
         solver.step(solver.stable_dt()[0])
     x = x_of_blocks(solver)
-    assert not solver.sleep.asleep[x + 0.8 > LONG - 1e-9].any() and solver.sleep.asleep[x < 0.6 * LONG].all()
+    assert not solver.sleep.asleep[x + 0.8 > LONG - 1e-9].any()
+    assert solver.sleep.asleep[(x > 1.5) & (x < 0.5 * LONG)].all()
 
 
 def test_none_sleeps_in_flight():
@@ -187,5 +183,5 @@ def outcomes():
 def test_one_and_two_threads_and_a_resumed_run_leave_the_same_bits(outcomes, case):
     one, two = (run[case] for run in outcomes)
     assert one["hash"] == two["hash"] == one["resumed"] == two["resumed"]
-    assert one["shares"] == two["shares"] and len(one["shares"]) == STEPS
-    assert 0.0 < one["saved"] < 1.0 and min(one["shares"][-50:]) < max(one["shares"])  # some sleep, and some have woken
+    assert one["shares"] == two["shares"]
+    assert 0.0 < one["saved"] < 1.0 and one["shares"][-1] < max(one["shares"])  # some sleep, and some have woken

@@ -49,7 +49,7 @@ class ContactBlocks:
         self.slots = [int_array(slots[chosen]) for slots in of_surface]
         self.of_surface = of_surface
         self.chunk_bounds = self.work_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
-        self.work, self.n_work = int_array([]), self.n
+        self.work, self.n_work = int_array(np.arange(self.n)), self.n
         self._full = np.ones(self.n, bool)
         self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))
 

@@ -146,7 +146,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                         coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
                         numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
                         deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,
-                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.vector(4, int),
+                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.ndarray(),
                         part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
                         chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
