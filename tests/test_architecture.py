@@ -79,7 +79,7 @@ FORBIDDEN = {
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
-IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL"}
+IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr"}
 
 
 @functools.cache
@@ -140,8 +140,8 @@ def test_layers(module):
 def test_what_is_imported_is_declared():
     wanted = {name.split(".")[0] for module in modules() for name in imported(module)}
     extras = PROJECT["project"]["optional-dependencies"]
-    declared = [*PROJECT["project"]["dependencies"], *(one for name in ("gis", "cluster", "xarray", "peers")
-                                                       for one in extras[name])]
+    declared = [*PROJECT["project"]["dependencies"], *(one for name in ("gis", "cluster", "xarray", "export",
+                                                                             "peers") for one in extras[name])]
     names = {re.match(r"[A-Za-z0-9_.-]+", requirement)[0].lower() for requirement in declared}
     known = {IMPORT_NAMES.get(name, name).replace("-", "_") for name in names}
     assert wanted - set(sys.stdlib_module_names) - {"tomllib"} - known - {"snowmpm", "pydantic_core"} == set()
@@ -225,3 +225,14 @@ def test_tests_share_through_support_alone():
             wrong += [f"{path.relative_to(ROOT)}: {name}" for name in last
                       if name == "conftest" or name.startswith("test_")]
     assert not wrong
+
+
+def test_test_modules_can_be_told_apart():
+    """pytest takes modules of folders without `__init__.py` for one module when they have one name."""
+    names = {}
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        package, top = path.parent, path.stem
+        while (package / "__init__.py").exists():
+            package, top = package.parent, f"{package.name}.{top}"
+        names.setdefault(top, []).append(path.relative_to(ROOT).as_posix())
+    assert not {name: paths for name, paths in names.items() if len(paths) > 1}

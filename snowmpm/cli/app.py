@@ -9,6 +9,7 @@ from snowmpm.cli import (
     check,
     compare,
     element,
+    export,
     gallery,
     info,
     listing,
@@ -61,6 +62,7 @@ app.command("render")(guarded(render.render))
 app.command("report")(guarded(report.report))
 app.command("plot")(guarded(plot.plot))
 app.command("maps")(guarded(maps.maps))
+app.command("export")(guarded(export.export))
 app.command("info")(guarded(info.info))
 app.command("compare")(guarded(compare.compare))
 app.command("gallery")(guarded(gallery.gallery))

@@ -2,12 +2,13 @@
 
 import numpy as np
 import taichi as ti
+from scipy.ndimage import maximum_filter
 
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
-from snowmpm.depth.snapshot import ColumnProbe, ColumnSnapshot
+from snowmpm.depth.snapshot import REACH, ColumnProbe, ColumnSnapshot
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
 
@@ -65,24 +66,41 @@ class Columns(Particles):
     def take(self, keep, gravity, taken=False, laid=False):
         """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave, as
         `laid` those that have laid down all of their snow."""
-        snapshot, gone = self.snapshot(), ~np.asarray(keep, bool)
-        self.starts, self.flowing = self.starts[~gone], int((~gone[: self.flowing]).sum())
-        mass, velocity = self.masses()[gone], snapshot.column("velocity")[gone]
-        removed, positions = self.removed, snapshot.positions()[gone]
+        keep = np.asarray(keep, bool)
+        gone = np.flatnonzero(~keep)
+        near = self._around(gone)
+        part, lost = ColumnSnapshot(self, near), np.isin(near, gone, assume_unique=True)
+        self.starts, self.flowing = self.starts[keep], int(keep[: self.flowing].sum())
+        masses = self.masses()
+        mass, velocity, positions = masses[gone], part.column("velocity")[lost], part.positions()[lost]
+        removed = self.removed
         if not laid:
-            removed["count"] += int(gone.sum())
+            removed["count"] += len(gone)
         removed["laid" if laid else "mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
-        self.mass -= float(mass.sum())
-        before = self.masses()[keep] @ snapshot.surface()[keep]
-        self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], snapshot.labels[keep, 0],
-                   snapshot.labels[keep, 1])
         # The potential is one of pairs: the snow that stays lies lower without its neighbours (see `positions`)
-        after = self.masses() @ self.snapshot().surface() if self.count else 0.0
-        removed["energy"] += -0.5 * gravity[2] * float(before - after)
+        lower = (part.surface() - part.without(lost))[~lost]
+        removed["energy"] += -0.5 * gravity[2] * float(masses[near[~lost]] @ lower)
+        self.mass -= float(mass.sum())
+        labels = self._labels()[keep]
+        self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], labels[:, 0], labels[:, 1])
         self.sorts += 1
+
+    def _labels(self):
+        """Index of the material and number of each (n, 2)."""
+        return np.stack([self.material.to_numpy(), self.identity.to_numpy()], axis=1)[: self.count]
+
+    def _around(self, gone):
+        """Rows of the columns that the columns `gone` (k,) and those within their reach feel, in rising order."""
+        if self.grid.repeats.any() or not 0 < 4 * len(gone) < self.count:
+            return np.arange(self.count)
+        cells = self.cells.to_numpy()[: self.count]
+        window = np.zeros(np.ptp(cells, axis=0) + 1, bool)
+        at = cells - cells.min(axis=0)
+        window[tuple(at[gone].T)] = True
+        return np.flatnonzero(maximum_filter(window, 4 * REACH + 1)[tuple(at.T)])
 
     def release(self, time):
         """Let columns go whose start has come by `time` [s]; -> whether there were any."""

@@ -1,5 +1,7 @@
 """Columns of snow at one moment, as the program reads particles: in three dimensions, at half their depth."""
 
+import copy
+
 import numpy as np
 
 from snowmpm.depth.plan_grid import MARGIN
@@ -8,6 +10,9 @@ from snowmpm.depth.smoothing import surface_heights
 EMPTY = {"affine": 9, "stress": 6, "elastic": 6, "state": 1}
 """What other particles carry and columns do not, and how many numbers that would be."""
 
+PLACES = {"volume": 4, "depth": 5}
+"""Where a column's numbers lie (`columns.OFFSETS`)."""
+
 
 def spline(f):
     """Weights and derivatives (n, 3) of the spline (`depth.spline`) at offsets f (n,). NumPy."""
@@ -15,16 +20,30 @@ def spline(f):
             np.stack([f - 0.5, -2.0 * f, f + 0.5], axis=1))
 
 
+REACH = 3
+"""Cells between two columns that may feel each other: each lies over its node and the two beside it, and `smoothing`
+goes one further."""
+
+
 class ColumnSnapshot:
     """labels (n, 2): index of the material and number of each column."""
 
-    def __init__(self, store):
-        count = store.count
+    def __init__(self, store, near=None):
+        """near (k,): rows of columns that alone are wanted. What is read of one is right if all those within `REACH`
+        are among them."""
+        rows = slice(store.count) if near is None else near
         self._grid, self._bed = store.grid, store.bed
-        self._cells = store.cells.to_numpy()[:count].astype(np.int64)
-        self._reals = store.reals.to_numpy()[:count].astype(float)
+        self._cells = store.cells.to_numpy()[rows].astype(np.int64)
+        self._reals = store.reals.to_numpy()[rows].astype(float)
         self._all = None
-        self.labels = np.stack([store.material.to_numpy()[:count], store.identity.to_numpy()[:count]], axis=1)
+        self.labels = np.stack([store.material.to_numpy()[rows], store.identity.to_numpy()[rows]], axis=1)
+
+    def without(self, gone):
+        """Height of the snow's surface over the ground (n,) [m] as it would be without the columns gone (n,)."""
+        one = copy.copy(self)
+        one._reals, one._all = self._reals.copy(), None
+        one._reals[gone, PLACES["volume"]] = 0.0
+        return one.surface()
 
     def _ground(self):
         """Height [m] and slope (n, 2) of the ground, and height of the snow's surface over it, at every column."""
@@ -61,7 +80,7 @@ class ColumnSnapshot:
             return np.ones((n, 1))
         if name in EMPTY:
             return np.zeros((n, EMPTY[name]))
-        return self._reals[:, [{"volume": 4, "depth": 5}[name]]]
+        return self._reals[:, [PLACES[name]]]
 
     def thickness(self):
         """Of the snow where each column is, normal to the ground (n,) [m], from where all columns are now."""

@@ -221,7 +221,7 @@ class Checkpoints:
         """Take the state now; `background` (`snowmpm.io.Background`) writes it, after the frames before it."""
         tree = snapshot(simulation, **more)
         self._asked, self._saved_at = simulation.time, clock.monotonic()
-        background.do(lambda: self._write(tree))
+        background.do(lambda: self._write(tree), finished=True)
 
     def _write(self, tree):
         began = clock.monotonic()

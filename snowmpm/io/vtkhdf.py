@@ -36,34 +36,45 @@ def create_steps(root):
     steps.create_group("PointDataOffsets")
 
 
-def append_step(root, time, points, fields, units):
-    """Append one step: points (n, 3), fields by name; ValueError when the names differ from those of the first step."""
-    steps, n = root["Steps"], len(points)
-    count = int(steps.attrs["NSteps"])
+def append_steps(root, frames, units):
+    """Append steps, each (time, points (n, 3), fields by name); ValueError when the names of a step differ from
+    those of the first."""
+    steps, count = root["Steps"], int(root["Steps"].attrs["NSteps"])
     if "Points" not in root:
-        _create_point_data(root, points, fields, units)
-    if set(fields) != set(root["PointData"]):
-        raise ValueError(f"fields {sorted(fields)}, must be {sorted(root['PointData'])} as in the first frame")
-    start = layout.next_boundary(len(root["Points"]), root["Points"].chunks[0])
-    for data, values in [(root["Points"], points), *((root["PointData"][name], fields[name]) for name in fields)]:
-        data.resize(start + n, axis=0)
-        data[start:] = values
-    _number_vertices(root["Vertices"], n)
+        _create_point_data(root, *frames[0][1:], units)
+    names = list(root["PointData"])
+    for _, _, fields in frames:
+        if set(fields) != set(names):
+            raise ValueError(f"fields {sorted(fields)}, must be {sorted(names)} as in the first frame")
+    sizes, starts, chunk = [len(points) for _, points, _ in frames], [], root["Points"].chunks[0]
+    end = len(root["Points"])
+    for size in sizes:
+        starts.append(layout.next_boundary(end, chunk))
+        end = starts[-1] + size
+    _fill(root["Points"], starts, [points for _, points, _ in frames], end)
+    for name in names:
+        _fill(root["PointData"][name], starts, [fields[name] for _, _, fields in frames], end)
+        append(steps["PointDataOffsets"][name], starts)
+    _number_vertices(root["Vertices"], max(sizes))
 
-    append(root["NumberOfPoints"], [n])
+    append(root["NumberOfPoints"], sizes)
     for kind in layout.CELL_KINDS:
-        cells = n if kind == "Vertices" else 0
-        append(root[f"{kind}/NumberOfCells"], [cells])
-        append(root[f"{kind}/NumberOfConnectivityIds"], [cells])
-    append(steps["Values"], [time])
-    append(steps["PartOffsets"], [count])
-    append(steps["NumberOfParts"], [1])
-    append(steps["PointOffsets"], [start])
-    for name in fields:
-        append(steps["PointDataOffsets"][name], [start])
+        cells = sizes if kind == "Vertices" else [0] * len(sizes)
+        append(root[f"{kind}/NumberOfCells"], cells)
+        append(root[f"{kind}/NumberOfConnectivityIds"], cells)
+    append(steps["Values"], [time for time, _, _ in frames])
+    append(steps["PartOffsets"], np.arange(count, count + len(sizes)))
+    append(steps["NumberOfParts"], [1] * len(sizes))
+    append(steps["PointOffsets"], starts)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        append(steps[name], [[0] * len(layout.CELL_KINDS)])
-    steps.attrs["NSteps"] = np.int64(count + 1)
+        append(steps[name], [[0] * len(layout.CELL_KINDS)] * len(sizes))
+    steps.attrs["NSteps"] = np.int64(count + len(sizes))
+
+
+def _fill(data, starts, parts, end):
+    data.resize(end, axis=0)
+    for start, values in zip(starts, parts, strict=True):
+        data[start : start + len(values)] = values
 
 
 def keep_steps(root, limit):

@@ -28,9 +28,10 @@ from snowmpm.io.surroundings import (
     write_companion,
 )
 from snowmpm.io.transaction import TransactionFile
-from snowmpm.io.vtkhdf import COMPRESSION, append_step, create_steps, growing, keep_steps
+from snowmpm.io.vtkhdf import COMPRESSION, append_steps, create_steps, growing, keep_steps
 
 HISTORY_INTERVAL = 5.0  # s of wall time: history rows wait no longer than this for the disk
+WAITING_BYTES = 3.2e7  # frames that hold more do not wait for others
 
 
 class RunWriter:
@@ -45,13 +46,15 @@ class RunWriter:
     units       unit of each field of the frames, by name
     saw_test    arguments of `io.saw_test.create_saw_test` by name, of a run that is one; or None
     durable     survive a power cut too, not only the death of the program (waits for the disk at each frame)
+    patience    s of wall time that frames wait for others, to be written in one go: opening the file and its data sets
+                takes as long as compressing 1e5 particles
 
     Raises InputError when another program is writing the same run; OSError when the disk is full, with every earlier
     frame readable.
     """
 
     def __init__(self, path, *, provenance, terrain=None, obstacles=None, origin=None, dimension=3, units=None,
-                 saw_test=None, durable=True):
+                 saw_test=None, durable=True, patience=0.0):
         self.path = run_file(path)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._units = dict(units or {})
@@ -71,13 +74,13 @@ class RunWriter:
                 _write_provenance(h5, provenance)
             write_bytes(self.path, draft.getbuffer())
             write_companion(self.path, blocks)
-            self._open(dimension, layout.FORMAT_VERSION, origin)
+            self._open(dimension, layout.FORMAT_VERSION, origin, patience)
         except BaseException:
             self._journal.close()
             raise
 
     @classmethod
-    def reopen(cls, path, *, until=None, durable=True):
+    def reopen(cls, path, *, until=None, durable=True, patience=0.0):
         """Continue the run file `path`; with `until` [s], first drop every frame and history row later than that."""
         self = cls.__new__(cls)
         self.path = run_file(path)
@@ -91,7 +94,7 @@ class RunWriter:
                 blocks = list(h5.get(SURROUNDINGS, ()))
             if version > 1 and not companion(self.path).exists():
                 write_companion(self.path, blocks)
-            self._open(dimension, version, origin)
+            self._open(dimension, version, origin, patience)
             with self._transaction() as h5:
                 h5.attrs["complete"] = False
                 if until is not None:
@@ -101,26 +104,37 @@ class RunWriter:
             raise
         return self
 
-    def _open(self, dimension, version, origin):
-        self.dimension = dimension
+    def _open(self, dimension, version, origin, patience):
+        self.dimension, self._patience = dimension, patience
         self._version, self._origin = version, origin
         self._file = TransactionFile(self.path, self._journal)
-        self._rows = []
+        self._frames, self._waiting, self._rows = [], 0, []
         self._row_units = {}
         self._last_commit = clock.monotonic()
 
     @contextmanager
     def _transaction(self):
-        """Context: an open HDF5 file whose changes are committed if the block succeeds, and discarded otherwise."""
+        """Context: an open HDF5 file whose changes are committed if the block succeeds, and discarded otherwise. What
+        has waited is written first."""
         self._file.begin()
         try:
             with h5py.File(self._file, "r+", libver=layout.HDF5_VERSIONS) as h5:
+                self._write_frames(h5)
+                self._write_rows(h5)
                 yield h5
         except BaseException:
             self._file.abort()
             raise
         self._file.commit()
-        self._last_commit = clock.monotonic()
+        self._frames.clear()
+        self._rows.clear()
+        self._waiting, self._last_commit = 0, clock.monotonic()
+
+    def flush(self):
+        """Write what has waited."""
+        if self._frames or self._rows:
+            with self._transaction():
+                pass
 
     def frame(self, time, points, fields, poses=None, loads=None, saw_test=None):
         """Append the state at `time` [s].
@@ -139,15 +153,25 @@ class RunWriter:
         fields = {name: as_field(name, values, len(points)) for name, values in fields.items()}
         if self._version > 1:
             points = points + self._origin
-        with self._transaction() as h5:
-            append_step(h5["VTKHDF"], float(time), points, fields, self._units)
-            append_poses(h5, poses or {})
-            append_loads(h5, loads or {})
+        self._frames.append((float(time), points, fields, poses or {}, loads or {}, saw_test))
+        self._waiting += points.nbytes + sum(values.nbytes for values in fields.values())
+        if clock.monotonic() - self._last_commit >= self._patience or self._waiting > WAITING_BYTES:
+            try:
+                self.flush()
+            except BaseException:
+                self._frames.pop()
+                raise
+
+    def _write_frames(self, h5):
+        if not self._frames:
+            return
+        append_steps(h5["VTKHDF"], [frame[:3] for frame in self._frames], self._units)
+        for _, _, _, poses, loads, saw_test in self._frames:
+            append_poses(h5, poses)
+            append_loads(h5, loads)
             append_surroundings(h5, self._origin)
             if saw_test:
                 append_saw_test(h5, *saw_test)
-            self._write_rows(h5)
-        self._rows.clear()
 
     def history(self, time, values, units=None):
         """Append one row of the time series at `time` [s]; `units` by name, given once. Rows reach the file with the
@@ -155,9 +179,7 @@ class RunWriter:
         self._row_units.update(units or {})
         self._rows.append({"time": float(time), **{name: float(value) for name, value in values.items()}})
         if clock.monotonic() - self._last_commit > HISTORY_INTERVAL:
-            with self._transaction() as h5:
-                self._write_rows(h5)
-            self._rows.clear()
+            self.flush()
 
     def _write_rows(self, h5):
         """Write the waiting rows. A value missing from a row is NaN, also for rows before a name first appears."""
@@ -208,7 +230,6 @@ class RunWriter:
             return
         try:
             with self._transaction() as h5:
-                self._write_rows(h5)
                 h5.attrs["complete"] = bool(complete)
         finally:
             self._file.close()

@@ -67,6 +67,7 @@ class PeakMaps:
         self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in UNITS}
         window, depth, _, _ = self._totals(solver)
         self._lay(solver, "release_depth", window, depth)
+        self._lay(solver, "deposit_depth", window, depth)
         self.restore(self.values)
 
     def restore(self, values):
@@ -80,19 +81,25 @@ class PeakMaps:
     def _totals(self, solver):
         """Window (slices) of the map that may hold snow, and depth, mean speed and pressure now in it."""
         window, sums = solver.particles.sums_in_plan(self.lower, self.cell, self.shape)
-        volume, mass, momentum, energy = np.moveaxis(sums, -1, 0)
+        volume, mass, momentum, energy = np.ascontiguousarray(np.moveaxis(sums, -1, 0))
         depth = volume / self.cell**2
-        return window, depth, momentum / np.maximum(mass, 1e-300), energy / np.maximum(volume, 1e-300)
+        momentum /= np.maximum(mass, 1e-300, out=mass)
+        energy /= np.maximum(volume, 1e-300, out=volume)
+        return window, depth, momentum, energy
 
-    def see(self, solver):
-        """Update the maps with the current state of the solver."""
+    def see(self, solver, deposit=True):
+        """Update the maps with the current state of the solver; deposit: that of the deposit too, which no later one
+        needs."""
         window, depth, speed, pressure = self._totals(solver)
         flows = depth >= self.flow_depth
-        for name, now in (("peak_depth", depth), ("peak_speed", speed * flows), ("peak_pressure", pressure * flows)):
-            self.values[name][window] = np.maximum(self.values[name][window], now)
-        now = np.where(flows & (depth > 0.0), solver.time, np.inf)
-        self.values["arrival_time"][window] = np.minimum(self.values["arrival_time"][window], now)
-        self._lay(solver, "deposit_depth", window, depth)
+        peaks = {name: values[window] for name, values in self.values.items()}
+        np.maximum(peaks["peak_depth"], depth, out=peaks["peak_depth"])
+        np.maximum(peaks["peak_speed"], speed, out=peaks["peak_speed"], where=flows)
+        np.maximum(peaks["peak_pressure"], pressure, out=peaks["peak_pressure"], where=flows)
+        arrived = flows & (depth > 0.0)
+        np.minimum(peaks["arrival_time"], solver.time, out=peaks["arrival_time"], where=arrived)
+        if deposit:
+            self._lay(solver, "deposit_depth", window, depth)
 
     def _lay(self, solver, name, window, depth):
         """Set a map to the depth of the flow and of what rests."""

@@ -31,6 +31,10 @@ CAUSES = ("elastic", "breaking", "advective", "deformation", "fixed", "output")
 """Possible causes of the length of a step; the history counts the steps of each as steps_CAUSE."""
 
 
+PATIENCE = 1.0
+"""Seconds of wall time for which frames may wait to be written together: what is on the disk is that old at most."""
+
+
 class Recorder:
     """Writes the output of a simulation: frames, history rows, loads on obstacles, maps, summary.
 
@@ -58,7 +62,7 @@ class Recorder:
             self._restore(state)
         self._methods = 1
         self._writer = self._new_file() if state is None else self._continued_file()
-        self.background = Background()
+        self.background = Background(self._writer.flush)
 
     def _new_file(self):
         surface = self._simulation.model.surface
@@ -67,7 +71,8 @@ class Recorder:
         drawings = {name: (vertices - self._origin, facets) for name, (vertices, facets) in drawings.items()}
         return RunWriter(self._folder, provenance=self._provenance(), terrain=terrain, obstacles=drawings,
                          origin=self._origin, dimension=self._simulation.scene.dimension, units=field_units(),
-                         saw_test=crack.description() if (crack := self._simulation.crack) else None)
+                         saw_test=crack.description() if (crack := self._simulation.crack) else None,
+                         patience=PATIENCE)
 
     def _continued_file(self):
         time, run = self._simulation.time, Run(self._folder)
@@ -75,7 +80,7 @@ class Recorder:
         if there != self.frames:
             raise InputError(f"{run.path}: {there} frames up to t = {time:.6g} s, but {self.frames} were written before"
                              " the checkpoint: not the file that it belongs to; start anew with --overwrite")
-        writer = RunWriter.reopen(self._folder, until=time)
+        writer = RunWriter.reopen(self._folder, until=time, patience=PATIENCE)
         scene = self._simulation.scene
         writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
                            **({"methods": self._simulation.relay.records} if scene.switch else {}),
@@ -131,7 +136,7 @@ class Recorder:
         if self._maps:
             self._moved += simulation.max_speed * simulation.dt
             if self._moved > self._maps.cell or self._released():
-                self._see()
+                self._see(deposit=False)
 
     def _released(self):
         """Whether a body was released in the last step."""
@@ -146,9 +151,9 @@ class Recorder:
             provenance = {"methods": copy.deepcopy(records)}
             self.background.do(lambda: self._writer.provenance(provenance))
 
-    def _see(self):
+    def _see(self, deposit):
         self._moved = 0.0
-        self._maps.see(self._simulation.solver)
+        self._maps.see(self._simulation.solver, deposit)
 
     def frame(self):
         """Write the state now: particles, obstacles, a row of the history, the maps so far."""
@@ -173,7 +178,7 @@ class Recorder:
         self.background.do(write)
         self.frames += 1
         if self._maps:
-            self._see()
+            self._see(deposit=True)
             self._path.append(momentum_place(particles))
 
     def close(self, phases, complete, ended=None):

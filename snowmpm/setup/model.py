@@ -27,6 +27,7 @@ from snowmpm.setup.forests import forest_at
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
+from snowmpm.terrain.topology import facet_normals
 
 TERRAIN_REACH = 5.0
 """Least distance [cells] from the ground within which the distance field is exact; more if the snow is thicker."""
@@ -112,8 +113,9 @@ class Model:
         flat = np.eye(dim - 1)[0]
         if self.surface is None:
             return flat
-        normals = self.surface.normal(self.population.positions[:, :-1])
-        dip = np.nansum(normals[:, :-1], axis=0)
+        facet, _ = self.surface.locate(self.population.positions[:, :-1])
+        normals = facet_normals(self.surface.vertices, self.surface.facets[facet[facet >= 0]])
+        dip = normals[:, :-1].sum(axis=0)
         size = np.linalg.norm(dip)
         return dip / size if size > 1e-3 * len(normals) else flat
 

@@ -94,8 +94,7 @@ def _dem(spec, base_dir, dimension, box):
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
-    surface = TerrainSurface.of(vertices, triangles) if missing else TerrainSurface.sheet(vertices, triangles)
-    return replace(surface, system=raster.system, lattice=raster.lattice())
+    return replace(TerrainSurface.sheet(vertices, triangles), system=raster.system, lattice=raster.lattice())
 
 
 def _tell(path, found):

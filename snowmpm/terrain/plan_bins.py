@@ -8,6 +8,8 @@ from snowmpm import memory
 
 BYTES_PER_ENTRY = 40  # of the table while it is made
 MAX_BINS_PER_FACET = 4  # keeps the table small where facets are small and far between
+ROUND_OFF = 1e-12  # of places, relative
+OFF_LATTICE = 1e-10  # of vertices of a raster [cells]; less than the slack with which a facet holds a place
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +28,34 @@ class PlanBins:
 
     def numbers(self, plan):
         """Bin number of plan positions (k, d), -1 outside; shape (k,)."""
-        index = np.floor((plan - self.lower) / self.size)
+        at = (plan - self.lower) / self.size
         # The far border belongs to the last bin.
-        index = np.where(plan == self.lower + self.shape * self.size, self.shape - 1, index)
+        index = np.where((at >= self.shape) & (at <= self.shape * (1.0 + ROUND_OFF)), self.shape - 1, np.floor(at))
         inside = ((index >= 0) & (index < self.shape)).all(axis=1)  # False for NaN as well
         index = np.where(inside[:, None], index, 0).astype(np.int64)
         number = index[:, 0] if len(self.shape) == 1 else index[:, 0] * self.shape[1] + index[:, 1]
         return np.where(inside, number, -1)
+
+
+def bin_squares(vertices, facets, cell):
+    """Bins of a raster's facets, its squares: two triangles in each, where `bin_facets` finds the eight that touch it.
+
+    cell [m]: about the distance of the vertices along x and y. None for a raster with gaps, or whose vertices are
+    nowhere near such distances.
+    """
+    lower, upper = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
+    shape = np.round((upper - lower) / cell).astype(np.int64)
+    if shape.min() < 1 or len(facets) != 2 * shape.prod():
+        return None
+    size = float((upper - lower).max() / shape.max())
+    at = (vertices[:, :2] - lower) / size
+    if np.abs(at - np.round(at)).max() > OFF_LATTICE:
+        return None
+    # A place on a line between two squares is in either of them, and in its facets to round-off
+    first = np.round(at[facets].min(axis=1)).astype(np.int64)
+    number = first[:, 0] * shape[1] + first[:, 1]
+    return PlanBins(lower, size, shape, np.arange(0, 2 * shape.prod() + 1, 2, dtype=np.int32),
+                    np.argsort(number, kind="stable").astype(np.int32))
 
 
 def bin_facets(vertices, facets, size=None):

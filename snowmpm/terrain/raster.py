@@ -150,7 +150,8 @@ def _centre_heights(z):
 
 
 def raster_facets(raster):
-    """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where three have data.
+    """Vertices (n, 3) at the cell centres with data, two triangles between four of them, one where three have data; a
+    centre of no triangle is left out.
 
     A square is split along the diagonal that is closer to the smooth surface through the surrounding cells, so that
     ridges and gullies are not cut; if that is unknown, along alternating diagonals.
@@ -174,5 +175,7 @@ def raster_facets(raster):
     three = (k[0].astype(np.int8) + k[1] + k[2] + k[3]) == 3
     groups = [(rising, (0, 1, 2)), (rising, (0, 2, 3)), (falling, (0, 1, 3)), (falling, (1, 2, 3))]
     groups += [(three & ~k[i], tuple(j for j in range(4) if j != i)) for i in range(4)]
-    facets = [np.column_stack([v[i][where] for i in corner]) for where, corner in groups]
-    return vertices, np.concatenate(facets)
+    facets = np.concatenate([np.column_stack([v[i][where] for i in corner]) for where, corner in groups])
+    used = np.zeros(len(vertices), bool)
+    used[facets] = True
+    return vertices[used], (np.cumsum(used) - 1)[facets]

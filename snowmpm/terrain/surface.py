@@ -7,7 +7,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.terrain import topology
-from snowmpm.terrain.plan_bins import bin_facets
+from snowmpm.terrain.plan_bins import bin_facets, bin_squares
 
 ON_EDGE = 1e-9  # barycentric slack: a plan position on the line between two facets belongs to both
 
@@ -42,7 +42,7 @@ class TerrainSurface:
 
     @classmethod
     def sheet(cls, vertices, facets):
-        """Open surface of facets that are right already, as those of a raster without gaps: every vertex is used and
+        """Open surface of facets that are right already, as those of a raster: every vertex is used and
         has a place of its own, all facets have an area and face up. `of` would find this out, in 1 us a facet.
 
         InputError: a coordinate is not finite.
@@ -75,7 +75,8 @@ class TerrainSurface:
 
     @cached_property
     def _bins(self):
-        return bin_facets(self.vertices, self.facets)
+        squares = bin_squares(self.vertices, self.facets, self.lattice[1]) if self.lattice else None
+        return squares or bin_facets(self.vertices, self.facets)
 
     def area(self):
         """Area [m2] measured on the surface, not in plan; length [m] in 2-D."""
@@ -109,26 +110,24 @@ class TerrainSurface:
 
     @cached_property
     def _plan_maps(self):
-        """Per facet: plan position of corner 0 (m, d), map from plan offsets to the other corners' weights (m, d, d).
+        """Per facet: plan position of corner 0, by axis [(m,)], and the map from plan offsets to the other corners'
+        weights, by corner and axis [[(m,)]]. An array for each number is looked up several times as fast as rows.
 
         NaN where the facet stands upright and covers no plan.
         """
-        corner = self.vertices[self.facets][:, :, :-1]
-        edges = corner[:, 1:] - corner[:, :1]  # rows: offsets of the other corners
-        det = edges[:, 0, 0] if self.dim == 2 else np.linalg.det(edges)
-        upright = np.abs(det) <= 1e-12 * np.abs(edges).max(axis=(1, 2)) ** (self.dim - 1)
-        edges[upright] = np.eye(self.dim - 1)
-        inverse = np.linalg.inv(edges).transpose(0, 2, 1)
-        inverse[upright] = np.nan
-        return np.ascontiguousarray(corner[:, 0]), np.ascontiguousarray(inverse)
-
-    @cached_property
-    def _plan_columns(self):
-        """`_plan_maps` as an array for each number, which are looked up several times as fast as rows."""
-        corner, inverse = self._plan_maps
-        axes = range(self.dim - 1)
-        return ([np.ascontiguousarray(corner[:, a]) for a in axes],
-                [[np.ascontiguousarray(inverse[:, j, a]) for a in axes] for j in axes])
+        corners = [[np.ascontiguousarray(self.vertices[self.facets[:, k], a]) for a in range(self.dim - 1)]
+                   for k in range(self.dim)]
+        first, edges = corners[0], [[x - x0 for x, x0 in zip(corner, corners[0], strict=True)]
+                                    for corner in corners[1:]]  # offsets of the other corners
+        if self.dim == 2:
+            det, adjugate = edges[0][0], [[np.ones(len(self.facets))]]
+        else:
+            (ax, ay), (bx, by) = edges
+            det, adjugate = ax * by - ay * bx, [[by, -bx], [-ay, ax]]
+        longest = np.max([np.abs(edge).max(axis=0) for edge in edges], axis=0)
+        with np.errstate(divide="ignore"):
+            factor = np.where(np.abs(det) > 1e-12 * longest ** (self.dim - 1), 1.0 / det, np.nan)
+        return first, [[entry * factor for entry in row] for row in adjugate]
 
     def locate(self, plan):
         """Highest facet above or below plan positions (k, dim - 1).
@@ -148,7 +147,7 @@ class TerrainSurface:
     def _crossings(self, plan):
         """What the verticals through plan positions cross, each at most once in a turn: positions, facets, weights of
         their corners, heights [m]."""
-        bins, (start_corner, to_weights) = self._bins, self._plan_columns
+        bins, (start_corner, to_weights) = self._bins, self._plan_maps
         number, place = bins.numbers(plan), [np.ascontiguousarray(column) for column in plan.T]
         start = bins.starts[number]
         count = np.where(number >= 0, bins.starts[number + 1] - start, 0)
@@ -170,7 +169,7 @@ class TerrainSurface:
         """How far the surface reaches above and below itself: per facet that covers some plan, the vertical distance
         (k,) [m] between the highest and the lowest facet over its middle, 0 if there is only itself; and these
         middles (k, dim - 1) [m]."""
-        covers = np.isfinite(self._plan_maps[1]).all(axis=(1, 2))
+        covers = np.isfinite(self._plan_maps[1][0][0])
         middle = self.vertices[self.facets[covers]].mean(axis=1)
         high, low = middle[:, -1].copy(), middle[:, -1].copy()
         for point, _, _, height in self._crossings(np.ascontiguousarray(middle[:, :-1])):

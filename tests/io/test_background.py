@@ -108,3 +108,21 @@ def test_after_a_failure_nothing_more_is_written():
     with pytest.raises(OSError, match="No space left"):
         background.close()
     assert done == [1]
+
+
+def test_what_is_left_for_later_is_finished():
+    """Before a job that asks for it, before `wait` returns, and when no job comes any more."""
+    done = []
+    background = Background(lambda: done.append("rest"))
+    background.do(lambda: done.append(1))
+    background.do(lambda: done.append(2), finished=True)
+    background.wait()
+    assert done == [1, "rest", 2, "rest"]
+    background.do(lambda: done.append(3))
+    for _ in range(100):
+        sleep(0.1)
+        if done[-1] == "rest":
+            break
+    assert done[4:] == [3, "rest"]
+    background.close()
+    assert done[6:] == ["rest"]

@@ -261,3 +261,28 @@ def test_frames_between_which_a_saw_test_has_no_row(tmp_path):
     found = Run(tmp_path).saw_test
     assert found["time"].tolist() == [0.0, 0.2, 0.2] and found["settlement"].tolist() == [x.tolist()] * 3
     assert found["x"].tolist() == (x + 2).tolist()
+
+
+def test_frames_that_wait_are_written_together(tmp_path, monkeypatch):
+    """None is on the disk before; then all are, as if each had been written at once."""
+    with new_writer(tmp_path / "each") as writer:
+        for i in range(6):
+            write_frame(writer, i, N)
+    with new_writer(tmp_path / "together", patience=100.0) as writer:
+        for i in range(4):
+            write_frame(writer, i, N)
+        assert len(Run(tmp_path / "together")) == 0
+        writer.flush()
+        assert len(Run(tmp_path / "together")) == 4
+        write_frame(writer, 4, N)
+        monkeypatch.setattr("snowmpm.io.writer.WAITING_BYTES", 1.0)
+        write_frame(writer, 5, N)  # too large to wait
+        assert len(Run(tmp_path / "together")) == 6
+    for folder in ("each", "together"):
+        assert_whole(Run(tmp_path / folder), N)
+    with h5py.File(tmp_path / "each" / "run.vtkhdf") as each, h5py.File(tmp_path / "together" / "run.vtkhdf") as both:
+        names = []
+        each.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        for name in names:
+            if name != "provenance/record":
+                assert np.array_equal(each[name][()], both[name][()], equal_nan=each[name].dtype.kind == "f"), name

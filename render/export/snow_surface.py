@@ -1,0 +1,48 @@
+"""The surface of the snow as a mesh, by pysplashsurf (extra `export`).
+
+Marching cubes on the density of spheres around the particles (Loeschner et al. 2023, doi:10.2312/vmv.20231245).
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from snowmpm.errors import InputError
+
+SMOOTHING, CUBE, THRESHOLD = 2.0, 1.0, 0.6
+"""Smoothing length and side of a cube, in radii of a particle, and level of the surface: as the library advises."""
+
+EVENING = 10
+"""Passes of its smoothing, which leaves the volume."""
+
+
+def require_splashsurf():
+    """Raises InputError where the library is missing."""
+    try:
+        import pysplashsurf  # noqa: F401
+    except ImportError:
+        raise InputError("--surface needs the export extra: pip install 'snowmpm[export]'") from None
+
+
+def snow_surface(points, spacing, fields, flat=False):
+    """Vertices (n, 3) [m], faces (m, 3), and the fields of the nearest particle at each vertex.
+
+    points (k, 3) [m]; flat: a section in x and z, which becomes a slice three particles thick.
+    """
+    import pysplashsurf
+
+    if not len(points):
+        return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), fields
+    radius = 0.5 * spacing
+    source = np.arange(len(points))
+    if flat:
+        source = np.tile(source, 3)
+        shift = np.repeat([[0.0, -spacing, 0.0], [0.0, 0.0, 0.0], [0.0, spacing, 0.0]], len(points), axis=0)
+        points = points[source] + shift.astype(np.float32)
+    low = points.min(axis=0)  # in float32, near zero
+    mesh, _ = pysplashsurf.reconstruction_pipeline(
+        np.ascontiguousarray(points - low, np.float32), particle_radius=radius, rest_density=1000.0,
+        smoothing_length=SMOOTHING, cube_size=CUBE, iso_surface_threshold=THRESHOLD, mesh_smoothing_weights=True,
+        mesh_smoothing_iters=EVENING, multi_threading=True)
+    vertices, faces = np.asarray(mesh.mesh.vertices), np.asarray(mesh.mesh.triangles, np.int32)
+    nearest = source[cKDTree(points - low).query(vertices)[1]] if len(vertices) else np.zeros(0, int)
+    return (vertices + low).astype(np.float32), faces, {name: values[nearest] for name, values in fields.items()}

@@ -1,0 +1,129 @@
+"""What `snowmpm export` writes, read again by other libraries: trimesh (PLY, glTF) and USD's own."""
+
+import json
+
+import numpy as np
+import pytest
+import synthetic_runs
+import trimesh
+
+from snowmpm.errors import InputError
+from snowmpm.io import Run
+from snowmpm.render.export import export_run
+
+ORIGIN = (6.0e5, 2.0e5, 1.5e3)
+
+
+@pytest.fixture(scope="module")
+def space(tmp_path_factory):
+    path = tmp_path_factory.mktemp("space")
+    synthetic_runs.slab_3d(path, particles=2000, frames=4, origin=ORIGIN, obstacles=True)
+    return Run(path)
+
+
+@pytest.fixture(scope="module")
+def section(tmp_path_factory):
+    path = tmp_path_factory.mktemp("section")
+    synthetic_runs.slab_2d(path, spacing=0.3, frames=3, obstacles=True)
+    return Run(path)
+
+
+def same_points(found, frame):
+    np.testing.assert_array_equal(np.asarray(found, np.float32), frame.points)
+
+
+def test_ply_holds_points_and_fields(space, tmp_path):
+    paths = export_run(space, tmp_path, "ply", every=3)
+    record = json.loads((tmp_path / "sequence.json").read_text())
+    assert record["files"] == ["snow_0000.ply", "snow_0001.ply"] and record["origin"] == list(ORIGIN)
+    assert record["times"] == space.times[::3].tolist()
+    assert {path.name for path in paths} >= {"ground.ply", "house.ply", "mast_0000.ply", "mast_0001.ply"}
+    for file, i in zip(record["files"], (0, 3), strict=True):
+        frame, snow = space.frame(i), trimesh.load(tmp_path / file, process=False)
+        same_points(snow.vertices, frame)
+        table = snow.metadata["_ply_raw"]["vertex"]["data"]
+        for name, values in frame.fields.items():
+            columns = [name] if values.ndim == 1 else [f"{name}_{axis}" for axis in "xyz"[: values.shape[1]]]
+            np.testing.assert_array_equal(np.column_stack([np.ravel(table[one]) for one in columns]),
+                                          values.reshape(len(frame.points), -1))
+    ground = trimesh.load(tmp_path / "ground.ply", process=False)
+    np.testing.assert_array_equal(ground.faces, space.terrain.facets)
+    np.testing.assert_allclose(ground.vertices, space.terrain.vertices, rtol=1e-6)
+    mast = trimesh.load(tmp_path / "mast_0001.ply", process=False)
+    np.testing.assert_allclose(mast.vertices, space.obstacles["mast"].placed(3), rtol=1e-5, atol=1e-4)
+
+
+def test_gltf_has_y_up_and_all_parts(space, tmp_path):
+    paths = export_run(space, tmp_path, "gltf")
+    assert [path.name for path in paths] == [f"snow_{i:04d}.glb" for i in range(4)]
+    scene = trimesh.load(paths[2])
+    assert set(scene.geometry) == {"snow", "ground", "house", "mast"}
+    frame = space.frame(2)
+    same_points(scene.geometry["snow"].vertices, frame)
+    turned = scene.graph.get(next(name for name in scene.graph.nodes_geometry
+                                  if scene.graph[name][1] == "snow"))[0]
+    np.testing.assert_allclose(turned[:3, :3] @ [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], atol=1e-6)
+    text = paths[2].read_bytes()
+    header = json.loads(text[20 : 20 + int.from_bytes(text[12:16], "little")])
+    assert header["asset"]["extras"]["time"] == space.times[2]
+    snow = next(mesh for mesh in header["meshes"] if mesh["name"] == "snow")["primitives"][0]["attributes"]
+    view = header["bufferViews"][header["accessors"][snow["_VELOCITY"]]["bufferView"]]
+    start = 28 + int.from_bytes(text[12:16], "little") + view["byteOffset"]
+    velocity = np.frombuffer(text, "<f4", view["byteLength"] // 4, start).reshape(-1, 3)
+    np.testing.assert_array_equal(velocity, frame.fields["velocity"])
+
+
+def test_usd_moves_at_the_speed_of_the_film(space, tmp_path):
+    Usd = pytest.importorskip("pxr.Usd")
+    from pxr import UsdGeom
+
+    (path,) = export_run(space, tmp_path, "usd", speed=2.0, fps=30.0)
+    stage = Usd.Stage.Open(str(path))
+    assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    snow = UsdGeom.Points(stage.GetPrimAtPath("/run/snow"))
+    codes = snow.GetPointsAttr().GetTimeSamples()
+    np.testing.assert_allclose(codes, space.times / 2.0 * 30.0)
+    frame = space.frame(2)
+    same_points(snow.GetPointsAttr().Get(codes[2]), frame)
+    np.testing.assert_allclose(snow.GetVelocitiesAttr().Get(codes[2]), 2.0 * frame.fields["velocity"], rtol=1e-6)
+    field = UsdGeom.PrimvarsAPI(snow).GetPrimvar("velocity")
+    np.testing.assert_array_equal(np.array(field.Get(codes[2])), frame.fields["velocity"])
+    assert field.GetAttr().GetCustomDataByKey("units") == space.units["velocity"]
+    mast = UsdGeom.Mesh(stage.GetPrimAtPath("/run/mast"))
+    np.testing.assert_allclose(mast.GetPointsAttr().Get(codes[2]), space.obstacles["mast"].placed(2), atol=1e-3)
+    assert len(mast.GetFaceVertexIndicesAttr().GetTimeSamples()) == 1  # it never changes
+
+
+def test_a_section_becomes_a_strip(section, tmp_path):
+    export_run(section, tmp_path, "ply", fields=["damage"])
+    ground = trimesh.load(tmp_path / "ground.ply", process=False)
+    assert np.ptp(ground.vertices[:, 1]) > 0.0 and ground.area > np.ptp(ground.vertices[:, 0])
+    snow = trimesh.load(tmp_path / "snow_0001.ply", process=False)
+    same_points(snow.vertices, section.frame(1))
+    assert set(snow.metadata["_ply_raw"]["vertex"]["properties"]) == {"x", "y", "z", "damage"}
+
+
+def test_the_surface_is_closed_around_the_snow(tmp_path):
+    """A block of particles: a mesh without holes, as large as the block."""
+    pytest.importorskip("pysplashsurf")
+    from snowmpm.io import RunWriter
+
+    spacing = 0.1
+    axes = [np.arange(0.5 * spacing, size, spacing) for size in (2.0, 1.0, 0.5)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    with RunWriter(tmp_path / "run", provenance={"particle_spacing": spacing}, origin=ORIGIN) as writer:
+        writer.frame(0.0, points, {"height": points[:, 2]})
+    (path, _) = export_run(Run(tmp_path / "run"), tmp_path, "ply", surface=True)
+    mesh = trimesh.load(path, process=True)
+    assert mesh.is_watertight and mesh.volume == pytest.approx(1.0, rel=0.15)
+    height = np.ravel(trimesh.load(path, process=False).metadata["_ply_raw"]["vertex"]["data"]["height"])
+    assert height == pytest.approx(trimesh.load(path, process=False).vertices[:, 2], abs=1.5 * spacing)
+
+
+def test_bad_wishes(space, tmp_path):
+    for options, said in (({"kind": "obj"}, "--as"), ({"kind": "ply", "every": 0}, "--every"),
+                          ({"kind": "ply", "speed": 0.0}, "--speed"),
+                          ({"kind": "ply", "fields": ["speed"]}, "--fields")):
+        with pytest.raises(InputError, match=said):
+            export_run(space, tmp_path / "none", **options)
+    assert not (tmp_path / "none").exists()
