@@ -50,6 +50,7 @@ class Simulation(Glance):
     time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, shorter because bonds break),
     "advective", "deformation", "fixed" or "output" (shortened to end at a requested time); particles[name]: NumPy
     copies (`snowmpm.particles.fields.ParticleFields`).
+    settling_steps: before the clock started, in which the initial state settled.
     Several simulations can be used alternately, also in several threads; one computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
     `ti.reset` and in a forked process.
@@ -63,6 +64,7 @@ class Simulation(Glance):
     crack: CrackRecord | None
     dt: float
     dt_cause: str
+    settling_steps: int
 
     def __init__(self, scene: Scene, resumed: PathLike | None = None,
                  approve: "Callable[[Simulation], object] | None" = None) -> None:
@@ -85,7 +87,6 @@ class Simulation(Glance):
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
         self.settling_steps = 0
-        """Steps before the clock started, in which the initial state settled."""
         check_step(scene, self.solver)
         if approve:
             approve(self)
