@@ -15,7 +15,8 @@ impulse of this, minus the weight of the sleeping snow, and minus the momentum t
 A block wakes when a block next to it is no longer calm: a wave, or snow that comes, is seen in the blocks beside the
 sleeping ones, which are always awake. It is looked for every EVERY steps, in which a wave crosses less than a block.
 Loads, saw cuts and obstacles keep the snow near them awake; other changes from outside wake all. What presses more on
-sleeping snow than when it fell asleep wakes it, too (`mpm.press`).
+sleeping snow than when it fell asleep wakes it, too (`mpm.press`). While bonds of a weak layer break, all is awake: the
+slab bends far ahead of a crack, slower than calm, and a rigid bed would stop it.
 """
 
 import numpy as np
@@ -104,7 +105,8 @@ class Sleep:
         rows = reports.to_numpy()[: len(self.asleep)]
         loud = (rows[:, SPEED2] > self._speed2) | (rows[:, GRADIENT2] * self._solver.dx**2 > self._speed2)
         loud &= ~self.asleep
-        self._calm = np.where(loud | self._kept_awake(), 0.0, self._calm + self._elapsed)
+        cracks = self._solver.extremes.breaking > 0
+        self._calm = np.where(loud | self._kept_awake() | cracks, 0.0, self._calm + self._elapsed)
         if self.asleep.any():
             self._feel(held.to_numpy()[:, self._solver.dim :] / dt)
         self._elapsed, self._steps = 0.0, 0
