@@ -12,6 +12,8 @@ def demands(scene, later=False):
     that takes over, when the start and the events are over."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
+    if scene.solver.sleeping > 0.0:
+        yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -91,6 +93,20 @@ def refuse_beyond(scene):
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
     for i, switch in enumerate(scene.switch):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
+    _refuse_sleeping(scene)
+
+
+def _refuse_sleeping(scene):
+    """Raise InputError for snow that may sleep beside something that would have to wake it, or that it would hide."""
+    if not scene.solver.sleeping > 0.0:
+        return
+    beside = {"forces": scene.forces, "damping": scene.damping,
+              "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
+              "switch": scene.switch,
+              'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
+    if found := [name for name, there in beside.items() if there]:
+        raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",
+                            scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

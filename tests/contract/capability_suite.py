@@ -160,6 +160,22 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
+def _lying(method):
+    """Snow between smooth walls that has settled, and may sleep."""
+    dim = given.least_dimension(method)
+    sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
+    walls = {"min": given.point(dim, 0.0, 0.0, 0.0), "max": given.point(dim, given.SIDE, 2 * given.SIDE, given.SIDE),
+             "boundary": sides | {"z_max": "open"}}
+    return _free(method, solver={"sleeping": 0.05}, gravity=given.G, domain=walls,
+                 initial={"stress": "settle", "tolerance": 0.01})
+
+
+def _sleeps(simulation):
+    while simulation.time < 0.5 and simulation.audit()["asleep_share"] < 1.0:
+        steps(simulation, 20)
+    assert simulation.audit()["asleep_share"] == 1.0 and simulation.audit()["momentum_residual"] < 1e-11
+
+
 def _along(method):
     return more_accurate(given.scene(method))
 
@@ -180,6 +196,7 @@ CAPABILITIES = {
     "forcing": Asked(_blown_at, _flies_off),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
+    "sleeping": Asked(_lying, _sleeps),
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""
