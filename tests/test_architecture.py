@@ -23,7 +23,7 @@ GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glan
           "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test"}
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
                               "quantities")},
@@ -31,7 +31,7 @@ MAY_IMPORT = {
     "memory": {"errors"},
     "reading": {"memory", "errors"},
     "ground": {*GROUND, "compiler", "materials", "terrain"},
-    "scenes": {*GROUND, "materials", "ground"},
+    "scenes": {*GROUND, "materials", "ground", "water"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -43,6 +43,7 @@ MAY_IMPORT = {
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
+    "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
