@@ -40,6 +40,9 @@ class Initial(Spec):
     tolerance: Positive = 2e-3
     """settle: limit of the largest speed over sqrt(g D), D the depth of the snow, and of the unbalanced share of the
     weight [-]"""
+    relaxation: Literal["damped", "static"] = "damped"
+    """settle: by damped steps in time, or by a static solver, where the method has one and the snow lies on ground and
+    sides that hold it; elsewhere, and where it finds no balance, by damped steps all the same"""
     from_run: Annotated[str, Field(strict=True, min_length=1, max_length=1000)] | None = Field(
         default=None, alias="from"
     )

@@ -32,6 +32,8 @@ class SortedParticles(ParticleStore, Particles):
     furthest since the last sort. mass [kg] of all particles; removed: count, mass [kg], momentum [kg m/s] and energy
     [J] (kinetic, elastic and -m g.x, but for periodic axes) of those that are gone, and `taken`, the mass [kg] of those
     that did not leave the domain but were taken out. repeats (dim,): whether the domain is periodic along each axis.
+    moved: block before and block now of every group of particles at the last sort or removal, two arrays; None when the
+    blocks are those of the start or of a checkpoint.
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
@@ -73,8 +75,8 @@ class SortedParticles(ParticleStore, Particles):
         self._count_moves, self._aim = sort_kernels(layout)
         self._rebuild_for(blocks)
 
-    def _rebuild_for(self, blocks, drift=0.0):
-        self.blocks, self.drift = blocks, drift
+    def _rebuild_for(self, blocks, drift=0.0, moved=None):
+        self.blocks, self.drift, self.moved = blocks, drift, moved
         self.start, self.coordinates = int_array(blocks.start), int_array(blocks.coordinates)
         self.chunk_bounds = int_array(chunk_bounds(np.diff(blocks.start) + BLOCK_COST))
         if self._keep_block_of:
@@ -118,7 +120,25 @@ class SortedParticles(ParticleStore, Particles):
         self._aim(self.reals, self.slot_offset, self.start, int_array(target), self.target, self.chunk_bounds)
         self.move(alive)
         self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
-                                   self._period))
+                                   self._period), moved=(np.nonzero(used)[0], block_of_move))
+        self.sorts += 1
+
+    def place(self, cells, columns):
+        """Move particles anywhere, and sort them: cells (n, dim) from the origin; columns {name: (n, size)} that change
+        too. Those outside the limits are removed and counted."""
+        table = self.table()
+        block = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        for name, values in {"position": cells - EDGE[self.dim] * block, **columns}.items():
+            table[:, self.layout.columns(name)] = np.reshape(values, (len(table), self.layout.sizes[name]))
+        self.overwrite(table)
+        keep = ((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1)
+        if not keep.all():
+            self._tally_removed(~keep)
+        blocks, order, local = BlockMap.from_cells(cells[keep], self.dim, self._period)
+        table, labels = table[keep][order], self.labels()[keep][order]
+        table[:, self.layout.columns("position")] = local
+        self.replace(table, labels)
+        self._rebuild_for(blocks)
         self.sorts += 1
 
     def remove(self, gone):
@@ -131,7 +151,8 @@ class SortedParticles(ParticleStore, Particles):
         counts = np.bincount(owner_block, minlength=len(self.blocks))
         filled = counts > 0
         self.replace(table, labels)
-        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
+        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift,
+                          (np.flatnonzero(filled), np.arange(filled.sum())))
 
     def sever(self, line, radius, numbers, state):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan

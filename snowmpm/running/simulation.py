@@ -31,6 +31,7 @@ from snowmpm.setup.build import build
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
+from snowmpm.stages import stage
 from snowmpm.stepping.contract import Method
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
@@ -50,6 +51,7 @@ class Simulation(Glance):
     time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, shorter because bonds break),
     "advective", "deformation", "fixed" or "output" (shortened to end at a requested time); particles[name]: NumPy
     copies (`snowmpm.particles.fields.ParticleFields`).
+    settling_steps: before the clock started, in which the initial state settled.
     Several simulations can be used alternately, also in several threads; one computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
     `ti.reset` and in a forked process.
@@ -63,6 +65,7 @@ class Simulation(Glance):
     crack: CrackRecord | None
     dt: float
     dt_cause: str
+    settling_steps: int
 
     def __init__(self, scene: Scene, resumed: PathLike | None = None,
                  approve: "Callable[[Simulation], object] | None" = None) -> None:
@@ -84,13 +87,14 @@ class Simulation(Glance):
         self.events = [*make_events(scene), *(HandOver(i, switch) for i, switch in enumerate(scene.switch))]
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
+        self.settling_steps = 0
         check_step(scene, self.solver)
         if approve:
             approve(self)
         if resumed is None:
             for doubt in (*doubts(self.model), *overloaded(scene)):
                 warnings.warn(str(doubt), stacklevel=2)
-        if scene.initial.stress == "settle" and resumed is None:
+        if scene.initial.stress == "settle" and resumed is None and not self._begins_at_rest():
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
         """Record of the saw test (`snowmpm.saw_test.crack`); None if there is none."""
@@ -250,11 +254,22 @@ class Simulation(Glance):
                                   " than anything real; lower solver.cfl or check the material")
         return dt, cause
 
+    def _begins_at_rest(self) -> bool:
+        """Let the solver begin from a balance that the scene asks for, and that a static solver finds."""
+        if self.scene.initial.relaxation != "static":
+            return False
+        with stage("finding the balance"):
+            found = self.model.at_rest()
+        if found is not None:
+            self.solver = self.model.solver(found.population)
+        return found is not None
+
     @in_turn
     def settle(self) -> None:
         """Relax to rest under gravity (`snowmpm.stepping.settling`). Raises SimulationError when it does not settle."""
         wanted = self.scene.initial.tolerance
         rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
+        self.settling_steps = rest.steps
         if not rest.settled:
             raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": not at rest after {rest.steps}"
                                   f" steps: speed {rest.speed:.2g} sqrt(g D), imbalance {rest.imbalance:.2g} of the"

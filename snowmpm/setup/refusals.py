@@ -12,12 +12,14 @@ def demands(scene, later=False):
     that takes over, when the start and the events are over."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
+    if scene.solver.sleeping > 0.0:
+        yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
         yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
-        yield from _of_friction(scene.terrain.friction)
+        yield from _of_friction(scene.terrain)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
         if scene.terrain.forest:
@@ -58,9 +60,12 @@ def demands(scene, later=False):
         yield "water", True, "water.scheme", scene.water.scheme
 
 
-def _of_friction(friction):
+def _of_friction(terrain):
     """Demands of the friction of the ground, a number or a law."""
+    friction = terrain.friction
     if isinstance(friction, int | float):
+        if friction and terrain.contact != "stick":
+            yield "ground_friction", "coulomb", "terrain.friction", friction
         return
     for law in possible_laws(friction):
         yield "ground_friction", law.law, "terrain.friction.law", law.law
@@ -92,6 +97,20 @@ def refuse_beyond(scene):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
     if scene.water:
         _refuse_beside_water(scene)
+    _refuse_sleeping(scene)
+
+
+def _refuse_sleeping(scene):
+    """Raise InputError for snow that may sleep beside something that would have to wake it, or that it would hide."""
+    if not scene.solver.sleeping > 0.0:
+        return
+    beside = {"forces": scene.forces, "damping": scene.damping,
+              "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
+              "switch": scene.switch, "water": scene.water,
+              'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
+    if found := [name for name, there in beside.items() if there]:
+        raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",
+                            scene.source)
 
 
 def _refuse_beside_water(scene):

@@ -38,6 +38,9 @@ class Solver(Method):
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
 
+    held_impulse = 0.0
+    """Impulse that keeps sleeping snow at rest [N s] (dim,), of a method that has it."""
+
     DAMPED_IMPULSE = True
     """Whether terrain and sides carry what damping leaves, while an initial state settles, or all that there was."""
 
@@ -93,7 +96,8 @@ class Solver(Method):
             with runtime.precision(self.precision):
                 self.water.close(self, dt)
         if self.particles.repeats.any():
-            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
+            self.momentum_gain += dt * (self.weight_impulse + self.impulse + self.held_impulse
+                                        - self.particles.removed["momentum"])
         self.time += dt
         self.steps += 1
 
@@ -170,6 +174,7 @@ class Solver(Method):
         rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
                 for centre, radius, acceleration in loads]
         self._n_loads = len(rows)
+        self.load_rows = np.array(rows)
         self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
 
     def push(self, numbers, gain, mass):

@@ -35,7 +35,7 @@ def _event(method, **event):
 
 
 def _on_ground(method):
-    return _free(method, gravity=given.G, terrain=given.ground(10.0, 0.2),
+    return _free(method, gravity=given.G, terrain=given.ground(method, 10.0, 0.2),
                  bodies=[given.body(given.layer(given.least_dimension(method), 0.0, 0.6, 0.3))])
 
 
@@ -78,7 +78,7 @@ def _stressed(kind):
         dim = given.least_dimension(method)
         floor = {"min": given.point(dim, -2.0, 0.0, -2.0), "max": given.point(dim, 2.0, 2.0, 2.0),
                  "boundary": {"z_min": "slip"}}
-        keys = {"terrain": given.ground()} if given.able(method).terrain else {"domain": floor}
+        keys = {"terrain": given.ground(method)} if given.able(method).terrain else {"domain": floor}
         return _free(method, gravity=given.G, initial={"stress": kind, "tolerance": 0.05}, **keys)
 
     return ask
@@ -160,6 +160,22 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
+def _lying(method):
+    """Snow between smooth walls that has settled, and may sleep."""
+    dim = given.least_dimension(method)
+    sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
+    walls = {"min": given.point(dim, 0.0, 0.0, 0.0), "max": given.point(dim, given.SIDE, 2 * given.SIDE, given.SIDE),
+             "boundary": sides | {"z_max": "open"}}
+    return _free(method, solver={"sleeping": 0.05}, gravity=given.G, domain=walls,
+                 initial={"stress": "settle", "tolerance": 0.01})
+
+
+def _sleeps(simulation):
+    while simulation.time < 0.5 and simulation.audit()["asleep_share"] < 1.0:
+        steps(simulation, 20)
+    assert simulation.audit()["asleep_share"] == 1.0 and simulation.audit()["momentum_residual"] < 1e-11
+
+
 def _soaked(method):
     return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
                                                                   "saturation": 0.3})
@@ -195,6 +211,7 @@ CAPABILITIES = {
     "water": Asked(_soaked, _holds_water),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
+    "sleeping": Asked(_lying, _sleeps),
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""
