@@ -41,12 +41,12 @@ def test_drag_is_exact_and_conserves_momentum(dt):
 
 
 def test_two_velocities_consolidate():
-    """P1 for T > 0.2: errors below 2 % of the start pressure, by steps of 0.5 of the longest."""
+    """P1 for T > 0.2: errors below 2 % of the start pressure, by steps of 0.7 of the longest."""
     column = TwoVelocityColumn(10)
     errors = []
     for T in (0.25, 0.5):
         while column.time < T / C_V:
-            column.step(0.5 * column.longest_step)
+            column.step(0.7 * column.longest_step)
         errors.append(column.pressure_error())
     assert max(errors) < 0.02
 
@@ -55,7 +55,7 @@ def test_stiff_drag_sets_no_step():
     """A permeability of a hundredth: explicit drag would need 2.5e-6 s."""
     column = TwoVelocityColumn(10, Darcy(1e-5 / 9810.0))
     dt = 0.8 * column.longest_step
-    assert dt > 10.0 * 1e-5 / (0.4 * 9.81) and column.law.coefficient(0.4, 0.0) * dt / 400.0 > 15.0
-    for _ in range(4000):
+    assert dt > 10.0 * 1e-5 / (0.4 * 9.81) and column.law.coefficient(0.4, 0.0) * dt / 400.0 > 10.0
+    for _ in range(2000):
         column.step(dt)
     assert np.isfinite(column.p).all() and np.abs(column.p).max() < 2e4 and np.abs(column.v).max() < 0.05

@@ -42,8 +42,8 @@ class TwoVelocityColumn:
 
     @property
     def longest_step(self):
-        """[s]"""
-        return self.dx / UNDRAINED
+        """[s]; FLIP starts anew from the particles in each step, so that it is stable to dt w = sqrt(2), not 2."""
+        return self.dx / UNDRAINED / np.sqrt(2.0)
 
     def _to_nodes(self, values):
         """sum over particles of N times values, N = 1/2 at both nodes of the cell."""
