@@ -111,6 +111,27 @@ class Depth(Spec):
     """whether the ground's curvature adds to the normal stress, and so to friction"""
 
 
+class Implicit(Spec):
+    """Options of implicit MPM: steps that are solved for, far longer than those of a wave."""
+
+    time: Literal["newmark", "quasi_static"] = "newmark"
+    """newmark: in time, by the average acceleration; quasi_static: in balance at each step, without inertia. Time then
+    only says which loads act"""
+    dt: Positive | None = None
+    """step [s]; when missing: courant, and for quasi_static a step a frame"""
+    courant: Positive = 10.0
+    """newmark: cells that an elastic wave crosses in a step [-]"""
+    damping: Fraction = 0.0
+    """newmark: delta of gamma = 1/2 + delta, beta = (1 + delta)^2 / 4, against swings that the step does not follow
+    [-]; 0 keeps the energy and is of second order, above it is of first"""
+    tolerance: Annotated[Number, Field(ge=1e-13, le=1e-2)] = 1e-9
+    """out-of-balance force over the size of the forces [-] at which a step is solved"""
+    iterations: Annotated[int, Field(strict=True, ge=1, le=200)] = 20
+    """of Newton at most, before a step is cut in parts"""
+    linear: Literal["auto", "direct", "krylov"] = "auto"
+    """solver of the linear equations: direct up to 120,000 unknowns in 2-D and 15,000 in 3-D, then by iterations"""
+
+
 class Solver(Spec):
     """The method and its discretisation."""
 
@@ -147,6 +168,20 @@ class Solver(Spec):
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)
     """of method = "depth" """
+    implicit: Implicit | None = None
+    """of method = "implicit"; beside method = "mpm" it makes that implicit"""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _implicit(cls, given: Any) -> Any:
+        """The table makes MPM implicit, which computes in the only precision that it has."""
+        if not isinstance(given, dict):
+            return given
+        if given.get("implicit") is not None and given.get("method", "mpm") == "mpm":
+            given = {**given, "method": "implicit"}
+        if given.get("method") == "implicit":
+            given = {"implicit": {}, "precision": METHODS["implicit"].capabilities.precisions[0], **given}
+        return given
 
     @model_validator(mode="before")
     @classmethod

@@ -58,6 +58,8 @@ class Capabilities:
     """forces, damping and gravity that changes (`snowmpm.forcing`)"""
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
+    water: bool = False
+    """water in the pores (`snowmpm.water`)"""
     separate_bodies: bool = False
     """bodies that slide on each other and part"""
     saw_test: bool = False
@@ -68,6 +70,8 @@ class Capabilities:
     are as fine as the grid, since each column counts in all the cells that it covers"""
     usual_filling: int | None = None
     """particles in a full cell of a scene that does not choose"""
+    solves: bool = False
+    """each step solves for the displacements of all nodes: its cost is that of the equations"""
     presets: bool = False
     """--fast and --accurate were measured for it"""
 
@@ -91,6 +95,9 @@ class MethodEntry:
     builder: str | Callable
     capabilities: Capabilities
     options: str | None = None
+    relax: str | Callable | None = None
+    """"module:name" of a callable, or the callable itself, that brings particles to rest without time: it is given what
+    `builder` is, and tolerance, and returns an object with `population`, or None where it cannot"""
     words: str = ""
     """name in captions; the name in capitals when missing"""
 
@@ -107,8 +114,9 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        sleeping=True, separate_bodies=True, saw_test=True, grid=True, presets=True, ground_friction=GROUND_LAWS,
-        ground_cohesion=True, ground_rasters=True)),
+        sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
+        ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
+        relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
@@ -116,6 +124,10 @@ METHODS = {entry.name: entry for entry in (
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
+    MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
+        precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
+        sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True), words="implicit MPM"),
 )}
 
 

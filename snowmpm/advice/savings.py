@@ -51,7 +51,7 @@ def _plane(budget):
 
 
 def _double(budget):
-    if budget.scheme.precision != "f64":
+    if budget.scheme.precision != "f64" or "f32" not in METHODS[budget.scheme.method].capabilities.precisions:
         return
     border = shipped()["small_strains", "f32"]
     if border.failing(budget.facts.least_strain):

@@ -57,8 +57,10 @@ def row(what, dimension, precision, name):
 
 
 def on_grid(scheme):
-    """Whether a method computes on a grid, whose blocks, nodes and contacts cost as well."""
-    return METHODS[scheme.method].capabilities.grid
+    """Whether a method computes on a grid, whose blocks, nodes and contacts cost as well; of one that solves for its
+    steps, that is in the cost of a particle."""
+    able = METHODS[scheme.method].capabilities
+    return able.grid and not able.solves
 
 
 def transfers(scheme):

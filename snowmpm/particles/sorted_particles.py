@@ -52,7 +52,8 @@ class SortedParticles(ParticleStore, Particles):
         self._gravity = np.where(self.repeats, 0.0, gravity)
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
-        layout = Layout(self.dim, self.materials.state_size, by_row=not runtime.fine_grained())
+        n_water = 0 if population.water is None else population.water.shape[1]
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water)
         if len(order) > layout.most_particles:
             raise InputError(f"{len(order):,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
                              "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
@@ -62,9 +63,14 @@ class SortedParticles(ParticleStore, Particles):
                    "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
                    "affine": population.affine[order],
                    "elastic": population.elastic[order], "stress": population.stress[order]}
+        if n_water:
+            columns["water"] = population.water[order]
         self.fill(columns, material, order)
         self.mass = float(population.volumes @ self.materials.density[population.material])
-        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(self.dim)}
+        if n_water:
+            self.mass += float(population.volumes @ population.water[:, 0])
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "water": 0.0, "energy": 0.0,
+                        "momentum": np.zeros(self.dim)}
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._rebuild_for(blocks)
@@ -117,6 +123,24 @@ class SortedParticles(ParticleStore, Particles):
                                    self._period), moved=(np.nonzero(used)[0], block_of_move))
         self.sorts += 1
 
+    def place(self, cells, columns):
+        """Move particles anywhere, and sort them: cells (n, dim) from the origin; columns {name: (n, size)} that change
+        too. Those outside the limits are removed and counted."""
+        table = self.table()
+        block = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        for name, values in {"position": cells - EDGE[self.dim] * block, **columns}.items():
+            table[:, self.layout.columns(name)] = np.reshape(values, (len(table), self.layout.sizes[name]))
+        self.overwrite(table)
+        keep = ((cells >= self._limits[0]) & (cells < self._limits[1])).all(axis=1)
+        if not keep.all():
+            self._tally_removed(~keep)
+        blocks, order, local = BlockMap.from_cells(cells[keep], self.dim, self._period)
+        table, labels = table[keep][order], self.labels()[keep][order]
+        table[:, self.layout.columns("position")] = local
+        self.replace(table, labels)
+        self._rebuild_for(blocks)
+        self.sorts += 1
+
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         keep, before = ~np.asarray(gone, bool), self.removed["mass"]
@@ -157,6 +181,8 @@ class SortedParticles(ParticleStore, Particles):
             self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
         removed["count"] += int(gone.sum())
         removed["mass"] += float(mass.sum())
+        if self.layout.water_size:
+            removed["water"] += float(self.column("volume")[gone, 0] @ self.column("water")[gone, 0])
         removed["momentum"] += mass @ velocity
         removed["energy"] += float(mass @ (0.5 * square - self.positions()[gone] @ self._gravity)) + elastic
         self.mass -= float(mass.sum())
@@ -206,7 +232,17 @@ class SortedParticles(ParticleStore, Particles):
 
     def masses(self):
         """Masses [kg] (per metre of width in 2-D), (n,)."""
-        return self.column("volume")[:, 0] * self.materials.density[self.labels()[:, MATERIAL]]
+        return self.column("volume")[:, 0] * self.densities()
+
+    def densities(self):
+        """Mass per reference volume [kg/m3], water included, (n,)."""
+        dry = self.materials.density[self.material.to_numpy()[: self.count]]
+        return dry + self.column("water")[:, 0] if self.layout.water_size else dry
+
+    @property
+    def period(self):
+        """Cells after which each axis repeats, 0 where it does not, (dim,)."""
+        return EDGE[self.dim] * self._period
 
     def describe(self, row):
         """Name and place of the particle in a row, for a message."""
@@ -242,4 +278,5 @@ class SortedParticles(ParticleStore, Particles):
             raise InputError("the particles of the checkpoint are not in its blocks")
         self.replace(reals, labels)
         self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
-        self.sorts, self.mass, self.removed = state["sorts"], state["mass"], {"taken": 0.0, **state["removed"]}
+        self.sorts, self.mass = state["sorts"], state["mass"]
+        self.removed = {"taken": 0.0, "water": 0.0, **state["removed"]}

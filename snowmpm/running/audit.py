@@ -166,7 +166,10 @@ class Audit:
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
-        row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
+        if solver.water:
+            row.update(self._of_water(solver.water, removed, lift))
+        given = row["force_work"] + row.get("water_work", 0.0)
+        row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
             self.past.handover_energy if self.past else 0.0) - totals.slept_energy
         if totals.asleep is not None:
@@ -189,6 +192,14 @@ class Audit:
         motion = row["kinetic_energy"] + row["affine_energy"]
         row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row
+
+    @staticmethod
+    def _of_water(water, removed, lift):
+        """Mass of water and the work that it did; lift: as of what is removed [J/kg]."""
+        budget, now = water.budget, water.held()
+        return {"water_mass": now, "drained_water": budget.drained, "added_water": budget.added,
+                "removed_water": removed["water"], "water_residual": budget.residual(now, removed["water"]),
+                "water_work": budget.work + budget.carried_energy + budget.carried_mass * lift}
 
     def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""

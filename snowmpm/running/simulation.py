@@ -31,6 +31,7 @@ from snowmpm.setup.build import build
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
+from snowmpm.stages import stage
 from snowmpm.stepping.contract import Method
 from snowmpm.stepping.settling import settle
 from snowmpm.stepping.step_check import check_step, rounded_down
@@ -93,7 +94,7 @@ class Simulation(Glance):
         if resumed is None:
             for doubt in (*doubts(self.model), *overloaded(scene)):
                 warnings.warn(str(doubt), stacklevel=2)
-        if scene.initial.stress == "settle" and resumed is None:
+        if scene.initial.stress == "settle" and resumed is None and not self._begins_at_rest():
             self.settle()
         self.crack = CrackRecord(self, self.events[-1]) if scene.saw_test else None
         """Record of the saw test (`snowmpm.saw_test.crack`); None if there is none."""
@@ -252,6 +253,16 @@ class Simulation(Glance):
                                   f" from {first:.3g} s at the start:\nthe snow moves faster, or is stiffer,"
                                   " than anything real; lower solver.cfl or check the material")
         return dt, cause
+
+    def _begins_at_rest(self) -> bool:
+        """Let the solver begin from a balance that the scene asks for, and that a static solver finds."""
+        if self.scene.initial.relaxation != "static":
+            return False
+        with stage("finding the balance"):
+            found = self.model.at_rest()
+        if found is not None:
+            self.solver = self.model.solver(found.population)
+        return found is not None
 
     @in_turn
     def settle(self) -> None:

@@ -24,6 +24,7 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.forests import forest_at
+from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -174,14 +175,35 @@ class Model:
                 raise InputError(f"{scene.source}: {error}") from None
         return Forcing(self.gravity, fields, Damping(scene.damping) if scene.damping else None)
 
-    def solver(self):
-        """The solver of this scene at time zero."""
-        solver, forcing = self._solver(), self.forcing()
+    def at_rest(self):
+        """The particles in balance with their weight, by the static solver of the method (`MethodEntry.relax`); None
+        where there is none, or no balance is found."""
+        chosen = self.scene.solver
+        relax = METHODS[chosen.method].relax
+        if relax is None:
+            return None
+        relax = pkgutil.resolve_name(relax) if isinstance(relax, str) else relax
+        return relax(self.population, self.laws, chosen, tolerance=self.scene.initial.tolerance, **self._setting())
+
+    def solver(self, population=None):
+        """The solver of this scene at time zero. population: in place of its particles."""
+        solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
+        if self.scene.water:
+            solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver
 
-    def _solver(self):
+    def _solver(self, population):
+        chosen = self.scene.solver
+        entry = METHODS[chosen.method]
+        # By name: methods are slow to import, and a run has one of them
+        build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
+        options = getattr(chosen, entry.options) if entry.options else chosen
+        return build(self.population if population is None else population, self.laws, options, **self._setting())
+
+    def _setting(self):
+        """What a method is built with, by name (`MethodEntry`)."""
         scene = self.scene
         names = scene.domain.sides(scene.dimension) if scene.domain else {}
         axes = "xz" if scene.dimension == 2 else "xyz"
@@ -203,14 +225,10 @@ class Model:
                 contact["terrain_forest"] = partial(forest_at, scene, self.surface)
             if scene.terrain.deposition:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
-        common = {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
-                  "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
-                  "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,
-                  "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
-        # By name: methods are slow to import, and a run has one of them
-        build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
-        options = getattr(chosen, entry.options) if entry.options else chosen
-        return build(self.population, self.laws, options, **common)
+        return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
+                "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
+                "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,
+                "obstacles": self.obstacles, "body_friction": body_friction(scene), **contact}
 
 
 def course_of(scene):

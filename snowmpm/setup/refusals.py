@@ -19,7 +19,7 @@ def demands(scene, later=False):
     if scene.terrain:
         yield "terrain", True, "terrain.kind", scene.terrain.kind
         yield "contacts", scene.terrain.contact, "terrain.contact", scene.terrain.contact
-        yield from _of_friction(scene.terrain.friction)
+        yield from _of_friction(scene.terrain)
         if scene.terrain.entrainment:
             yield "entrainment", True, "terrain.entrainment.law", scene.terrain.entrainment.law
         if scene.terrain.forest:
@@ -56,11 +56,16 @@ def demands(scene, later=False):
         yield "forcing", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
+    if scene.water:
+        yield "water", True, "water.scheme", scene.water.scheme
 
 
-def _of_friction(friction):
+def _of_friction(terrain):
     """Demands of the friction of the ground, a number or a law."""
+    friction = terrain.friction
     if isinstance(friction, int | float):
+        if friction and terrain.contact != "stick":
+            yield "ground_friction", "coulomb", "terrain.friction", friction
         return
     for law in possible_laws(friction):
         yield "ground_friction", law.law, "terrain.friction.law", law.law
@@ -90,6 +95,8 @@ def refuse_beyond(scene):
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
     for i, switch in enumerate(scene.switch):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
+    if scene.water:
+        _refuse_beside_water(scene)
     _refuse_sleeping(scene)
 
 
@@ -99,11 +106,29 @@ def _refuse_sleeping(scene):
         return
     beside = {"forces": scene.forces, "damping": scene.damping,
               "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
-              "switch": scene.switch,
+              "switch": scene.switch, "water": scene.water,
               'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
     if found := [name for name, there in beside.items() if there]:
         raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",
                             scene.source)
+
+
+def _refuse_beside_water(scene):
+    """Raise InputError for what does not go with water in the pores."""
+    if scene.solver.precision != "f64":
+        raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
+                            " compression is smaller than the round-off of single precision", scene.source)
+    if scene.switch:
+        raise InputError.at("switch.0.to", scene.switch[0].to, "does not go with water, which no hand-over keeps",
+                            scene.source)
+    if scene.initial.stress == "geostatic":
+        raise InputError.at("initial.stress", scene.initial.stress, 'does not go with water: "settle" finds the'
+                            " effective stress", scene.source)
+    if scene.initial.from_run is not None:
+        raise InputError.at("initial.from", scene.initial.from_run, "does not go with water, which is not taken over",
+                            scene.source)
+    if scene.saw_test:
+        raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

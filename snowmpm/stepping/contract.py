@@ -88,6 +88,8 @@ class Method(ABC):
     """return maps that failed since time zero"""
     forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
+    water: Any = None
+    """`water.pore_water.PoreWater` in the particles, or None"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -141,6 +143,11 @@ class Method(ABC):
     def force(self, forcing: Any) -> None:
         """Let a `forcing.Forcing` act from now on."""
         raise NotImplementedError(f"{type(self).__name__} takes no forcing")
+
+    def fill_pores(self, water: Any, shorten: bool = True) -> None:
+        """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
+        shorten: by steps as short as it asks for."""
+        raise NotImplementedError(f"{type(self).__name__} holds no water")
 
     # ---- settling ---------------------------------------------------------------------------------------------
 

@@ -35,7 +35,7 @@ def _event(method, **event):
 
 
 def _on_ground(method):
-    return _free(method, gravity=given.G, terrain=given.ground(10.0, 0.2),
+    return _free(method, gravity=given.G, terrain=given.ground(method, 10.0, 0.2),
                  bodies=[given.body(given.layer(given.least_dimension(method), 0.0, 0.6, 0.3))])
 
 
@@ -78,7 +78,7 @@ def _stressed(kind):
         dim = given.least_dimension(method)
         floor = {"min": given.point(dim, -2.0, 0.0, -2.0), "max": given.point(dim, 2.0, 2.0, 2.0),
                  "boundary": {"z_min": "slip"}}
-        keys = {"terrain": given.ground()} if given.able(method).terrain else {"domain": floor}
+        keys = {"terrain": given.ground(method)} if given.able(method).terrain else {"domain": floor}
         return _free(method, gravity=given.G, initial={"stress": kind, "tolerance": 0.05}, **keys)
 
     return ask
@@ -176,6 +176,20 @@ def _sleeps(simulation):
     assert simulation.audit()["asleep_share"] == 1.0 and simulation.audit()["momentum_residual"] < 1e-11
 
 
+def _soaked(method):
+    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
+                                                                  "saturation": 0.3})
+
+
+def _holds_water(simulation):
+    steps(simulation, 5)
+    fields, row = simulation.particles, simulation.audit()
+    low = fields["position"][:, -1] < 0.19
+    # It falls, so that water has no weight in it, but what is full stays nearly so
+    assert fields["saturation"][low].min() > 0.99 and fields["saturation"][~low].max() < 0.35
+    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
+
+
 def _along(method):
     return more_accurate(given.scene(method))
 
@@ -194,6 +208,7 @@ CAPABILITIES = {
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
     "forcing": Asked(_blown_at, _flies_off),
+    "water": Asked(_soaked, _holds_water),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
     "sleeping": Asked(_lying, _sleeps),

@@ -31,7 +31,8 @@ class Example:
     at_rest: float = 0.01
 
 
-EXAMPLES = {"mpm": Example(), "sph": Example(), "depth": Example(grounded=True, in_plan=True)}
+EXAMPLES = {"mpm": Example(), "sph": Example(), "depth": Example(grounded=True, in_plan=True),
+            "implicit": Example()}
 
 
 def without_example():
@@ -73,8 +74,11 @@ def block(dim, velocity=(0.0, 0.0, 0.0), start=0.0, name="one", **more):
     return body(box(dim, (start, 0.0), (start + SIDE, SIDE)), name, velocity=point(dim, *velocity), **more)
 
 
-def ground(angle=0.0, friction=0.0):
-    return {"kind": "plane", "angle": angle, "friction": friction, "contact": "separate"}
+def ground(method, angle=0.0, friction=0.0):
+    """Terrain that snow may leave and that holds it back, as far as the method is capable of that."""
+    can = able(method)
+    return {"kind": "plane", "angle": angle, "friction": friction if can.ground_friction else 0.0,
+            "contact": "separate" if "separate" in can.contacts else "slip"}
 
 
 def scene(method, dim=None, *, precision=None, solver=None, **changes):
@@ -87,7 +91,7 @@ def scene(method, dim=None, *, precision=None, solver=None, **changes):
         "domain": {"min": point(dim, -2.0, -3.0, -2.0), "max": point(dim, 3.0, 2.0, 2.0)},
         "materials": {"snow": SNOW}, "bodies": [block(dim)]}
     if EXAMPLES[method].grounded:
-        tables["terrain"] = ground()
+        tables["terrain"] = ground(method)
     return Scene.model_validate({**tables, **changes})
 
 
@@ -110,7 +114,7 @@ def eventful(method, dim=None, **changes):
     first, second = box(dim, (0.0, 0.0), (0.6, 0.3)), box(dim, (1.2, 0.0), (1.6, 0.3))
     if can.terrain:
         first, second = layer(dim, 0.0, 0.6, 0.3), layer(dim, 1.2, 1.6, 0.3)
-        tables["terrain"] = ground(20.0, 0.3)
+        tables["terrain"] = ground(method, 20.0, 0.3)
     tables["bodies"] = [body(first, velocity=point(dim, 6.0, -2.2)),
                         body(second, "two", velocity=point(dim, 15.0, -5.5))]
     across = [0.0] * (dim - 2)

@@ -18,7 +18,7 @@ from tests.contract.method_suite import CHECKS
 
 VALUES = {"dimensions": (2, 3), "precisions": ("f32", "f64")}
 """What a scene may choose of a capability that is a set."""
-CHOICES = {"filling", "usual_filling", "grid", "plan"}
+CHOICES = {"filling", "usual_filling", "grid", "plan", "solves"}
 """Capabilities that no scene asks for: they say which of its choices count (`a_simulation_is_what_its_scene_says`)."""
 ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesion": "scenes/test_ground_friction.py",
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",

@@ -8,6 +8,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     round_off,
     shallow,
     sleeping,
+    soaked,
     sph_sums,
     standing,
     time_steps,

@@ -70,6 +70,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         mass = volume * materials[material[p], DENSITY]
+        if ti.static(layout.water_size > 0):
+            mass += volume * access.load(reals, places, p, at["water"], 1)[0]
         for field, n in ti.static(parts.fields):
             vectors = [vec4(0.0) for _ in ti.static(range(n))]
             parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)

@@ -49,6 +49,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
             volume = access.load(reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
             pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
+            if ti.static(layout.water_size > 0):
+                pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):

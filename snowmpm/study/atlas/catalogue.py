@@ -8,6 +8,7 @@ from snowmpm.study.atlas import (
     layers,
     round_off,
     sleeping,
+    soaked,
     softening,
     sph_lattices,
     stretching,
@@ -25,5 +26,6 @@ GROUPS = {
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
+    "water in the pores": soaked.ENTRIES,
 }
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}

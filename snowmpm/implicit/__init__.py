@@ -1,0 +1,1 @@
+"""Implicit MPM: steps that are solved for, in time or at rest, on the particles, laws and surfaces of `snowmpm.mpm`."""

@@ -1,0 +1,79 @@
+"""The equations of a step: forces on the free nodes as a function of their displacements, and the matrix of both.
+
+    R(u) = sum_p V P g + c M u - H - sum_p m b w,    T^T R = 0,    M = sum_p m w w
+
+b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.implicit.response import After, respond
+from snowmpm.implicit.stiffness import Stiffness
+
+ROUND_OFF = 4e-15
+"""Of sums over particles, relative."""
+
+
+@dataclass
+class Trial:
+    """An iterate: v (free,), u (N, dim) [m], what particles make of it, full (N, dim) and free residual [N], the size
+    of the forces that it is made of [N], and the residual that round-off leaves [N]. sound: no particle is turned
+    inside out, and all numbers are finite."""
+
+    v: np.ndarray
+    u: np.ndarray
+    after: After
+    full: np.ndarray
+    free: np.ndarray
+    scale: float
+    noise: float
+    sound: bool
+
+
+class Balance:
+    """Equations of particles on a mesh.
+
+    matter: `Matter`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see; inertia: c
+    [1/s2]; history (N, dim): H [N]; dx [m].
+    """
+
+    def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None):
+        self.mesh, self.held, self.materials = mesh, held, materials
+        self._before, self._dt, self._inertia = matter.before(), dt, inertia
+        self.volume, self.mass, self._dx = matter.volume, matter.mass, dx
+        self.external = mesh.W.T @ (self.mass[:, None] * body)
+        self._history = np.zeros_like(self.external) if history is None else history
+        self._stiffness = None
+
+    def internal(self, P):
+        """sum_p V P g, (N, dim)."""
+        return self.mesh.forces_of(self.volume[:, None, None] * P)
+
+    def at(self, v, tangents=False):
+        """`Trial` at v (free,)."""
+        u = self.held.full(v)
+        after = respond(self.materials, self._before, self.mesh.gradient_of(u), self._dt, tangents)
+        inertia = np.zeros_like(u)
+        if self._inertia:
+            inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
+        net = inertia - self._history
+        full = self.internal(after.P) + net - self.external
+        pulls = np.linalg.norm(self.volume * np.linalg.norm(after.P, axis=(1, 2))) / self._dx
+        free = self.held.reduced(full)
+        sound = bool(np.isfinite(free).all() and (after.growth > 0.0).all())
+        scale = pulls + np.linalg.norm(net) + np.linalg.norm(self.external)
+        noise = ROUND_OFF * (np.linalg.norm(inertia) + np.linalg.norm(self._history) + scale)
+        return Trial(v, u, after, full, free, float(scale), float(noise), sound)
+
+    def with_tangents(self, trial):
+        """The same with the tangents of its particles."""
+        return self.at(trial.v, tangents=True)
+
+    def matrix(self, trial):
+        """K of a `Trial` with tangents, (dim N, dim N)."""
+        if self._stiffness is None:
+            self._stiffness = Stiffness(self.mesh)
+        C = self.volume[:, None, None, None, None] * trial.after.C
+        return self._stiffness.matrix(C, self._inertia * self.mass)

@@ -1,0 +1,216 @@
+"""Implicit MPM: the particles, splines, laws and surfaces of explicit MPM, with steps that are solved for."""
+
+import math
+
+import numpy as np
+
+from snowmpm.errors import InputError, SimulationError
+from snowmpm.implicit.march import Grid, March, Rules
+from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.surfaces import surfaces_of
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.coordinates import Frame
+from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.schemes import TRANSFERS
+from snowmpm.stepping.contract import StepLimits, Workload
+from snowmpm.stepping.method import Solver
+from snowmpm.stepping.time_step import DEFORMATION_LIMIT, Extremes
+
+USUAL_ADVECTIVE = 0.5
+"""Cells that a particle crosses in a step of a scene that gives no cfl: its weights are those of the start."""
+
+TO_THE_NEXT_FRAME = 1e6
+"""Step [s] of a scene at rest that gives none: it ends with the frame."""
+
+
+class ImplicitSolver(Solver):
+    """Particles, and steps of them that `March` solves."""
+
+    def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
+                 terrain=None, terrain_contact="stick", sides=None):
+        """choices: kernel, gradient, transfer, flip_ratio, as of a scene's solver table; options: its table implicit
+        (`scenes.numerics.Implicit`); the rest as `mpm.solver.MpmSolver` takes it. sides: "open", "slip", "symmetric" or
+        "stick"."""
+        self.dim, self.dx, self.precision, self.options = len(origin), dx, precision, options
+        self.at_rest = options.time == "quasi_static"
+        self.frame = Frame(self.dim, precision, origin, dx, lower, upper)
+        sides = sides or [["open", "open"]] * self.dim
+        moving = TRANSFERS[choices.transfer]
+        grid = Grid(dx, self.frame.origin, choices.kernel, choices.gradient,
+                    surfaces_of(self.frame, terrain, terrain_contact, sides))
+        rules = Rules(options.time, options.tolerance, options.iterations, options.linear, options.damping,
+                      choices.flip_ratio if moving.flip else 0.0)
+        self.scheme_name = f"implicit MPM ({options.time})"
+        self.cfl = cfl or USUAL_ADVECTIVE
+        self.critical_cfl = math.inf
+        self.surfaces = []
+        self.particles = SortedParticles(
+            population, laws, dx=dx, precision=precision, origin=self.frame.origin,
+            limits=self.frame.limits(np.zeros(self.dim, int)), gravity=gravity,
+            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0)
+        self._begin(population, gravity)
+        self.march = March(grid, rules, self.particles.materials)
+        self._acceleration = np.zeros((len(population.volumes), self.dim))
+        self._held_impulse = np.zeros(self.dim)
+        self._fresh, self._scene_loads = True, []
+        self.passed = None
+        """`march.Passed` of the last step"""
+        if self.at_rest:
+            self._stop()
+
+    @classmethod
+    def of(cls, population, laws, chosen, *, obstacles=(), body_friction=None, terrain_friction=0.0, **setting):
+        """Of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
+        return cls(population, laws, chosen, chosen.implicit, **setting)
+
+    def _stop(self):
+        """At rest, a velocity is an impulse that a step has still to carry."""
+        table = self.particles.table()
+        table[:, self.particles.layout.columns("velocity")] = 0.0
+        self.particles.overwrite(table)
+
+    # ---- the step ---------------------------------------------------------------------------------------------
+
+    def step(self, dt):
+        """Advance by dt [s]. Raises SimulationError when the step cannot be solved."""
+        self._act(dt)
+        store = self.particles
+        if store.count:
+            matter = Matter.of_store(store)
+            if not np.isfinite(matter.velocity).all():
+                self._fail(int(np.flatnonzero(~np.isfinite(matter.velocity).all(axis=1))[0]))
+            try:
+                self.passed = self._rest(matter, dt) if self.at_rest else self._move(matter, dt)
+            except SimulationError as error:
+                raise SimulationError(f"{error}, at t = {self.time:.6g} s, step {self.steps}:\n"
+                                      "lower solver.implicit.dt, or look for snow that nothing holds") from None
+            self._take(matter, dt)
+        self._advance_clock(dt, dt)
+
+    def _body(self, matter):
+        """Acceleration of weight and loads (n, dim) [m/s2], and that of loads alone."""
+        loads = np.zeros_like(matter.velocity)
+        x = self.frame.origin + self.dx * matter.cells
+        for centre, radius, acceleration in self._scene_loads:
+            loads[np.linalg.norm(x - np.asarray(centre), axis=1) < radius] += np.asarray(acceleration)
+        return self.gravity + loads, loads
+
+    def _rest(self, matter, dt):
+        body, loads = self._body(matter)
+        self._loaded += dt * (matter.mass @ loads)
+        # Impulses of events and forces since the last step are velocities by now: as forces over the step
+        return self.march.to_balance(matter, body + matter.velocity / dt, dt)
+
+    def _move(self, matter, dt):
+        body, loads = self._body(matter)
+        acceleration = self._acceleration[matter.number]
+        passed = self.march.in_time(matter, acceleration, body, dt, self._fresh)
+        self._acceleration[matter.number], self._fresh = acceleration, False
+        self._loaded += dt * (matter.mass @ loads)
+        return passed
+
+    def _take(self, matter, dt):
+        """Put particles back, and keep the books."""
+        store, passed = self.particles, self.passed
+        self._held_impulse += passed.impulse
+        self.plastic_work += passed.work
+        self.unconverged += passed.unconverged
+        self.n_plastic = passed.yielding
+        store.place(matter.cells, matter.columns())
+        self.extremes = Extremes(
+            speed=float(np.linalg.norm(matter.velocity, axis=1).max()),
+            gradient=float(np.linalg.norm(matter.affine, axis=(1, 2)).max()),
+            elastic_deviation=float(np.linalg.norm(matter.h, axis=1).max()))
+
+    BAD = "is no longer finite"
+
+    # ---- the length of a step ---------------------------------------------------------------------------------
+
+    def stable_dt(self):
+        """-> (step for now [s], what limits it): solver.implicit.dt, else waves in time, the next frame at rest."""
+        if self.options.dt:
+            return self.options.dt, "fixed"
+        if self.at_rest:
+            return TO_THE_NEXT_FRAME, "elastic"
+        limits = {"elastic": self.options.courant * self.dx / self.materials.wave_speed}
+        if self.extremes.speed > 0.0:
+            limits["advective"] = self.cfl * self.dx / self.extremes.speed
+        if self.extremes.gradient > 0.0:
+            limits["deformation"] = DEFORMATION_LIMIT / self.extremes.gradient
+        cause = min(limits, key=limits.get)
+        return limits[cause], cause
+
+    def expected_dt(self, breaking=False):
+        """-> (step that a run takes about [s], what limits it)."""
+        return self.stable_dt()
+
+    def critical_dt(self):
+        """-> (longest step that is not unstable [s], what limits it): none is."""
+        return math.inf, "elastic"
+
+    @property
+    def limits(self):
+        """`StepLimits`."""
+        return StepLimits(self.cfl, self.critical_cfl, self.scheme_name, USUAL_ADVECTIVE)
+
+    # ---- what acts on the particles ---------------------------------------------------------------------------
+
+    def set_loads(self, loads):
+        """loads: [(centre (dim,) [m, scene], radius [m], acceleration (dim,) [m/s2])] that act within their radius."""
+        self._scene_loads = list(loads)
+
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of particles (`Solver.sever`): what stress gave them is not what they have any more."""
+        self._fresh = True
+        return super().sever(line, radius, numbers, state)
+
+    def remove(self, gone):
+        """Take particles out, `gone` (n,) true; they count as removed."""
+        self.particles.remove(gone)
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    @property
+    def impulse(self):
+        """Impulse that terrain, sides and loads gave [N s], (dim,)."""
+        return self._loaded + self._held_impulse
+
+    contact_work = 0.0
+    """Surfaces at rest that stick, or slip without friction, take no energy."""
+
+    @property
+    def memory(self):
+        """Bytes of everything but the particles, about: stencils, tangents and the matrix of a step."""
+        size = STENCILS[self.march.grid.kernel].width ** self.dim
+        a_particle = 8 * (size * (2 * self.dim + 3) + self.dim**4 + 40)
+        neighbours = (2 * STENCILS[self.march.grid.kernel].width - 1) ** self.dim
+        nodes = self.particles.count / 2**self.dim
+        return int(a_particle * self.particles.count + nodes * neighbours * (8 * self.dim**2 + 12))
+
+    @property
+    def workload(self):
+        """`Workload` of a step."""
+        return Workload(self.particles.n_blocks)
+
+    def restart_clock(self):
+        """Time zero is now: totals start again."""
+        super().restart_clock()
+        self._held_impulse[:] = 0.0
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name."""
+        return {**super().state(), "acceleration": self._acceleration.copy(),
+                "held_impulse": self._held_impulse.copy(), "fresh": self._fresh}
+
+    def restore(self, state):
+        """Take over the `state()` of a solver of the same scene; loads are set apart.
+
+        Raises InputError when it does not fit.
+        """
+        if state["acceleration"].shape != self._acceleration.shape:
+            raise InputError("the particles of the checkpoint are not as many as those of the scene")
+        super().restore(state)
+        self._acceleration[:] = state["acceleration"]
+        self._held_impulse[:], self._fresh = state["held_impulse"], bool(state["fresh"])

@@ -1,0 +1,41 @@
+"""Saw tests by steps at rest (I7): an elastic layer that is cut, beside WEAC and finite elements (S1).
+
+The column of `study.problems.elastic_saw_test`, from the state of an infinite slope to its balance in one step for each
+cut; see there and in `test_elastic_saw_test` for what WEAC leaves out.
+"""
+
+import numpy as np
+import pytest
+
+from snowmpm.running.simulation import Simulation
+from snowmpm.scenes import load_scene
+from snowmpm.study.problems.elastic_saw_test import FLAT, LENGTH, WEAK_LAYER
+
+CUTS = (0.3, 0.5)
+
+
+def at_rest(cut, slope_angle=0.0, dx=0.025):
+    """Potential energy Pi [J/m] and deflection of the free end [m]."""
+    one = Simulation(load_scene("pst_2d", {
+        "solver.method": "implicit", "solver.implicit.time": "quasi_static", "solver.implicit.dt": 0.1,
+        "solver.gradient": "shape", "solver.precision": "f64", "solver.dx": dx, "materials.weak_layer": WEAK_LAYER,
+        "initial.stress": "geostatic", "saw_test.length": LENGTH, "saw_test.notch": cut, "saw_test.saw_length": cut,
+        "saw_test.slope_angle": slope_angle, "saw_test.ends": "normal",
+        "saw_test.weak_layer": {"material": "weak_layer", "thickness": 0.05}}))
+    one.step()
+    assert one.solver.steps == 1 and one.solver.passed.parts == 1
+    particles = one.particles
+    moved = particles["position"] - one.model.population.positions[particles["id"]]
+    elastic = one.solver.materials.elastic_energy(particles["material"], particles.kirchhoff(), particles.state(),
+                                                  particles["volume"] / particles["J"])
+    settled = one.crack.values()["settlement"][-1].astype(float)
+    return elastic - float(particles["mass"] @ (moved @ one.solver.gravity)), 1.5 * settled[0] - 0.5 * settled[1]
+
+
+def test_deflection_and_energy_release_rate_on_the_flat():
+    """S1 asks for 5 % and 8 %."""
+    (before, _), (after, end) = (at_rest(cut) for cut in CUTS)
+    rate = (before - after) / (CUTS[1] - CUTS[0])
+    assert rate == pytest.approx(FLAT[0], rel=0.08)
+    assert end == pytest.approx(FLAT[1], rel=0.05)
+    assert np.isfinite(rate)
