@@ -217,7 +217,7 @@ class Sleep:
     @property
     def share(self):
         """Mass that sleeps over all."""
-        return float(self._masses.sum() / max(self._solver.particles.mass, 1e-300))
+        return min(1.0, float(self._masses.sum() / max(self._solver.particles.mass, 1e-300)))  # but for round-off
 
     @property
     def floors(self):
