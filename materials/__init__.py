@@ -27,6 +27,7 @@ from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated
 from .symmetric import pack, unpack
 from .von_mises import VonMises
+from .wet_snow import WetSnow
 
 Material = Annotated[
     Elastic
@@ -39,7 +40,8 @@ Material = Annotated[
     | AnticrackCamClay
     | StomakhinSnow
     | Hypoplastic
-    | CriticalStateHypoplastic,
+    | CriticalStateHypoplastic
+    | WetSnow,
     Field(discriminator="kind"),
 ]
 
@@ -71,6 +73,7 @@ __all__ = [
     "StressUpdate",
     "Updated",
     "VonMises",
+    "WetSnow",
     "measure",
     "measure_path",
     "pack",

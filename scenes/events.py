@@ -1,10 +1,12 @@
-"""Events that act on a body at a given time: a saw cut, a load, a removal."""
+"""Events that act on a body, or on the water in the snow, at a given time: a saw cut, a load, a removal, rain, a border
+that begins to drain."""
 
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from snowmpm.scenes.space import Vector
+from snowmpm.scenes.regions import PlanBox
+from snowmpm.scenes.space import Vector, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, check_period, refuse
 
 
@@ -71,4 +73,45 @@ class Remove(Spec):
     """[s]"""
 
 
-Event = Annotated[Cut | Load | Remove, Field(discriminator="kind")]
+class Rain(Spec):
+    """Rain or melt water, which the surface of the snow takes up; what it cannot hold runs off."""
+
+    NEEDS: ClassVar = "water"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    kind: Literal["rain"]
+    rate: Positive
+    """mass of water per plan area and time [kg/m2/s]: 1 mm/h is 2.8e-4"""
+    start: NonNegative = 0.0
+    """[s]"""
+    stop: Positive | None = None
+    """[s]; never when missing"""
+    region: PlanBox | None = None
+    """where it falls; everywhere when missing"""
+
+    @model_validator(mode="after")
+    def _ends_after_it_starts(self):
+        check_period(self.start, self.stop)
+        return self
+
+
+class Drainage(Spec):
+    """A border lets water out from now on, or no more."""
+
+    NEEDS: ClassVar = "water"
+    """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
+    kind: Literal["drainage"]
+    border: Literal["surface", "ground", "obstacles", "x_min", "x_max", "y_min", "y_max", "z_min", "z_max"]
+    """the free surface, the terrain, obstacles or a side of the domain"""
+    becomes: Literal["drained", "sealed"]
+    """drained: p = 0 there"""
+    start: NonNegative = 0.0
+    """[s]"""
+
+    @model_validator(mode="after")
+    def _has_that_side(self):
+        if self.border.startswith("y_"):
+            require_dimension(3, f"the border {self.border}")
+        return self
+
+
+Event = Annotated[Cut | Load | Remove | Rain | Drainage, Field(discriminator="kind")]

@@ -161,6 +161,9 @@ class Solver(Spec):
     dt: Positive | None = None
     """fixed time step [s]; adaptive when missing"""
     precision: Literal["f32", "f64"] = "f32"
+    sleeping: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0
+    """mpm: share e of sqrt(gravity dx) below which snow is calm [-]: blocks of it are left out of the step until
+    something wakes them (0.01 is usual); 0: no snow sleeps"""
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)

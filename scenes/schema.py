@@ -25,6 +25,7 @@ from snowmpm.scenes.stop import Stop
 from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
+from snowmpm.scenes.water import Water
 
 
 class Initial(Spec):
@@ -92,6 +93,8 @@ class Scene(Glance, Spec):
     """accelerations and pressures in space and time"""
     damping: Damping | None = None
     """a drag on every particle; none when missing"""
+    water: Water | None = None
+    """water in the pores; none when missing"""
     initial: Initial = Initial()
     stop: Stop = Stop()
     """when a run ends before end_time"""
@@ -159,7 +162,7 @@ class Scene(Glance, Spec):
                  "materials": ", ".join(f"{name} ({law.kind})" for name, law in self.materials.items()),
                  "bodies": ", ".join(f"{body.name} ({body.shape.kind} of {body.material})" for body in self.bodies),
                  "obstacles": ", ".join(f"{one.name} ({one.shape.kind})" for one in self.obstacles),
-                 "events": ", ".join(f"{event.kind} {event.body}" for event in self.events),
+                 "events": ", ".join(f"{event.kind} {getattr(event, 'body', '')}".strip() for event in self.events),
                  "saw test": f"{self.saw_test.slope_angle:g} degrees" if self.saw_test else "",
                  "switches": ", ".join(f"to {switch.to} when {switch.when}" for switch in self.switch),
                  "initial stress": self.initial.stress}
@@ -232,6 +235,9 @@ def _check_references(scene):
         if scene.initial.stress == "settle" and any(body.velocity):
             raise refuse('does not go with initial.stress = "settle", which brings everything to rest',
                          f"bodies.{i}.velocity", body.velocity)
+    for i, event in enumerate(scene.events):
+        if event.NEEDS == "water" and scene.water is None:
+            raise refuse("needs water: a table [water]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
     for table in ("events", "forces"):
         for i, item in enumerate(getattr(scene, table)):

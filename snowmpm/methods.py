@@ -56,6 +56,10 @@ class Capabilities:
     """events that take particles out"""
     forcing: bool = True
     """forces, damping and gravity that changes (`snowmpm.forcing`)"""
+    sleeping: bool = False
+    """snow that does nothing is left out of the step"""
+    water: bool = False
+    """water in the pores (`snowmpm.water`)"""
     separate_bodies: bool = False
     """bodies that slide on each other and part"""
     saw_test: bool = False
@@ -110,8 +114,9 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        separate_bodies=True, saw_test=True, grid=True, presets=True, ground_friction=GROUND_LAWS,
-        ground_cohesion=True, ground_rasters=True), relax="snowmpm.implicit.settled:settle"),
+        sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
+        ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
+        relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

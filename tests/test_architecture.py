@@ -23,7 +23,7 @@ GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glan
           "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test"}
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
                               "quantities")},
@@ -31,7 +31,7 @@ MAY_IMPORT = {
     "memory": {"errors"},
     "reading": {"memory", "errors"},
     "ground": {*GROUND, "compiler", "materials", "terrain"},
-    "scenes": {*GROUND, "materials", "ground"},
+    "scenes": {*GROUND, "materials", "ground", "water"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
@@ -43,9 +43,11 @@ MAY_IMPORT = {
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
+    "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
+    "micro": {*GROUND, "compiler", "seeding"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
     "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # MPM as well: the same splines and lines of contact
@@ -57,7 +59,7 @@ MAY_IMPORT = {
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns"},
+            "campaigns", "micro"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}
@@ -72,7 +74,8 @@ FORBIDDEN = {
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
     "implicit": PICTURES | {"h5py", "typer", "rich"},
-    **dict.fromkeys(("compiler", "particles", "stepping", "results"), PICTURES | {"h5py", "trimesh", "typer", "rich"}),
+    **dict.fromkeys(("compiler", "particles", "stepping", "results", "micro"),
+                    PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),
     "terrain": PICTURES | {"h5py", "typer", "rich"},
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},

@@ -8,6 +8,7 @@ from snowmpm.advice.calibration import Speed
 from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.running.description import expected_run_file, written_fields
+from snowmpm.stepping.calm import calm
 
 WITHIN = 0.3
 """Largest relative error of the forecast for runs of the library."""
@@ -138,6 +139,10 @@ class Budget:
         carried = ", ".join(name.replace("_", " ") for name, size in sizes.items() if size)
         size = facts.solver.particles.bytes_per_particle
         found.append(Payment("precision", f"{scheme.precision}, {size} B a particle ({carried})", None, None))
+        if facts.scene.solver.sleeping > 0.0:
+            speed, time = calm(facts.scene.solver.sleeping, facts.dx, facts.solver.gravity)
+            found.append(Payment("sleeping", f"snow slower than {speed:.2g} m/s for {time:.2g} s is left out of the"
+                                             " steps; what that saves is not forecast", None, None))
         fields = int(facts.model.population.field.max()) + 1
         if fields > 1:
             found.append(Payment("velocity fields", f"{fields}: nodes of touching bodies are kept once for each", None,

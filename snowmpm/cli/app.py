@@ -14,6 +14,7 @@ from snowmpm.cli import (
     info,
     listing,
     maps,
+    micro,
     new,
     plot,
     render,
@@ -67,6 +68,7 @@ app.command("info")(guarded(info.info))
 app.command("compare")(guarded(compare.compare))
 app.command("gallery")(guarded(gallery.gallery))
 app.command("element")(guarded(element.element))
+app.command("micro")(guarded(micro.micro))
 app.command("study")(guarded(study.study))
 app.command("sweep")(guarded(campaign.sweep))
 

@@ -86,7 +86,7 @@ class Forcing:
         store, dim = solver.particles, solver.dim
         rows = self._read(solver)
         x, v, volume, ratio = store.positions(rows[:, :dim]), rows[:, dim : 2 * dim] / damping_factor, *rows[:, -2:].T
-        density = store.materials.density[store.material.to_numpy()[: store.count]]
+        density = store.densities()
         number = store.identity.to_numpy()[: store.count]
         acceleration, pressure = np.zeros(x.shape), np.zeros(len(x))
         for field, share in acting:

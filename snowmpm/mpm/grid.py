@@ -20,6 +20,8 @@ from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
 from snowmpm.mpm.contact.contact_node import block_stride
+from snowmpm.mpm.contact.walls import FREE
+from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
 from snowmpm.particles.store import LARGEST_INDEX
 
@@ -49,7 +51,9 @@ class TileGrid:
     particles reach.
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
-    into chunks of about equal work.
+    into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
+    asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
+    zeros, where all is visited.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
@@ -62,8 +66,10 @@ class TileGrid:
         self.bodies = bodies
         self.joins = joins
         self.tiles = self.impulses = self.nodes = None
-        self._block_stride = block_stride(dim, flip)
-        self.contact_offset = self._block_stride * most_workers()
+        self.block_stride = block_stride(dim, flip)
+        self.contact_offset = self.block_stride * most_workers()
+        self.work = self.everyone = int_array([])
+        self.asleep = self.nobody = int_array([])
 
     def rebuild(self, blocks):
         """Follow a new block map."""
@@ -71,10 +77,15 @@ class TileGrid:
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
         self._node_blocks = keys, coordinates, blocks.keys_of
+        self._tile_table, self.n_tiles, self.n_node_blocks = (start, tiles_at), len(blocks), len(keys)
         self.rebuild_contact()
         self.node_coordinates = int_array(coordinates)
         self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
-        self.n_tiles, self.n_node_blocks = len(blocks), len(keys)
+        self.n_work = self.n_node_blocks
+        if self.everyone.shape[0] < max(self.n_tiles, self.n_node_blocks):
+            self.everyone = int_array(np.arange(int(1.25 * max(self.n_tiles, self.n_node_blocks)) + 8))
+            self.nobody = int_array(np.zeros(self.everyone.shape[0]))
+        self.work, self.asleep = self.everyone, self.nobody
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
         self.active_nodes = self._whole_tiles(self.n_tiles)
         self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
@@ -90,10 +101,48 @@ class TileGrid:
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
         if self.bodies:
             self.bodies.rebuild(places, fields_of(keys, self.dim), self.contact.index_of)
-        self.nodes = self._reserved(self.nodes, self.contact_offset + self._block_stride * self.contact.n)
+        self.nodes = self._reserved(self.nodes, self.contact_offset + self.block_stride * self.contact.n)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
+        self.tiles_near_obstacles = self._near_obstacles()
+
+    def _near_obstacles(self):
+        """Tiles (n_tiles,) that hold nodes near an obstacle."""
+        if not any(surface.tracked for surface in self.surfaces):
+            return np.zeros(self.n_tiles, bool)
+        near = np.zeros(self.n_node_blocks, bool)
+        for surface, slots in zip(self.surfaces, self.contact.of_surface, strict=True):
+            if surface.tracked:
+                near |= slots != FREE
+        return self.tiles_around(np.flatnonzero(near))
+
+    def held_blocks(self, asleep, names):
+        """Of the node blocks that tiles of awake and of sleeping blocks reach: numbers, keys, and the sums of `names`
+        (n_tiles,) over the sleeping ones, which tell one pattern of them from another."""
+        start, tiles_at = self._tile_table
+        sums = np.add.reduceat(np.where(asleep, names, 0)[tiles_at[:, 0]], start[:-1])
+        awake = np.logical_or.reduceat(~asleep[tiles_at[:, 0]], start[:-1])
+        chosen = np.flatnonzero(awake & (sums != 0))
+        return chosen, self._node_blocks[0][chosen], sums[chosen]
+
+    def tiles_around(self, numbers):
+        """Tiles (n_tiles,) that reach node blocks of these numbers."""
+        start, tiles_at = self._tile_table
+        near, found = np.zeros(self.n_node_blocks, bool), np.zeros(self.n_tiles, bool)
+        near[numbers] = True
+        found[tiles_at[np.repeat(near, np.diff(start)), 0]] = True
+        return found
+
+    def visit(self, asleep):
+        """Leave out the node blocks that only tiles of sleeping blocks reach; asleep (n_tiles,). -> contact blocks that
+        have to be emptied."""
+        start, tiles_at = self._tile_table
+        reached = np.logical_or.reduceat(~asleep[tiles_at[:, 0]], start[:-1]) if len(tiles_at) else np.zeros(0, bool)
+        work = np.flatnonzero(reached)
+        self.work, self.n_work, self.asleep = int_array(work), len(work), int_array(asleep)
+        self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start)[work] + NODE_BLOCK_COST))
+        return self.contact.visit(reached)
 
     def apply_contact(self, dx):
         """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks."""
@@ -130,12 +179,15 @@ class TileGrid:
 
 
 @functools.cache
-def grid_kernels(dim, real, flip, serial):
+def grid_kernels(dim, real, flip, serial, sleeping=False):
     """`update_grid` advances the nodes: v = p / m + dt g, loads; `write_back` hands contact blocks back to the tiles.
 
     The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
 
-    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it; serial: by one thread.
+    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it; serial: by one thread;
+    sleeping: tiles that are `asleep` count for nothing, and the nodes that their particles reach are held at rest
+    (`mpm.sleep`), by the impulse `held` for all; held_of: a part of it, and all, on each node block; `work` names the
+    blocks to visit.
 
     A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
     its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
@@ -146,6 +198,7 @@ def grid_kernels(dim, real, flip, serial):
     n_nodes = edge**dim
     stride = tile_strides(dim)
     contact_stride = block_stride(dim, flip)
+    pick = picker(sleeping)
 
     @ti.func
     def common_box(active_nodes: ti.template(), tile, step):
@@ -161,14 +214,17 @@ def grid_kernels(dim, real, flip, serial):
     @ti.func
     def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
                  active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(),
-                 impulses: ti.template()):
+                 impulses: ti.template(), asleep: ti.template()):
         """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
         that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
             step = tiles_at[e, 1]
             first, last, address = common_box(active_nodes, tiles_at[e, 0], step)
-            if (last > first).all():
+            counts = (last > first).all()
+            if ti.static(sleeping):
+                counts = counts & (asleep[tiles_at[e, 0]] == 0)
+            if counts:
                 if ti.static(gathering):
                     if found == 0:
                         for q in range(contact_stride):
@@ -197,6 +253,29 @@ def grid_kernels(dim, real, flip, serial):
         return found, least, most
 
     @ti.func
+    def hold(n, first_tile: ti.template(), tiles_at: ti.template(), active_nodes: ti.template(),
+             nodes: ti.template(), sums, asleep: ti.template(), changes: ti.template()):
+        """Stop the nodes of a block that sleeping particles reach; -> the impulse of that. changes: FLIP's changes of
+        velocity lie beside them, and follow."""
+        held = ti.Vector.zero(ti.f64, dim)
+        for e in range(first_tile[n], first_tile[n + 1]):
+            if asleep[tiles_at[e, 0]] == 1:
+                first, last, _address = common_box(active_nodes, tiles_at[e, 0], tiles_at[e, 1])
+                for i, j in ti.ndrange((first[0], last[0]), (first[1], last[1])):
+                    for k in range(first[2], last[2]):
+                        q = sums + (i * edge + j) * edge + k
+                        node = nodes[q]
+                        if node[3] > 0.0:
+                            stopped = vec4(0.0)
+                            stopped[3] = node[3]
+                            nodes[q] = stopped
+                            for a in ti.static(range(dim)):
+                                held[a] -= ti.cast(node[3] * node[a], ti.f64)
+                            if ti.static(changes):
+                                nodes[q + n_nodes] = nodes[q + n_nodes] + (stopped - node)
+        return held
+
+    @ti.func
     def load_velocity(x, dt, loads: ti.template(), n_loads):
         """Velocity that the local loads add at a node."""
         v = ti.Vector.zero(real, dim)
@@ -215,7 +294,8 @@ def grid_kernels(dim, real, flip, serial):
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
                     damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
-                    n_node_blocks: int, chunk_bounds: ti.types.ndarray()):
+                    n_node_blocks: int, chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(),
+                    asleep: ti.types.ndarray(), held_of: ti.types.ndarray(), held: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -223,13 +303,14 @@ def grid_kernels(dim, real, flip, serial):
                 g = ti.Vector.zero(real, dim)
                 for a in ti.static(range(dim)):
                     g[a] = ti.cast(gravity[a], real)
-                for n in range(first, last):
+                for w in range(first, last):
+                    n = pick(work, w)
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
                     sums = ti.select(touching >= 0, contact_offset + touching * contact_stride,
                                      worker(i) * contact_stride)
                     found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
-                                                  impulses)
+                                                  impulses, asleep)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
                             nodes[sums + q] = vec4(0.0)
@@ -259,29 +340,52 @@ def grid_kernels(dim, real, flip, serial):
                                 if ti.static(flip):
                                     before = node / node[3]
                                     nodes[sums + n_nodes + q] = ti.select(touching >= 0, before, result - before)
+                    if ti.static(sleeping):
+                        stopped = ti.Vector.zero(ti.f64, dim)
+                        if found == 1 and touching < 0:
+                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, flip)
+                        elif found == 1:
+                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
+                        for a in ti.static(range(dim)):
+                            held_of[n, a], held_of[n, dim + a] = stopped[a], stopped[a]
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses)
+                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses, asleep)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=ti.static(in_order()))
-        for n in range(n_node_blocks):
+        for w in range(n_node_blocks):
+            n = pick(work, w)
             for a in ti.static(range(dim)):
                 total[a] += impulse_of[n, a]
+                if ti.static(sleeping):
+                    held[a] += held_of[n, a]
 
     @taichi_kernel
     def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
                    active_nodes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
-                   chunk_bounds: ti.types.ndarray()):
+                   chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(), n_work: int, asleep: ti.types.ndarray(),
+                   held_of: ti.types.ndarray(), held: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 first, last = chunk(i, chunk_bounds)
-                for c in range(first, last):
+                for w in range(first, last):
+                    c = pick(work, w)
                     sums, n = contact_offset + c * contact_stride, node_block[c]
+                    if ti.static(sleeping):
+                        stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
+                        for a in ti.static(range(dim)):
+                            held_of[n, a] = stopped[a]
+                            held_of[n, dim + a] += stopped[a]
                     if ti.static(flip):
                         for q in range(n_nodes):
                             nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]
-                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses)
+                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses, asleep)
+        if ti.static(sleeping):
+            ti.loop_config(serialize=ti.static(in_order()))
+            for w in range(n_work):
+                for a in ti.static(range(dim)):
+                    held[a] += held_of[node_block[pick(work, w)], a]
 
     return update_grid, write_back

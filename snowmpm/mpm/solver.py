@@ -1,14 +1,18 @@
 """Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
+from dataclasses import replace
+
 import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
+from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
+from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -26,11 +30,14 @@ PARTICLE_TIME = {2: 6e-8, 3: 1e-7}
 class MpmSolver(Solver):
     """Particles, their grid, and one step of both."""
 
+    _all_scatter = False
+
     BAD = "is no longer finite, turned inside out or crossed more than a cell in a step"
 
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
-                 kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None):
+                 kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
+                 sleeping=0.0):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -42,6 +49,8 @@ class MpmSolver(Solver):
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
+        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps.
+        Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
         self.dx, self.precision = dx, precision
@@ -72,6 +81,11 @@ class MpmSolver(Solver):
         self._serial = runs_serially(PARTICLE_TIME[dim] * len(population.volumes))
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
+        if sleeping and (self.atomic or bodies):
+            raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
+                "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
+        real = runtime.DTYPES[precision][0]
+        self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
         self._reports = self._impulses = None
         self._rebuild_for_blocks()
@@ -80,21 +94,28 @@ class MpmSolver(Solver):
     def of(cls, population, laws, options, **setting):
         """Of the choices of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, kernel=options.kernel, gradient=options.gradient, transfer=options.transfer,
-                   flip_ratio=options.flip_ratio, **setting)
+                   flip_ratio=options.flip_ratio, sleeping=options.sleeping, **setting)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
     def step(self, dt):
         """Advance by dt [s]."""
         with runtime.precision(self.precision):
+            if self.sleep:
+                self.sleep.before_step()
             if self.particles.strayed:
                 self.sort()
             pushed = self._act(dt)
             if self.basal:
                 self.basal.update(self.particles)
-            self.particles_to_grid(pushed)
-            self.update_grid(dt, pushed)
-            self.grid_to_particles(dt)
+            if self.sleep and self.sleep.all_asleep:
+                self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
+            else:
+                self.particles_to_grid(pushed)
+                self.update_grid(dt, pushed)
+                self.grid_to_particles(dt)
+            if self.sleep and self.damping_factor == 1.0:
+                self.sleep.after_step(dt, pushed, self._reports, self._held[0])
         self._advance_clock(dt, pushed)
 
     @property
@@ -102,6 +123,19 @@ class MpmSolver(Solver):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
         between = self.grid.bodies.lost[0] if self.grid.bodies else 0.0
         return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
+
+    @property
+    def held_impulse(self):
+        """Impulse that keeps sleeping snow at rest [N s]."""
+        return self.sleep.impulse if self.sleep else 0.0
+
+    @property
+    def totals(self):
+        """`Totals` as they are now."""
+        if not self.sleep:
+            return super().totals
+        return replace(super().totals, held_impulse=self.sleep.impulse.copy(), slept_energy=self.sleep.energy,
+                       asleep=self.sleep.share)
 
     @property
     def obstacle_totals(self):
@@ -112,9 +146,9 @@ class MpmSolver(Solver):
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
-        owners, work = self._work()
+        owners, *work = self._work()
         self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                      grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, work)
+                      grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -123,22 +157,28 @@ class MpmSolver(Solver):
         strayed = [surface.move_to(place, self.frame.origin, self.dx) for surface in self.obstacles if surface.moving]
         if any(strayed):
             grid.rebuild_contact()
+            if self.sleep:
+                self.sleep.list_work()
         self._update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                      grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
-                     self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_node_blocks,
-                     grid.node_chunk_bounds)
+                     self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work,
+                     grid.node_chunk_bounds, grid.work, grid.asleep, *self._held)
         if grid.contact.n:
             grid.apply_contact(self.dx)
             self._write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset,
-                             grid.first_tile, grid.tiles_at, grid.contact.node_block, grid.contact.chunk_bounds)
+                             grid.first_tile, grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds,
+                             grid.contact.work, grid.contact.n_work, grid.asleep, *self._held)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
-        owners, work = self._work()
+        owners, *work = self._work()
         report = np.zeros(step_report.N_REPORT)
         self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
                      owners, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
-                     report, grid.n_tiles, work)
+                     report, self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
+        if self.sleep:
+            stiff = [step_report.STRAIN, step_report.WAVE2]
+            report[stiff] = np.maximum(report[stiff], self.sleep.floors)
         self._read(report)
 
     @property
@@ -167,12 +207,22 @@ class MpmSolver(Solver):
             self._reports = ti.ndarray(ti.f64, (int(1.25 * len(blocks)) + 8, step_report.N_REPORT))
         if self._impulses is None or self._impulses.shape[0] < max(1, self.grid.n_node_blocks):
             self._impulses = ti.ndarray(ti.f64, (int(1.25 * self.grid.n_node_blocks) + 8, self.dim))
+            held_of = ti.ndarray(ti.f64, (self._impulses.shape[0] if self.sleep else 1, 2 * self.dim))
+            self._held = held_of, self.sleep.impulse if self.sleep else np.zeros(self.dim)
+        if self.sleep:
+            self.sleep.follow()
 
     def _work(self):
-        """Which block owns which particles, and how the work is cut: first particles and chunks for the threads of a
-        CPU, or the block of each particle and their number."""
-        particles = self.particles
-        return (particles.block_of, particles.count) if self.atomic else (particles.start, particles.chunk_bounds)
+        """Which block owns which particles, and how the work is cut: first particles, chunks for the threads of a CPU
+        and a list of blocks, where not all are visited; or the block of each particle and their number."""
+        particles, everyone = self.particles, self.grid.everyone
+        if self.atomic:
+            return particles.block_of, particles.count
+        if self.sleep and not self._all_scatter:
+            return particles.start, self.sleep.chunk_bounds, self.sleep.tiles
+        if self.sleep:
+            everyone = self.grid.everyone
+        return particles.start, particles.chunk_bounds, everyone
 
     def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
@@ -180,18 +230,28 @@ class MpmSolver(Solver):
     def _end_damping(self):
         self.flip_ratio = self._usual_flip_ratio
 
+    def sever(self, line, radius, numbers, state):
+        """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan: no
+        stress, and the law's severed `state`; -> how many."""
+        if self.sleep:
+            self.sleep.before_step()
+        hit = super().sever(line, radius, numbers, state)
+        if self.sleep:
+            self.sleep.stir_along(line, radius)
+        return hit
+
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
-        layout = self.particles.layout
+        layout, lists = self.particles.layout, self.sleep is not None
         self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient,
-                                       self._affine_share > 0.0, self._serial)
-        self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial)
+                                       self._affine_share > 0.0, self._serial, lists)
+        self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial, lists)
         for surface in self.surfaces:
-            surface.bind(real, self.basis, self.flip, self._serial)
+            surface.bind(real, self.basis, self.flip, self._serial, lists)
         self._gather = gather_kernel(layout, real, self.materials.functions, self.atomic, self.flip, self.basis,
-                                     self._gradient, self._affine_share > 0.0, self._serial)
+                                     self._gradient, self._affine_share > 0.0, self._serial, lists)
 
     def _meeting_bodies(self, population, friction):
         """`BodyContact` of a population with several velocity fields, else None."""
@@ -215,7 +275,9 @@ class MpmSolver(Solver):
         with runtime.precision(self.precision):
             if self.particles.strayed:
                 self.sort()
+            self._all_scatter = True
             self.particles_to_grid(0.0)
+            self._all_scatter = False
         return grid_kinetic_energy(self.grid)
 
     def null_space_noise(self, energy):
@@ -240,13 +302,16 @@ class MpmSolver(Solver):
             surface.total[:] = 0.0
         if self.grid.bodies:
             self.grid.bodies.lost[:] = 0.0
+        if self.sleep:
+            self.sleep.restart()
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
         return {**super().state(), "surfaces": np.array([surface.total for surface in self.surfaces]),
-                "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1)}
+                "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1),
+                **({"sleep": self.sleep.state()} if self.sleep else {})}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -254,6 +319,8 @@ class MpmSolver(Solver):
         Raises InputError when it does not fit.
         """
         super().restore(state)
+        if self.sleep:
+            self.sleep.restore(state["sleep"])
         self._rebuild_for_blocks()
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total

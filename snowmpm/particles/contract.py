@@ -28,10 +28,13 @@ class Particles(ABC):
     """laws, densities, wave speed, elastic energy"""
     removed: dict[str, Any]
     """of those that are gone: count, mass [kg], momentum (dim,) [kg m/s], energy [J]; taken: the mass [kg] of those
-    that did not leave the domain but were taken out; entrained, of methods that entrain: mass [kg] that came in, whose
-    energy is subtracted; laid, of methods with deposition: mass [kg] that was laid down and is ground now"""
+    that did not leave the domain but were taken out; water: the mass [kg] of the water that went with them; entrained,
+    of methods that entrain: mass [kg] that came in, whose energy is subtracted; laid, of methods with deposition: mass
+    [kg] that was laid down and is ground now"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
+    water_density: float = 1000.0
+    """of the water in the column "water" [kg/m3]"""
     sorts: int
     """how often their order changed"""
 

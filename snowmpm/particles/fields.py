@@ -32,17 +32,22 @@ class ParticleFields:
     velocity (n, dim) [m/s]; density: current [kg/m3]; stress: Cauchy (n, 6) [Pa], xx, yy, zz, xy, yz, xz of the tensor
     axes (in 2-D: axis 0 = x, 1 = z, 2 = out of plane); p = -tr(sigma)/3 and q = sqrt(3/2 s:s) of it; volume: current;
     J = det F; material, body: index in the scene; id: number given at seeding; depth: thickness of the snow normal to
-    the ground, of columns, zero for other particles; and what the laws report of their state
+    the ground, of columns, zero for other particles; pore_pressure, porosity, saturation of the pores, liquid_water:
+    volume of water over that of the snow, all zero without water, with which stress, p and q are effective and density
+    is that of both; and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
     materials: "MaterialTable"
     snapshot: "Snapshot"
+    water_density: float
+    """[kg/m3]"""
 
     def __init__(self, particles: Particles, body_starts: ArrayLike = (0,)) -> None:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
         self.snapshot = particles.snapshot()
+        self._holds_water, self.water_density = particles.sizes.get("water", 0) > 0, particles.water_density
         self._body_starts = np.asarray(body_starts)
 
     def __repr__(self) -> str:
@@ -75,6 +80,17 @@ class ParticleFields:
         """grad v (n, dim * dim) [1/s], row major: the affine part of a particle's motion."""
         return self.column("affine")
 
+    def water(self) -> Floats:
+        """Column "water" (n, at least 3): mass per reference volume [kg/m3], pressure [Pa], volume of the grains per
+        reference volume [-]; zero without water."""
+        if not self._holds_water:
+            return np.zeros((len(self.snapshot.labels), 3))
+        return self.column("water")
+
+    def reference_density(self) -> Floats:
+        """Mass per reference volume [kg/m3], water included, (n,)."""
+        return self.materials.density[self["material"]] + self.water()[:, 0]
+
     def state(self) -> Floats:
         """State of the law of each particle (n, largest number of state variables)."""
         return self.column("state")
@@ -92,6 +108,13 @@ class ParticleFields:
         return values
 
 
+PORE_PRESSURE, GRAINS = 1, 2
+"""Entries of the column "water" (`water.particle_kernels`)."""
+
+def _share(part, whole):
+    return np.divide(part, whole, out=np.zeros(len(part)), where=whole > 0.0)
+
+
 def _stress(fields):
     return fields.kirchhoff() / fields["J"][:, None]
 
@@ -105,8 +128,8 @@ def _q(fields):
 READERS = {
     "position": lambda fields: fields.snapshot.positions(),
     "velocity": lambda fields: fields.column("velocity"),
-    "density": lambda fields: fields.materials.density[fields["material"]] / fields["J"],
-    "mass": lambda fields: fields.column("volume")[:, 0] * fields.materials.density[fields["material"]],
+    "density": lambda fields: fields.reference_density() / fields["J"],
+    "mass": lambda fields: fields.column("volume")[:, 0] * fields.reference_density(),
     "volume": lambda fields: fields.column("volume")[:, 0] * fields["J"],
     "stress": _stress,
     "p": lambda fields: -_stress(fields)[:, :3].mean(axis=1),
@@ -116,5 +139,10 @@ READERS = {
     "body": ParticleFields.bodies,
     "id": lambda fields: fields.snapshot.labels[:, 1],
     "depth": lambda fields: fields.snapshot.depth(),
+    "pore_pressure": lambda fields: fields.water()[:, PORE_PRESSURE],
+    "porosity": lambda fields: np.where(fields.water()[:, GRAINS] > 0.0, 1.0 - fields.water()[:, GRAINS] / fields["J"],
+                                        0.0),
+    "saturation": lambda fields: _share(fields["liquid_water"], fields["porosity"]),
+    "liquid_water": lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"],
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

@@ -32,6 +32,8 @@ class SortedParticles(ParticleStore, Particles):
     furthest since the last sort. mass [kg] of all particles; removed: count, mass [kg], momentum [kg m/s] and energy
     [J] (kinetic, elastic and -m g.x, but for periodic axes) of those that are gone, and `taken`, the mass [kg] of those
     that did not leave the domain but were taken out. repeats (dim,): whether the domain is periodic along each axis.
+    moved: block before and block now of every group of particles at the last sort or removal, two arrays; None when the
+    blocks are those of the start or of a checkpoint.
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
@@ -50,7 +52,8 @@ class SortedParticles(ParticleStore, Particles):
         self._gravity = np.where(self.repeats, 0.0, gravity)
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
-        layout = Layout(self.dim, self.materials.state_size, by_row=not runtime.fine_grained())
+        n_water = 0 if population.water is None else population.water.shape[1]
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water)
         if len(order) > layout.most_particles:
             raise InputError(f"{len(order):,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
                              "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
@@ -60,15 +63,20 @@ class SortedParticles(ParticleStore, Particles):
                    "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
                    "affine": population.affine[order],
                    "elastic": population.elastic[order], "stress": population.stress[order]}
+        if n_water:
+            columns["water"] = population.water[order]
         self.fill(columns, material, order)
         self.mass = float(population.volumes @ self.materials.density[population.material])
-        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "momentum": np.zeros(self.dim)}
+        if n_water:
+            self.mass += float(population.volumes @ population.water[:, 0])
+        self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "water": 0.0, "energy": 0.0,
+                        "momentum": np.zeros(self.dim)}
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._rebuild_for(blocks)
 
-    def _rebuild_for(self, blocks, drift=0.0):
-        self.blocks, self.drift = blocks, drift
+    def _rebuild_for(self, blocks, drift=0.0, moved=None):
+        self.blocks, self.drift, self.moved = blocks, drift, moved
         self.start, self.coordinates = int_array(blocks.start), int_array(blocks.coordinates)
         self.chunk_bounds = int_array(chunk_bounds(np.diff(blocks.start) + BLOCK_COST))
         if self._keep_block_of:
@@ -112,7 +120,7 @@ class SortedParticles(ParticleStore, Particles):
         self._aim(self.reals, self.slot_offset, self.start, int_array(target), self.target, self.chunk_bounds)
         self.move(alive)
         self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
-                                   self._period))
+                                   self._period), moved=(np.nonzero(used)[0], block_of_move))
         self.sorts += 1
 
     def place(self, cells, columns):
@@ -143,7 +151,8 @@ class SortedParticles(ParticleStore, Particles):
         counts = np.bincount(owner_block, minlength=len(self.blocks))
         filled = counts > 0
         self.replace(table, labels)
-        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift)
+        self._rebuild_for(BlockMap(self.blocks.keys[filled], counts[filled], self.dim, self._period), self.drift,
+                          (np.flatnonzero(filled), np.arange(filled.sum())))
 
     def sever(self, line, radius, numbers, state):
         """Cut the bonds of the particles numbers[0] <= number < numbers[1] within `radius` [m] of a line in plan
@@ -172,6 +181,8 @@ class SortedParticles(ParticleStore, Particles):
             self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
         removed["count"] += int(gone.sum())
         removed["mass"] += float(mass.sum())
+        if self.layout.water_size:
+            removed["water"] += float(self.column("volume")[gone, 0] @ self.column("water")[gone, 0])
         removed["momentum"] += mass @ velocity
         removed["energy"] += float(mass @ (0.5 * square - self.positions()[gone] @ self._gravity)) + elastic
         self.mass -= float(mass.sum())
@@ -221,7 +232,17 @@ class SortedParticles(ParticleStore, Particles):
 
     def masses(self):
         """Masses [kg] (per metre of width in 2-D), (n,)."""
-        return self.column("volume")[:, 0] * self.materials.density[self.labels()[:, MATERIAL]]
+        return self.column("volume")[:, 0] * self.densities()
+
+    def densities(self):
+        """Mass per reference volume [kg/m3], water included, (n,)."""
+        dry = self.materials.density[self.material.to_numpy()[: self.count]]
+        return dry + self.column("water")[:, 0] if self.layout.water_size else dry
+
+    @property
+    def period(self):
+        """Cells after which each axis repeats, 0 where it does not, (dim,)."""
+        return EDGE[self.dim] * self._period
 
     def describe(self, row):
         """Name and place of the particle in a row, for a message."""
@@ -257,4 +278,5 @@ class SortedParticles(ParticleStore, Particles):
             raise InputError("the particles of the checkpoint are not in its blocks")
         self.replace(reals, labels)
         self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
-        self.sorts, self.mass, self.removed = state["sorts"], state["mass"], {"taken": 0.0, **state["removed"]}
+        self.sorts, self.mass = state["sorts"], state["mass"]
+        self.removed = {"taken": 0.0, "water": 0.0, **state["removed"]}

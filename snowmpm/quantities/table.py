@@ -28,6 +28,10 @@ HISTORY = (
     Quantity("elastic_energy", "elastic energy", "J", "Elastic energy stored in the snow, by its laws.", AUDIT),
     Quantity("potential_energy", "potential energy", "J", "Sum of -m g.x, from the first centre of mass.", AUDIT),
     Quantity("plastic_work", "plastic work", "J", "Work dissipated in the snow since the start.", AUDIT),
+    Quantity("slept_energy", "motion of snow that fell asleep", "J", "Kinetic energy that snow had when it fell "
+             "asleep, since the start. Only with solver.sleeping.", AUDIT),
+    Quantity("asleep_share", "snow asleep", "share", "Mass of the snow that sleeps over all. Only with "
+             "solver.sleeping.", AUDIT),
     Quantity("contact_work", "work taken by contact", "J", "Energy that ground and obstacles took since the start.",
              AUDIT),
     Quantity("force_work", "work of forces", "J", "Work that prescribed accelerations and pressures have done on the "
@@ -64,6 +68,15 @@ HISTORY = (
              AUDIT),
     Quantity("laid_mass", "snow laid down", "kg", "Mass that the flow has laid down since the start: stopped by trees, "
              "or come to rest and ground since then.", AUDIT),
+    Quantity("water_mass", "water in the pores", "kg", "Mass of water in the particles; part of their mass.", AUDIT),
+    Quantity("drained_water", "water that drained", "kg", "Mass of water that left through drained borders since the "
+             "start, less what came in.", AUDIT),
+    Quantity("added_water", "water from rain", "kg", "Mass of water that rain added since the start.", AUDIT),
+    Quantity("removed_water", "water that is gone", "kg", "The part of removed_mass that is water.", AUDIT),
+    Quantity("water_residual", "water residual", "1", "What is left open of the balance of water, over its largest "
+             "term.", AUDIT),
+    Quantity("water_work", "work of pore water", "J", "Work of the pore pressure on the skeleton since the start, and "
+             "energy of the water that it took in from elsewhere.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

@@ -9,7 +9,7 @@ repeat; there it is minus the work that gravity has done,
 
 which is -m g.(displacement of the centre of mass), however often the snow has crossed the domain. The remainder is the
 dissipation of the scheme itself: energy at the start minus energy now, plus the work of the scene's forces, minus
-plastic work, work taken by contact and damping, and energy that left the domain.
+plastic work, work taken by contact and damping, energy that left the domain, and the motion of snow that fell asleep.
 
 Null-space noise: the share of the kinetic energy of the particles, affine part included, that the grid cannot see,
 
@@ -48,14 +48,27 @@ MOVED_SHARE = 0.005
 
 def occupied_and_emptied(cells):
     """Number of grid cells with particles, and of empty cells between two of them along an axis; cells (n, dim):
-    positions in cells. 0.15 s for 5e5 particles."""
+    positions in cells."""
     dim = cells.shape[1]
-    occupied = np.unique(keys_of(np.floor(cells).astype(np.int64)))
+    occupied = _sorted_once(keys_of(np.floor(cells).astype(np.int64)))
     emptied = []
     for step in keys_of(np.eye(dim, dtype=np.int64)) - keys_of(np.zeros((1, dim), np.int64)):
-        bridged = occupied[np.isin(occupied + 2 * step, occupied) & ~np.isin(occupied + step, occupied)]
+        bridged = occupied[_among(occupied + 2 * step, occupied) & ~_among(occupied + step, occupied)]
         emptied.append(bridged + step)
-    return len(occupied), len(np.unique(np.concatenate(emptied)))
+    return len(occupied), len(_sorted_once(np.concatenate(emptied)))
+
+
+def _sorted_once(keys):
+    """Sorted keys, each once: ten times as fast as `np.unique`, which hashes them."""
+    ordered = np.sort(keys)
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered
+
+
+def _among(wanted, keys):
+    """Which of the wanted keys are among sorted ones."""
+    if not len(keys):
+        return np.zeros(len(wanted), bool)
+    return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
 
 
 class Audit:
@@ -114,7 +127,10 @@ class Audit:
 
     def energies(self, fields):
         """Energies [J] of `particles.fields.ParticleFields` by kind."""
-        solver, mass, v, x = self._solver, fields["mass"], fields["velocity"], fields["position"]
+        return self._energies(fields, fields["mass"], fields["velocity"], fields["position"])
+
+    def _energies(self, fields, mass, v, x):
+        solver = self._solver
         return {
             "kinetic_energy": 0.5 * float(mass @ (v**2).sum(axis=1)),
             "affine_energy": 0.5 * solver.second_moment() * float(mass @ (fields.velocity_gradient() ** 2).sum(axis=1)),
@@ -140,7 +156,7 @@ class Audit:
         mass, v, x = fields["mass"], fields["velocity"], fields["position"]
         momentum = mass @ v
         names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
-        energies = self.energies(fields)
+        energies = self._energies(fields, mass, v, x)
         row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
@@ -150,9 +166,14 @@ class Audit:
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
         entrained, laid = removed.get("entrained", 0.0), removed.get("laid", 0.0)
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
-        row["energy_remainder"] = self._start_energy + row["force_work"] - sum(energies.values()) - sum(
+        if solver.water:
+            row.update(self._of_water(solver.water, removed, lift))
+        given = row["force_work"] + row.get("water_work", 0.0)
+        row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
-            self.past.handover_energy if self.past else 0.0)
+            self.past.handover_energy if self.past else 0.0) - totals.slept_energy
+        if totals.asleep is not None:
+            row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
@@ -172,10 +193,18 @@ class Audit:
         row["null_space_noise"] = solver.null_space_noise(motion) if motion > 0.0 else 0.0
         return row
 
+    @staticmethod
+    def _of_water(water, removed, lift):
+        """Mass of water and the work that it did; lift: as of what is removed [J/kg]."""
+        budget, now = water.budget, water.held()
+        return {"water_mass": now, "drained_water": budget.drained, "added_water": budget.added,
+                "removed_water": removed["water"], "water_residual": budget.residual(now, removed["water"]),
+                "water_work": budget.work + budget.carried_energy + budget.carried_mass * lift}
+
     def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
         left = self._solver.particles.removed["momentum"]
-        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse]
+        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse - totals.held_impulse]
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 

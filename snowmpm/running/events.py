@@ -7,30 +7,9 @@ None; and its progress as `state()` and `restore(state)`.
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.running.event import Event
+from snowmpm.running.water_events import Drainage, Rain
 from snowmpm.saw_test.saw import Saw
-
-
-class Event:
-    """Base of all events: an entry of the scene's events table and the index of the body that it names."""
-
-    load = None
-    """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
-
-    def __init__(self, spec, body):
-        self.done = False
-        self._spec, self._body = spec, body
-
-    def to_come(self, time):
-        """Whether part of the event is still to come after `time` [s]."""
-        return not self.done
-
-    def state(self):
-        """Progress, as numbers by name."""
-        return {"done": self.done}
-
-    def restore(self, state):
-        """Restore the result of `state()`."""
-        self.done = state["done"]
 
 
 class Cut(Event):
@@ -183,14 +162,24 @@ def _removal(spec, body, dx):
     return Remove(spec, body)
 
 
-MAKERS = {"cut": _cut, "load": _load, "remove": _removal}
-"""Constructor of each kind of event, from its table, the index of its body and dx [m]."""
+def _rain(spec, body, dx):
+    return Rain(spec, body)
+
+
+def _drainage(spec, body, dx):
+    return Drainage(spec, body)
+
+
+MAKERS = {"cut": _cut, "load": _load, "remove": _removal, "rain": _rain, "drainage": _drainage}
+"""Constructor of each kind of event, from its table, the index of its body, None without one, and dx [m]."""
 
 
 def make_events(scene):
     """The scene's events, ready to be applied; last the saw of a saw test."""
     names, dx = [body.name for body in scene.bodies], scene.solver.dx
-    events = [MAKERS[spec.kind](spec, names.index(spec.body), dx) for spec in scene.events]
+    bodies = [getattr(spec, "body", None) for spec in scene.events]
+    events = [MAKERS[spec.kind](spec, None if body is None else names.index(body), dx)
+              for spec, body in zip(scene.events, bodies, strict=True)]
     test = scene.saw_test
     if test:
         events.append(Saw(names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed, test.saw_start))

@@ -48,6 +48,7 @@ class Recorder:
         """
         self._simulation, self._folder = simulation, folder
         self.frames, self.particle_steps, self.last = 0, 0, {}
+        self._settling_steps = simulation.settling_steps
         self._causes, self._smallest_dt = {}, float("inf")
         model = simulation.model
         self._origin = model.lower
@@ -89,13 +90,15 @@ class Recorder:
     def state(self):
         """All that a continuation needs, by name (`snowmpm.io.checkpoint`), as copies."""
         return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
-                "causes": self._causes, "smallest_dt": self._smallest_dt, "moved": self._moved,
+                "settling_steps": self._settling_steps, "causes": self._causes,
+                "smallest_dt": self._smallest_dt, "moved": self._moved,
                 "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
                 "path": np.array(self._path, float).reshape(-1, 3)})
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
         self._causes, self._smallest_dt, self._moved = state["causes"], state["smallest_dt"], state["moved"]
+        self._settling_steps = state.get("settling_steps", 0)  # checkpoints of older versions have none
         self._loads.restore(state["loads"])
         if self._maps:
             self._maps.restore(state["maps"])
@@ -236,7 +239,8 @@ class Recorder:
         per_step = 1e9 * phases.steps / max(1, self.particle_steps)
         return {"scene": simulation.scene.name, "complete": complete, "time": simulation.time,
                 "status": status.record(),
-                "particles": simulation.n_particles, "steps": solver.steps, "sorts": solver.particles.sorts,
+                "particles": simulation.n_particles, "steps": solver.steps, "settling_steps": self._settling_steps,
+                "sorts": solver.particles.sorts,
                 "frames": self.frames, "wall_time": round(sum(times.values()), 3), "wall_time_of": times,
                 "processor_time": round(phases.processor, 3),
                 "writing_time": round(self.background.work, 3),

@@ -51,6 +51,7 @@ class Simulation(Glance):
     time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, shorter because bonds break),
     "advective", "deformation", "fixed" or "output" (shortened to end at a requested time); particles[name]: NumPy
     copies (`snowmpm.particles.fields.ParticleFields`).
+    settling_steps: before the clock started, in which the initial state settled.
     Several simulations can be used alternately, also in several threads; one computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
     `ti.reset` and in a forked process.
@@ -64,6 +65,7 @@ class Simulation(Glance):
     crack: CrackRecord | None
     dt: float
     dt_cause: str
+    settling_steps: int
 
     def __init__(self, scene: Scene, resumed: PathLike | None = None,
                  approve: "Callable[[Simulation], object] | None" = None) -> None:
@@ -85,6 +87,7 @@ class Simulation(Glance):
         self.events = [*make_events(scene), *(HandOver(i, switch) for i, switch in enumerate(scene.switch))]
         self.dt, self.dt_cause = 0.0, "elastic"
         self._first_dt: float | None = None
+        self.settling_steps = 0
         check_step(scene, self.solver)
         if approve:
             approve(self)
@@ -266,6 +269,7 @@ class Simulation(Glance):
         """Relax to rest under gravity (`snowmpm.stepping.settling`). Raises SimulationError when it does not settle."""
         wanted = self.scene.initial.tolerance
         rest = settle(self.solver, wanted, max(self.model.depth, self.scene.solver.dx))
+        self.settling_steps = rest.steps
         if not rest.settled:
             raise SimulationError(f"{self.scene.source}: initial.stress = \"settle\": not at rest after {rest.steps}"
                                   f" steps: speed {rest.speed:.2g} sqrt(g D), imbalance {rest.imbalance:.2g} of the"

@@ -10,6 +10,7 @@ from snowmpm.seeding import seed_body
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
+from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.velocity_fields import velocity_fields
@@ -49,6 +50,8 @@ def build(scene, kept=None):
             uniform_pressure(model)
         elif scene.initial.stress != "none" and taken is None and not scene.solver.in_plan:
             stress_from_weight(model)
+    if scene.water:
+        model.population.water = water_columns(model, pore_water(model))
     return model
 
 

@@ -24,6 +24,7 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.forests import forest_at
+from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -189,6 +190,8 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
+        if self.scene.water:
+            solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver
 
     def _solver(self, population):

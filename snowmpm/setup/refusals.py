@@ -12,6 +12,8 @@ def demands(scene, later=False):
     that takes over, when the start and the events are over."""
     yield "dimensions", scene.dimension, "dimension", scene.dimension
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
+    if scene.solver.sleeping > 0.0:
+        yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -54,6 +56,8 @@ def demands(scene, later=False):
         yield "forcing", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
+    if scene.water:
+        yield "water", True, "water.scheme", scene.water.scheme
 
 
 def _of_friction(terrain):
@@ -91,6 +95,40 @@ def refuse_beyond(scene):
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
     for i, switch in enumerate(scene.switch):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
+    if scene.water:
+        _refuse_beside_water(scene)
+    _refuse_sleeping(scene)
+
+
+def _refuse_sleeping(scene):
+    """Raise InputError for snow that may sleep beside something that would have to wake it, or that it would hide."""
+    if not scene.solver.sleeping > 0.0:
+        return
+    beside = {"forces": scene.forces, "damping": scene.damping,
+              "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
+              "switch": scene.switch, "water": scene.water,
+              'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
+    if found := [name for name, there in beside.items() if there]:
+        raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",
+                            scene.source)
+
+
+def _refuse_beside_water(scene):
+    """Raise InputError for what does not go with water in the pores."""
+    if scene.solver.precision != "f64":
+        raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
+                            " compression is smaller than the round-off of single precision", scene.source)
+    if scene.switch:
+        raise InputError.at("switch.0.to", scene.switch[0].to, "does not go with water, which no hand-over keeps",
+                            scene.source)
+    if scene.initial.stress == "geostatic":
+        raise InputError.at("initial.stress", scene.initial.stress, 'does not go with water: "settle" finds the'
+                            " effective stress", scene.source)
+    if scene.initial.from_run is not None:
+        raise InputError.at("initial.from", scene.initial.from_run, "does not go with water, which is not taken over",
+                            scene.source)
+    if scene.saw_test:
+        raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

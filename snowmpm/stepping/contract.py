@@ -28,7 +28,8 @@ class Totals:
     impulse: of terrain, sides, obstacles and loads, (dim,) [N s]; weight_impulse: of gravity (dim,) [N s];
     momentum_gain: time integral of all momentum that came in (dim,) [N s2], needed where the domain is periodic;
     plastic_work and contact_work: energy taken by the laws and by contact [J]; yielding: number of particles that
-    yielded in the last step.
+    yielded in the last step; held_impulse (dim,) [N s], slept_energy [J] and asleep, share of the mass: what keeps snow
+    that sleeps at rest, the kinetic energy that it had, and how much sleeps now; None where no snow can sleep.
     """
 
     impulse: Floats
@@ -37,6 +38,9 @@ class Totals:
     plastic_work: float = 0.0
     contact_work: float = 0.0
     yielding: int = 0
+    held_impulse: Floats | float = 0.0
+    slept_energy: float = 0.0
+    asleep: float | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,8 @@ class Method(ABC):
     """return maps that failed since time zero"""
     forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
+    water: Any = None
+    """`water.pore_water.PoreWater` in the particles, or None"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -137,6 +143,11 @@ class Method(ABC):
     def force(self, forcing: Any) -> None:
         """Let a `forcing.Forcing` act from now on."""
         raise NotImplementedError(f"{type(self).__name__} takes no forcing")
+
+    def fill_pores(self, water: Any, shorten: bool = True) -> None:
+        """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
+        shorten: by steps as short as it asks for."""
+        raise NotImplementedError(f"{type(self).__name__} holds no water")
 
     # ---- settling ---------------------------------------------------------------------------------------------
 

@@ -9,7 +9,14 @@ from snowmpm.compiler.arrays import real_array
 from snowmpm.errors import SimulationError
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Method, StepLimits, Totals
-from snowmpm.stepping.time_step import BREAKING_SHARE, FLIGHT_LIMIT, Extremes, stable_step, strained_cfl
+from snowmpm.stepping.time_step import (
+    BREAKING_SHARE,
+    FLIGHT_LIMIT,
+    SOAKED_SHARE,
+    Extremes,
+    stable_step,
+    strained_cfl,
+)
 
 
 class Solver(Method):
@@ -31,6 +38,9 @@ class Solver(Method):
     BAD = ""
     """What a particle that ended the simulation did, for the message."""
 
+    held_impulse = 0.0
+    """Impulse that keeps sleeping snow at rest [N s] (dim,), of a method that has it."""
+
     DAMPED_IMPULSE = True
     """Whether terrain and sides carry what damping leaves, while an initial state settles, or all that there was."""
 
@@ -44,7 +54,7 @@ class Solver(Method):
         self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
-        self.forcing = None
+        self.forcing = self.water = None
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
 
@@ -55,6 +65,15 @@ class Solver(Method):
             self.set_gravity(forcing.course.at(0.0))
             self.particles.weightless()
 
+    def fill_pores(self, water, shorten=True):
+        """Let a `water.pore_water.PoreWater` act from now on; shorten: by steps as short as it asks for, of a scene
+        that gives no C."""
+        self.water = water
+        if shorten:
+            self.cfl = self.usual_cfl = min(self.cfl, SOAKED_SHARE * self.critical_cfl)
+            self.breaking_cfl = min(self.breaking_cfl, self.cfl)
+        water.begin(self)
+
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
         self.gravity = np.asarray(gravity, float)
@@ -62,7 +81,10 @@ class Solver(Method):
 
     def _act(self, dt):
         """What acts beside stress and contact, before a step; -> the time for which forces act in it [s]."""
-        return self.forcing.act(self, dt) if self.forcing else dt
+        pushed = self.forcing.act(self, dt) if self.forcing else dt
+        if self.water:
+            self.water.act(self)
+        return pushed
 
     def _advance_clock(self, dt, pushed):
         """After a step of dt [s] in which forces acted for the time `pushed` [s]."""
@@ -70,8 +92,12 @@ class Solver(Method):
             with runtime.precision(self.precision):
                 self.forcing.close(self, dt)
         self.weight_impulse += pushed * self.particles.mass * self.gravity
+        if self.water:
+            with runtime.precision(self.precision):
+                self.water.close(self, dt)
         if self.particles.repeats.any():
-            self.momentum_gain += dt * (self.weight_impulse + self.impulse - self.particles.removed["momentum"])
+            self.momentum_gain += dt * (self.weight_impulse + self.impulse + self.held_impulse
+                                        - self.particles.removed["momentum"])
         self.time += dt
         self.steps += 1
 
@@ -106,12 +132,19 @@ class Solver(Method):
         short = breaking and self.breaking_cfl is not None
         return self._step_at(self.breaking_cfl if short else self.cfl, self.advective_cfl or self.cfl)
 
+    def critical_elastic_dt(self):
+        """Longest step that waves in the skeleton allow now [s]."""
+        still = replace(self.extremes, speed=0.0, gradient=0.0)
+        return stable_step(self.dx, self.critical_cfl, FLIGHT_LIMIT, self.materials.fastest_wave, still)[0]
+
     def critical_dt(self):
         """-> (longest step that is not unstable [s], what limits it)."""
         return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
 
     def _step_at(self, elastic, advective):
         extremes = replace(self.extremes, speed=max(self._pushing_speed, self.extremes.speed))
+        if self.water:
+            extremes = replace(extremes, wave_speed=max(extremes.wave_speed, self.water.wave_speed))
         return stable_step(self.dx, elastic, advective, self.materials.fastest_wave, extremes)
 
     def _read(self, report):
@@ -141,6 +174,7 @@ class Solver(Method):
         rows = [[*((np.asarray(centre) - self.frame.origin) / self.dx), radius / self.dx, *acceleration]
                 for centre, radius, acceleration in loads]
         self._n_loads = len(rows)
+        self.load_rows = np.array(rows)
         self._loads = real_array(rows or [[0.0] * (2 * self.dim + 1)])
 
     def push(self, numbers, gain, mass):
@@ -182,6 +216,8 @@ class Solver(Method):
         self._loaded[:], self.weight_impulse[:], self.momentum_gain[:] = 0.0, 0.0, 0.0
         if self.forcing:
             self.forcing.restart()
+        if self.water:
+            self.water.begin(self)
 
     def state(self):
         """Particles, blocks, clock and totals by name; a method adds its own."""
@@ -191,6 +227,7 @@ class Solver(Method):
             "momentum_gain": self.momentum_gain.copy(),
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "forcing": self.forcing.state() if self.forcing else {},
+            **({"water": self.water.state()} if self.water else {}),
         }
 
     def restore(self, state):
@@ -208,3 +245,5 @@ class Solver(Method):
         self.n_plastic = state["n_plastic"]
         if self.forcing:
             self.forcing.restore(state["forcing"])
+        if self.water:
+            self.water.restore(state["water"], self)

@@ -160,6 +160,36 @@ def _is_recorded(simulation):
     assert simulation.crack is not None and np.isfinite(simulation.particles["position"]).all()
 
 
+def _lying(method):
+    """Snow between smooth walls that has settled, and may sleep."""
+    dim = given.least_dimension(method)
+    sides = {f"{axis}_{end}": "slip" for axis in ("xz" if dim == 2 else "xyz") for end in ("min", "max")}
+    walls = {"min": given.point(dim, 0.0, 0.0, 0.0), "max": given.point(dim, given.SIDE, 2 * given.SIDE, given.SIDE),
+             "boundary": sides | {"z_max": "open"}}
+    return _free(method, solver={"sleeping": 0.05}, gravity=given.G, domain=walls,
+                 initial={"stress": "settle", "tolerance": 0.01})
+
+
+def _sleeps(simulation):
+    while simulation.time < 0.5 and simulation.audit()["asleep_share"] < 1.0:
+        steps(simulation, 20)
+    assert simulation.audit()["asleep_share"] == 1.0 and simulation.audit()["momentum_residual"] < 1e-11
+
+
+def _soaked(method):
+    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
+                                                                  "saturation": 0.3})
+
+
+def _holds_water(simulation):
+    steps(simulation, 5)
+    fields, row = simulation.particles, simulation.audit()
+    low = fields["position"][:, -1] < 0.19
+    # It falls, so that water has no weight in it, but what is full stays nearly so
+    assert fields["saturation"][low].min() > 0.99 and fields["saturation"][~low].max() < 0.35
+    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
+
+
 def _along(method):
     return more_accurate(given.scene(method))
 
@@ -178,8 +208,10 @@ CAPABILITIES = {
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
     "forcing": Asked(_blown_at, _flies_off),
+    "water": Asked(_soaked, _holds_water),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
+    "sleeping": Asked(_lying, _sleeps),
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""

@@ -7,6 +7,8 @@ from snowmpm.advice.cautions import (  # noqa: F401
     layers,
     round_off,
     shallow,
+    sleeping,
+    soaked,
     sph_sums,
     standing,
     time_steps,

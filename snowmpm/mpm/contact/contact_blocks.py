@@ -13,7 +13,9 @@ class ContactBlocks:
     """Contact blocks of a block map, numbered 0 .. n - 1.
 
     index[node block]: contact block or FREE, and node_block, its inverse; coordinates (n, dim); neighbours
-    (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes.
+    (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes, of
+    contact blocks, of_surface[surface]: of all node blocks (NumPy). work (n_work,), work_bounds: the contact blocks
+    that a step visits, cut into chunks.
     """
 
     def __init__(self, keys, coordinates, surfaces, map_keys, met=False):
@@ -37,6 +39,7 @@ class ContactBlocks:
                 if len(chosen):
                     neighbours[:, 2 * axis + side] = np.where(keys[at] == wanted, index[at], FREE)
         self.n = len(chosen)
+        self._numbers, self._beside = chosen, neighbours
         self.node_block = int_array(chosen)
         self.index_of = index
         self.index = int_array(index)
@@ -44,5 +47,19 @@ class ContactBlocks:
         self.neighbours = int_array(neighbours)
         self.active = [bool((slots != FREE).any()) for slots in of_surface]
         self.slots = [int_array(slots[chosen]) for slots in of_surface]
-        self.chunk_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
+        self.of_surface = of_surface
+        self.chunk_bounds = self.work_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
+        self.work, self.n_work = int_array(np.arange(self.n)), self.n
+        self._full = np.ones(self.n, bool)
         self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))
+
+    def visit(self, reached):
+        """Leave out those that no snow comes to; reached (m,): node blocks with snow that moves. -> contact blocks that
+        have to be emptied."""
+        full = reached[self._numbers]
+        # A line may begin in a block that only its followers' block knows of; FREE is the last one
+        visited = np.flatnonzero(full | np.append(full, False)[self._beside].any(axis=1))
+        emptied = np.flatnonzero(self._full & ~full)
+        self.work, self.n_work, self._full = int_array(visited), len(visited), full
+        self.work_bounds = int_array(chunk_bounds(np.ones(len(visited))))
+        return emptied.astype(np.int32)

@@ -1,9 +1,8 @@
 """What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler.arrays import real_array
+from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.joined_contact import joined_kernel
 from snowmpm.mpm.contact.joined_lines import JoinedLines
@@ -12,8 +11,6 @@ from snowmpm.mpm.contact.wall_contact import contact_kernel
 from snowmpm.mpm.contact.walls import FREE, NEAR
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import CODES, SLIP, STICK
-
-NONE = np.zeros((1, 1))
 
 
 class Plane:
@@ -52,16 +49,18 @@ class Surface:
         self.friction = 0.0 if self.basal else friction
         self.motion = real_array(np.zeros(9))
         self._joined = None
+        self._everywhere = real_array(np.zeros((1, 1))), int_array([0, 0, 1, 1])
         self.total = np.zeros(N_TOTALS[dim])
 
     def slots(self, keys, coordinates):
         return self.geometry.slots(keys, coordinates)
 
-    def bind(self, real, kernel, flip, serial):
-        """Compile for a precision, a basis, a transfer, and one thread or all of them."""
+    def bind(self, real, kernel, flip, serial, lists=False):
+        """Compile for a precision, a basis, a transfer, one thread or all of them, and contact blocks by a list or
+        all."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
         self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial,
-                                       self.basal is not None)
+                                       self.basal is not None, lists)
         self._kernel = kernel
         if self.joinable:
             self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
@@ -107,9 +106,7 @@ class Surface:
 
     def _coefficients(self):
         """Coefficients of friction of nodes in plan, and which nodes these are."""
-        if self.basal is None:
-            return NONE, ti.Vector([0, 0, 1, 1], ti.i32)
-        return self.basal.coefficients, ti.Vector(self.basal.window, ti.i32)
+        return self._everywhere if self.basal is None else (self.basal.coefficients, int_array(self.basal.window))
 
     def apply_contact(self, grid, dx):
         """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
@@ -122,4 +119,4 @@ class Surface:
                        self.motion, self.total, joined.n)
         self._resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
                       lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                      *self._coefficients(), blocks.part, self.total, blocks.n, blocks.chunk_bounds)
+                      *self._coefficients(), blocks.part, self.total, blocks.n_work, blocks.work_bounds, blocks.work)

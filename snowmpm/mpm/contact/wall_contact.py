@@ -42,6 +42,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.mpm.contact.contact_node import N_TOTALS, block_stride, node_functions
 from snowmpm.mpm.contact.lines import REACH
+from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK, contact_velocity
 
@@ -59,17 +60,17 @@ FAINTEST = 1e-12
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False):
+def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=False):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says (`contact_node`), and moments are added up too. varies: the coefficient of
     friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
-    (`stepping.basal_friction`), in place of `friction`.
+    (`stepping.basal_friction`), in place of `friction`. lists: `work` names the contact blocks to visit.
     """
     vec4 = ti.types.vector(4, real)
     reach, edge, stride = REACH[kernel], EDGE[dim], block_stride(dim, flip)
     n_totals = N_TOTALS[dim]
-    node = node_functions(dim, real, flip, moving)
+    node, pick = node_functions(dim, real, flip, moving), picker(lists)
 
     @ti.func
     def coefficient(place, coordinates: ti.template(), friction, coefficients: ti.template(), window: ti.template()):
@@ -145,14 +146,15 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False):
                         coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
                         numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
                         deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,
-                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.vector(4, int),
+                        friction: real, coefficients: ti.types.ndarray(), window: ti.types.ndarray(),
                         part: ti.types.ndarray(), total: ti.types.ndarray(), n_blocks: int,
-                        chunk_bounds: ti.types.ndarray()):
+                        chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
             if is_worker(w):
                 first, last = chunk(w, chunk_bounds)
-                for c in range(first, last):
+                for k in range(first, last):
+                    c = pick(work, k)
                     totals = ti.Vector.zero(ti.f64, n_totals)
                     for line in range(start[c], start[c + 1]):
                         mu = coefficient(places[line, 0], coordinates, friction, coefficients, window)
@@ -169,8 +171,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False):
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]
         ti.loop_config(serialize=ti.static(in_order()))
-        for c in range(n_blocks):
+        for k in range(n_blocks):
             for t in ti.static(range(n_totals)):
-                total[t] += part[c, t]
+                total[t] += part[pick(work, k), t]
 
     return resolve_contact

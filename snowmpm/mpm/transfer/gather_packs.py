@@ -14,6 +14,7 @@ from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.mpm.grid import NODE_MASK
+from snowmpm.mpm.picker import picker
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -25,8 +26,8 @@ from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STR
 
 
 @functools.cache
-def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
-    """Kernel of `gather.gather_kernel` for one block a thread, in fixed order."""
+def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists=False):
+    """Kernel of `gather.gather_kernel` for one block a thread, in fixed order; lists: `blocks` names the blocks."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
@@ -36,7 +37,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
     grid = interpolation(dim, real, basis, affine or not shape, shape)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
-    apply_laws = law_functions(layout, real, laws)
+    apply_laws, pick = law_functions(layout, real, laws), picker(lists)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
@@ -197,7 +198,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                       active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
                       changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
                       reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
-                      chunk_bounds: ti.types.ndarray()):
+                      chunk_bounds: ti.types.ndarray(), blocks: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -210,7 +211,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                 found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
                 work, iterations, worst, address = blank, count_blank, count_blank, count_blank
                 sums = [blanks for _ in ti.static(range(n_sums))]
-                for b in range(begin, end):
+                for turn in range(begin, end):
+                    b = pick(blocks, turn)
                     clear_found(found, worst)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
@@ -224,8 +226,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial):
                         write_pack(pack, first, count, reals, places)
                     write_found(found, worst, b, active_nodes, reports)
         ti.loop_config(serialize=True)
-        for b in range(n_tiles):
-            judged.add_row(reports, b, report)
+        for turn in range(n_tiles):
+            judged.add_row(reports, pick(blocks, turn), report)
 
     def gather_packs(*arguments):
         with plain_compilation():

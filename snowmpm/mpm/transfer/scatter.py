@@ -26,15 +26,16 @@ from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
 
-def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False):
+def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affine", affine=True, serial=False,
+                   lists=False):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
     flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
     basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
-    by one thread, unless atomic.
+    by one thread, lists: the blocks that a list names, unless atomic.
     """
     scheme = layout, real, flip, basis, gradient, affine
-    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial)
+    return particle_kernel(*scheme) if atomic else scatter_pack_kernel(*scheme, serial, lists)
 
 
 @functools.cache
@@ -69,6 +70,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         mass = volume * materials[material[p], DENSITY]
+        if ti.static(layout.water_size > 0):
+            mass += volume * access.load(reals, places, p, at["water"], 1)[0]
         for field, n in ti.static(parts.fields):
             vectors = [vec4(0.0) for _ in ti.static(range(n))]
             parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)

@@ -13,6 +13,7 @@ from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import NODE_MASK, TILE, tile_strides
+from snowmpm.mpm.picker import picker
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.material_table import DENSITY
@@ -20,15 +21,15 @@ from snowmpm.particles.store import accessors
 
 
 @functools.cache
-def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
-    """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order."""
+def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lists=False):
+    """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order; lists: `work` names the blocks."""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
     vec4 = ti.types.vector(4, real)
     width, plane = STENCILS[basis].width, tile_strides(dim)[0]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape)
-    parts = spreading(dim, real, basis, gradient, flip, affine, False)
+    parts, pick = spreading(dim, real, basis, gradient, flip, affine, False), picker(lists)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
                ("w", width * dim))
@@ -48,6 +49,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
             volume = access.load(reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
             pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
+            if ti.static(layout.water_size > 0):
+                pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
@@ -84,7 +87,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
     def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
                        tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                       dt: real, dx: real, n_tiles: int, chunk_bounds: ti.types.ndarray()):
+                       dt: real, dx: real, n_tiles: int, chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -95,7 +98,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial):
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 vectors = [[blanks for _ in ti.static(range(n))] for _, n in ti.static(parts.fields)]
                 address = ti.Vector.zero(ti.i32, LANES)
-                for b in range(begin, end):
+                for turn in range(begin, end):
+                    b = pick(work, turn)
                     clear_box(tiles, active_nodes, b)
                     if ti.static(flip):
                         clear_box(impulses, active_nodes, b)

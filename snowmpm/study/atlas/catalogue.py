@@ -7,6 +7,8 @@ from snowmpm.study.atlas import (
     granular,
     layers,
     round_off,
+    sleeping,
+    soaked,
     softening,
     sph_lattices,
     stretching,
@@ -20,8 +22,10 @@ GROUPS = {
     "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES),
     "contact": contacts.ENTRIES,
+    "snow at rest": sleeping.ENTRIES,
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
+    "water in the pores": soaked.ENTRIES,
 }
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}

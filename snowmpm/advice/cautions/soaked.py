@@ -1,0 +1,70 @@
+"""Rules: steps and splits of pore water, and flow that Darcy's law does not describe."""
+
+import numpy as np
+
+from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
+from snowmpm.methods import METHODS
+from snowmpm.schemes import TRANSFERS
+
+LARGEST_REYNOLDS = 10.0
+"""Of grains, up to which Darcy's law holds (Bear 1972, Dynamics of Fluids in Porous Media, section 5.3)."""
+
+SOAKING = [name for name, entry in METHODS.items() if entry.capabilities.water]
+
+
+@rule(*SOAKING)
+def coupling(facts):
+    """Steps too long for the coupling of water and skeleton, or shorter than they need be."""
+    water, solver = facts.scene.water, facts.solver
+    if water is None:
+        return
+    critical = solver.critical_elastic_dt()
+    if water.split == "explicit":
+        factor = critical * solver.limits.cfl / solver.limits.critical_cfl / solver.stable_dt()[0]
+        if factor > 1.5:
+            yield Caution("undrained_step", "water.split", f"explicit steps follow waves in undrained snow and are"
+                          f" {factor:.3g} times shorter than they need be", 'water.split = "semi_implicit"')
+        return
+    size = (facts.scene.solver.dt or solver.stable_dt()[0]) / critical
+    setting = "apic" if TRANSFERS[facts.scene.solver.transfer].affine else "pic"
+    if border := beyond("soaked_step", setting, size):
+        yield worded(border, "solver.dt" if facts.scene.solver.dt else "solver.cfl", size)
+
+
+@rule(*SOAKING)
+def drainage(facts):
+    """Drainage that reaches less than a cell within the run."""
+    water, solver = facts.scene.water, facts.solver
+    if water is None or water.suction is not None:
+        return
+    least = min(law.density * law.wave_speed() ** 2 for law in facts.model.laws)
+    mobility = _permeability(facts).max() / water.viscosity
+    reach = np.sqrt(least * mobility * facts.scene.end_time) / solver.frame.dx
+    if reach < 1.0:
+        yield Caution("", "solver.dx", f"by its end the water has drained from {reach:.2g} cells below the surface:"
+                      " the grid does not see where it drains", "a finer grid, a longer run, or a sealed surface")
+
+
+@rule(*SOAKING)
+def fast_flow(facts):
+    """Water that flows by its weight too fast for Darcy's law."""
+    water = facts.scene.water
+    size = getattr(water.permeability, "grain_size", None) if water else None
+    if size is None:
+        return
+    speed = _permeability(facts).max() * water.density * facts.gravity / water.viscosity
+    reynolds = water.density * speed * size / water.viscosity
+    if reynolds > LARGEST_REYNOLDS:
+        yield Caution("", "water.permeability", f"saturated flow by its weight has a Reynolds number of {reynolds:.3g},"
+                      f" over {LARGEST_REYNOLDS:g}: Darcy's law is too fast for it",
+                      "keep to partial saturation, or a smaller grain_size")
+
+
+def _permeability(facts):
+    """K [m2] at the start, one a material, or of a raster at the particles."""
+    water, positions = facts.solver.water, facts.model.population.positions
+    columns = facts.model.population.water
+    _, some = np.unique(facts.model.population.material, return_index=True)
+    if getattr(facts.scene.water.permeability, "law", "") == "raster":
+        some = np.arange(len(positions))
+    return water.permeability(positions[some], 1.0 - columns[some, 2])

@@ -1,0 +1,87 @@
+"""`snowmpm micro`: numbers of a sample of snow from its voxel image."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from snowmpm.cli.options import Backend, BackendOption, Json, Quiet, Threads
+from snowmpm.cli.table import print_facts, print_json
+from snowmpm.draft import write_text
+from snowmpm.errors import InputError
+
+SampleFile = Annotated[Path, typer.Argument(metavar="SAMPLE", help="Voxel image: .npy, .npz, .tif (pages are levels of"
+                                                                   " z) or .raw (bytes, with --counts).")]
+VoxelSize = Annotated[float, typer.Option("--voxel-size", metavar="M", help="Side of a voxel, in metres.")]
+
+
+def micro(sample: SampleFile, voxel_size: VoxelSize,
+          phase: Annotated[int, typer.Option(metavar="N", help="Value of ice in the image.")] = 1,
+          counts: Annotated[str | None, typer.Option(metavar="NX,NY,NZ", help="Voxels of a .raw file.")] = None,
+          axes: Annotated[str, typer.Option(metavar="AXES", help="Axes of the flow: xyz, or some of them.")] = "xyz",
+          walls: Annotated[bool, typer.Option("--walls", help="No-slip walls at the sides along the flow; all sides are"
+                                                              " periodic by default.")] = False,
+          output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR",
+                                                      help="Folder; runs/micro_SAMPLE by default.")] = None,
+          backend: BackendOption = Backend.auto, threads: Threads = None, as_json: Json = False,
+          quiet: Quiet = False):
+    """Porosity, surface and permeability of a sample of snow from its voxel image.
+
+    The permeability is that of slow flow through the pores that lead from side to side (lattice Boltzmann, two
+    relaxation times). It comes with the fit of Calonne et al. (2012) for snow of the same density and grain size.
+    Writes micro.json and a picture of the flow.
+    """
+    from snowmpm.cli.run import start_taichi
+    from snowmpm.micro.sample import Sample
+    from snowmpm.micro.study import examine
+    from snowmpm.render.flow_plot import render_flow
+
+    chosen = _axes(axes)
+    one = Sample.read(sample, voxel_size, phase, _counts(counts))
+    start_taichi(backend, threads)
+    record, found = examine(one, chosen, walls)
+    folder = output or Path("runs") / f"micro_{one.name}"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "micro.json", json.dumps({"sample": str(sample), "voxel_size": voxel_size, **record}, indent=1,
+                                                 default=str))
+    picture = render_flow(one.ice, found.speeds, voxel_size, folder / "flow.png", one.name)
+    if as_json:
+        print_json(record)
+    elif not quiet:
+        print_facts(one.name, _told(record, chosen))
+        print(picture)
+
+
+def _axes(text):
+    if not text or set(text) - set("xyz") or len(set(text)) != len(text):
+        raise InputError.at("--axes", text, "must be some of x, y and z")
+    return tuple(sorted("xyz".index(name) for name in text))
+
+
+def _counts(text):
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 3 or not all(part.strip().isdigit() and int(part) > 0 for part in parts):
+        raise InputError.at("--counts", text, "must be three numbers > 0, such as 400,400,300")
+    return tuple(int(part) for part in parts)
+
+
+def _told(record, axes):
+    """The record as facts with units."""
+    names = "xyz"
+    facts = {"voxels": " x ".join(map(str, record["voxels"])),
+             "density": f"{record['density']:.4g} kg/m³", "porosity": f"{record['porosity']:.4g}",
+             "connected porosity": {names[a]: f"{record['connected_porosity'][a]:.4g}" for a in axes},
+             "specific surface": f"{record['surface_per_mass']:.4g} m²/kg, {record['surface_per_volume']:.4g} 1/m",
+             "equivalent sphere radius": f"{1e3 * record['equivalent_radius']:.4g} mm",
+             "permeability": {names[b]: "  ".join(f"{row[b]:.3e}" for row in record["permeability"]) + " m²"
+                              for b in axes},
+             "mean of the diagonal": f"{record['permeability_mean']:.3e} m²",
+             "fit for snow": f"{record['permeability_calonne']:.3e} m² (Calonne et al. 2012);"
+                             f" the sample has {record['permeability_over_calonne']:.3g} times that",
+             "tortuosity": {names[a]: f"{record['tortuosity'][a]:.4g}" for a in axes}}
+    if "asymmetry" in record:
+        facts["asymmetry of the tensor"] = f"{100.0 * record['asymmetry']:.2g} %"
+    return facts

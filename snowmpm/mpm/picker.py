@@ -1,0 +1,19 @@
+"""Lists of work: a step visits all blocks, or those that a list names (`mpm.sleep`)."""
+
+import functools
+
+import taichi as ti
+
+
+@functools.cache
+def picker(lists):
+    """Taichi function: the k-th number of a list, or k itself where all is visited (lists false)."""
+
+    @ti.func
+    def pick(order: ti.template(), k):
+        n = k
+        if ti.static(lists):
+            n = order[k]
+        return n
+
+    return pick

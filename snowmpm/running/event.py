@@ -1,0 +1,24 @@
+"""What all events of a run have."""
+
+
+class Event:
+    """Base of all events: an entry of the scene's events table and the index of the body that it names, if any."""
+
+    load = None
+    """(centre (dim,) [m], radius [m], acceleration (dim,) [m/s2])"""
+
+    def __init__(self, spec, body):
+        self.done = False
+        self._spec, self._body = spec, body
+
+    def to_come(self, time):
+        """Whether part of the event is still to come after `time` [s]."""
+        return not self.done
+
+    def state(self):
+        """Progress, as numbers by name."""
+        return {"done": self.done}
+
+    def restore(self, state):
+        """Restore the result of `state()`."""
+        self.done = state["done"]

@@ -1,0 +1,35 @@
+"""Events that act on the water in the snow: rain, and borders that begin or cease to let water out."""
+
+import numpy as np
+
+from snowmpm.running.event import Event
+
+
+class Rain(Event):
+    """Rain on the highest snow of each column under the sky, in the steps that begin while it falls."""
+
+    def apply(self, simulation):
+        spec, water, time = self._spec, simulation.solver.water, simulation.time
+        stop = np.inf if spec.stop is None else spec.stop
+        if time >= stop:
+            water.rain.pop(self, None)
+            self.done = True
+        elif time >= spec.start:
+            water.rain[self] = spec.rate, self._inside
+
+    def _inside(self, plan):
+        """Which of the places plan (k, dim - 1) [m] it falls on."""
+        inside, region = np.ones(len(plan), bool), self._spec.region
+        for bounds, along in zip(() if region is None else (region.x, region.y), plan.T, strict=False):
+            if bounds is not None:
+                inside &= (along >= bounds[0]) & (along < bounds[1])
+        return inside
+
+
+class Drainage(Event):
+    """A border lets water out from now on, or no more."""
+
+    def apply(self, simulation):
+        if simulation.time >= self._spec.start:
+            simulation.solver.water.outlets.drained[self._spec.border] = self._spec.becomes == "drained"
+            self.done = True
