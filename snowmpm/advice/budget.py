@@ -124,7 +124,7 @@ class Budget:
             rows = [(entry.particles, f"{self.n}, {a_cell} a cell in plan", stages["particles"])]
         else:
             rows += [(f"law {kind}", f"{self.particles[kind]} particles", scale * ns) for kind, ns in in_table.items()]
-        if entry.capabilities.grid:
+        if entry.capabilities.grid and not entry.capabilities.solves:
             rows.append(("blocks of the grid", f"{crowd.blocks}, {self.n / max(1, crowd.blocks):.0f} particles in each",
                          stages["blocks"] + stages["nodes"]))
             rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))

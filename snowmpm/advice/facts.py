@@ -150,8 +150,9 @@ class SceneFacts:
         of the first steps, shorter while bonds break."""
         if self.forecast.course:
             return self.forecast.steps * min(1.0, time / self.forecast.end)
-        long = self.scene.solver.dt or self.solver.expected_dt()[0]
-        short = self.scene.solver.dt or self.solver.expected_dt(breaking=True)[0]
+        most = self.scene.output.interval  # no step goes beyond a frame
+        long = self.scene.solver.dt or min(most, self.solver.expected_dt()[0])
+        short = self.scene.solver.dt or min(most, self.solver.expected_dt(breaking=True)[0])
         if short == long:
             return time / long
         begin, end = self._breaking

@@ -8,11 +8,7 @@ from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
 def parameters(run):
     """Label -> text of the parameters shown with the maps of a `Run`: method, cells, particles, friction, snow."""
-    made = run.provenance
-    try:
-        scene = tables(made.get("scene") or "", "scene")
-    except (TOMLDecodeError, InputError, TypeError):
-        scene = {}
+    made, scene = run.provenance, _scene(run)
     method = METHODS.get(_at(scene, "solver", "method"))
     found = {"scene": run.name, "method": succession(run) or (method.title if method else "")}
     if isinstance(made.get("dx"), int | float):
@@ -34,11 +30,20 @@ def method_of(run, last=False):
     """The row of `METHODS` that computed a `Run`, of several the first or the last; None where the run does not say."""
     if last and methods_of(run):
         return METHODS.get(methods_of(run)[-1]["method"])
+    return METHODS.get(_at(_scene(run), "solver", "method"))
+
+
+def at_rest(run):
+    """Whether each frame of a `Run` is a balance, on the way to which the work of the loads is lost."""
+    return _at(_scene(run), "solver", "implicit", "time") == "quasi_static"
+
+
+def _scene(run):
+    """Tables of the resolved scene; none where the run has none that can be read."""
     try:
-        scene = tables(run.provenance.get("scene") or "", "scene")
+        return tables(run.provenance.get("scene") or "", "scene")
     except (TOMLDecodeError, InputError, TypeError):
-        return None
-    return METHODS.get(_at(scene, "solver", "method"))
+        return {}
 
 
 def methods_of(run):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.io.parameters import method_of
+from snowmpm.io.parameters import at_rest, method_of
 from snowmpm.io.status import cautions
 
 MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
@@ -24,7 +24,7 @@ def remarks(run):
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))
     taken = _last(history, "energy_remainder")
-    if turned > 0.0 and abs(taken) > ENERGY * turned:
+    if turned > 0.0 and abs(taken) > ENERGY * turned and not at_rest(run):
         yield (f"The scheme itself took {taken / turned:.1%} of the energy that was stored and turned over: a finer"
                " grid, or a transfer with less damping, takes less.")
     cells = _last(history, "occupied_cells")

@@ -21,7 +21,8 @@ class Forecast:
 def forecast(scene, solver):
     """`Forecast` of a scene: with a fixed step, or one as the first, until end_time; a method that knows its course
     says more."""
-    end, first = scene.end_time, scene.solver.dt or solver.expected_dt()[0]
+    # No step goes beyond a frame
+    end, first = scene.end_time, scene.solver.dt or min(solver.expected_dt()[0], scene.output.interval)
     course = solver.course(end, scene.output.interval)
     if course is None:
         return Forecast(end / first, first, end)
