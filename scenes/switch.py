@@ -25,10 +25,15 @@ SHARES = {FLOWING: 0.5, BROKEN: 0.9, REACHED: 0.0}
 """Share of the mass, or of the particles with bonds, of a scene that gives none."""
 
 
+def _takers():
+    """Methods that take over: of those that solve for their steps, none."""
+    return [name for name, entry in METHODS.items() if not entry.capabilities.solves]
+
+
 class Switch(Spec):
     """Another method takes over with all the snow, once the events of the scene are over."""
 
-    to: Annotated[str, one_of(lambda: METHODS)]
+    to: Annotated[str, one_of(_takers)]
     """method that takes over; "depth" after a method of particles in space, or one of these after "depth" """
     when: Annotated[str, Field(strict=True, max_length=40)] = FLOWING
     """"t > 8": a time [s]; "flowing": a share of the mass is faster than a speed; "broken": a share of the particles

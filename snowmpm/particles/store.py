@@ -26,6 +26,9 @@ MATERIAL, IDENTITY = 0, 1
 INDEX_BITS = 31
 LARGEST_INDEX = (1 << INDEX_BITS) - 1
 MOST_TABLES = 5
+UNROLLED = 32
+"""Rounds of a loop that Taichi unrolls without a warning."""
+
 MOST_MATERIALS = 256
 """A material index is one byte."""
 
@@ -162,8 +165,9 @@ def store_kernels(layout, real):
     def read(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
         for p in range(rows.shape[0]):
             values = access.load(reals, access.places(reals, slot_offset), p, 0, layout.width)
-            for c in ti.static(range(layout.width)):
-                rows[p, c] = values[c]
+            for first in ti.static(range(0, layout.width, UNROLLED)):
+                for c in ti.static(range(first, min(first + UNROLLED, layout.width))):
+                    rows[p, c] = values[c]
 
     @taichi_kernel
     def write(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):

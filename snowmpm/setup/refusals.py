@@ -134,8 +134,12 @@ def _refuse_beside_water(scene):
 def _refuse_switch(scene, i, switch, before, after):
     """Raise InputError for a hand-over that cannot be, from a method with the capabilities `before` to `after`."""
     key = f"switch.{i}.to"
+    if before.solves:
+        raise InputError.at("solver.method", parts(scene)[i].solver.method, "does not hand over: leave switch out",
+                            scene.source)
     if before.plan == after.plan:
-        allowed = " or ".join(f'"{name}"' for name, entry in METHODS.items() if entry.capabilities.plan != before.plan)
+        allowed = " or ".join(f'"{name}"' for name, entry in METHODS.items()
+                              if entry.capabilities.plan != before.plan and not entry.capabilities.solves)
         raise InputError.at(key, switch.to, f'must be {allowed} after "{parts(scene)[i].solver.method}"', scene.source)
     if scene.terrain is None:
         raise InputError.at(key, switch.to, "needs a terrain", scene.source)

@@ -25,7 +25,7 @@ def arrays(state):
 
 def outcome(method, dim):
     """Hash of all that a run leaves, and what shows that something happened."""
-    simulation = reach(Simulation(eventful(method, dim, precision="f32")), END)
+    simulation = reach(Simulation(eventful(method, dim, precision=able(method).precisions[0])), END)
     numbers = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays(simulation.state())
                        if array.dtype.kind in "biuf")
     return {"hash": hashlib.sha256(numbers).hexdigest(), "sorts": simulation.solver.particles.sorts,

@@ -98,5 +98,5 @@ def test_a_dimension_that_it_lacks_is_refused(monkeypatch):
 
 def test_a_method_that_is_not_there_is_refused(monkeypatch):
     monkeypatch.delitem(METHODS, "sliding")
-    with pytest.raises(ValueError, match="'mpm', 'sph' or 'depth'"):
+    with pytest.raises(ValueError, match="'mpm', 'sph', 'depth' or 'implicit'"):
         slope()
