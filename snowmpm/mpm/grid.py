@@ -53,7 +53,7 @@ class TileGrid:
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
     into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
     asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
-    zeros, where all is visited.
+    zeros, where all is visited; listed: whether not all is.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
@@ -85,7 +85,7 @@ class TileGrid:
         if self.everyone.shape[0] < max(self.n_tiles, self.n_node_blocks):
             self.everyone = int_array(np.arange(int(1.25 * max(self.n_tiles, self.n_node_blocks)) + 8))
             self.nobody = int_array(np.zeros(self.everyone.shape[0]))
-        self.work, self.asleep = self.everyone, self.nobody
+        self.work, self.asleep, self.listed = self.everyone, self.nobody, False
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
         self.active_nodes = self._whole_tiles(self.n_tiles)
         self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
@@ -139,7 +139,7 @@ class TileGrid:
         have to be emptied."""
         start, tiles_at = self._tile_table
         reached = np.logical_or.reduceat(~asleep[tiles_at[:, 0]], start[:-1]) if len(tiles_at) else np.zeros(0, bool)
-        work = np.flatnonzero(reached)
+        work, self.listed = np.flatnonzero(reached), bool(asleep.any())
         self.work, self.n_work, self.asleep = int_array(work), len(work), int_array(asleep)
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start)[work] + NODE_BLOCK_COST))
         return self.contact.visit(reached)

@@ -147,8 +147,9 @@ class MpmSolver(Solver):
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        self._scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                      grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
+        scatter = self._scatter[grid.listed]
+        scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
+                grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -159,23 +160,25 @@ class MpmSolver(Solver):
             grid.rebuild_contact()
             if self.sleep:
                 self.sleep.list_work()
-        self._update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-                     grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
-                     self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work,
-                     grid.node_chunk_bounds, grid.work, grid.asleep, *self._held)
+        update, write_back = self._update[grid.listed]
+        update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+               grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
+               self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
+               grid.work, grid.asleep, *self._held)
         if grid.contact.n:
             grid.apply_contact(self.dx)
-            self._write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset,
-                             grid.first_tile, grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds,
-                             grid.contact.work, grid.contact.n_work, grid.asleep, *self._held)
+            write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+                       grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
+                       grid.contact.n_work, grid.asleep, *self._held)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
         report = np.zeros(step_report.N_REPORT)
-        self._gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of,
-                     owners, grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports,
-                     report, self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
+        gather = self._gather[grid.listed]
+        gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
+               grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+               self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
             report[stiff] = np.maximum(report[stiff], self.sleep.floors)
@@ -244,14 +247,15 @@ class MpmSolver(Solver):
 
     def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
-        layout, lists = self.particles.layout, self.sleep is not None
-        self._scatter = scatter_kernel(layout, real, self.atomic, self.flip, self.basis, self._gradient,
-                                       self._affine_share > 0.0, self._serial, lists)
-        self._update, self._write_back = grid_kernels(self.dim, real, self.flip, self._serial, lists)
+        layout, flip, moves = self.particles.layout, self.flip, self._affine_share > 0.0
+        scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
+        # By whether a list names the blocks to visit: while nothing sleeps, a step is that of snow that cannot
+        both = (False, True) if self.sleep else (False,)
+        self._scatter = [scatter_kernel(layout, real, *scheme, lists) for lists in both]
+        self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
+        self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
-            surface.bind(real, self.basis, self.flip, self._serial, lists)
-        self._gather = gather_kernel(layout, real, self.materials.functions, self.atomic, self.flip, self.basis,
-                                     self._gradient, self._affine_share > 0.0, self._serial, lists)
+            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None)
 
     def _meeting_bodies(self, population, friction):
         """`BodyContact` of a population with several velocity fields, else None."""

@@ -89,6 +89,7 @@ def test_a_wave_wakes_what_it_reaches():
     assert open_momentum(solver) < 1e-12
 
 
+@pytest.mark.slow
 def test_the_outcome_is_that_without_sleep():
     """Where the snow lies in the end, to a share of a cell; most of it slept."""
     ends = []

@@ -56,11 +56,11 @@ class Surface:
         return self.geometry.slots(keys, coordinates)
 
     def bind(self, real, kernel, flip, serial, lists=False):
-        """Compile for a precision, a basis, a transfer, one thread or all of them, and contact blocks by a list or
-        all."""
+        """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
+        blocks."""
         self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
-        self._resolve = contact_kernel(self.dim, real, kernel, flip, self.tracked, serial,
-                                       self.basal is not None, lists)
+        scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
+        self._resolve = [contact_kernel(*scheme, some) for some in (False, True)[: 1 + lists]]
         self._kernel = kernel
         if self.joinable:
             self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
@@ -117,6 +117,7 @@ class Surface:
             joined = self._joined
             self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
                        self.motion, self.total, joined.n)
-        self._resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
-                      lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                      *self._coefficients(), blocks.part, self.total, blocks.n_work, blocks.work_bounds, blocks.work)
+        resolve = self._resolve[grid.listed]
+        resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
+                lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
+                *self._coefficients(), blocks.part, self.total, blocks.n_work, blocks.work_bounds, blocks.work)
