@@ -49,7 +49,7 @@ def _sums_kernel(layout, real):
     @taichi_kernel
     def add_up(reals: ti.types.ndarray(), material: ti.types.ndarray(), materials: ti.types.ndarray(),
                start: ti.types.ndarray(), coordinates: ti.types.ndarray(), table: ti.types.ndarray(),
-               ints: ti.types.vector(4, int), lengths: ti.types.vector(2, ti.f64)):
+               ints: ti.types.ndarray(), lengths: ti.types.ndarray()):
         ti.loop_config(serialize=True)
         for b in range(ints[3]):
             places = access.places(reals, ints[0])
@@ -123,8 +123,7 @@ class BasalFriction:
         with runtime.precision(store.precision):
             _sums_kernel(store.layout, runtime.DTYPES[store.precision][0])(
                 store.reals, store.material, store.materials.numbers, store.start, store.coordinates, table,
-                ti.Vector([store.slot_offset, *first, len(store.blocks)], ti.i32),
-                ti.Vector([self._dx, self._base], ti.f64))
+                np.array([store.slot_offset, *first, len(store.blocks)], np.int32), np.array([self._dx, self._base]))
         around = (AROUND, AROUND if axes == 2 else 1, 1)
         sums = uniform_filter(table[..., :HEIGHT], size=around, mode="constant")
         there = sums[..., MASS] > 1e-12 * sums[..., MASS].max()

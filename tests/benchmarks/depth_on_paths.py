@@ -25,7 +25,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
 HERE = Path(__file__).parent
-PATHS = {"avaGar": ("avaGar.asc", "relGar.shp", 100.0), "avaAlr": ("avaAlr.tif", "relAlr.shp", 160.0)}
+PATHS = {"avaGar": ("avaGar.asc", "relGar.shp", 88.0), "avaAlr": ("avaAlr.tif", "relAlr.shp", 160.0)}
 """Elevation model, release, time [s]."""
 WAYS = {
     "columns": {"solver.method": "depth", "solver.dx": 5.0},
