@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # of extras
     import pandas
     import xarray
 
-ATTEMPTS = 50
+ATTEMPTS = 200
 
 T = TypeVar("T")
 

@@ -100,5 +100,6 @@ SYMPTOMS = {
     "mpm": (_crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
     "sph": (_into_walls, _near_apex, _clumping),
     "depth": (),
+    "implicit": (),
 }
 """Failures by method, in the order of the search: those of a single step before those of the scheme in the long run."""

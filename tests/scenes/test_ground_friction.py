@@ -104,7 +104,7 @@ def handed_over(scene, capabilities, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setitem(METHODS, "mpm", MethodEntry("mpm", lambda *_, **common: got.update(common), capabilities))
         model = build(scene)
-        model._solver()
+        model.solver()
     return got["terrain_friction"]
 
 
