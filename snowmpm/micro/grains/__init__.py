@@ -1,0 +1,1 @@
+"""Grains: the discrete element method for spheres with friction, rolling resistance and bonds."""

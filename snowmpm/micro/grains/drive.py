@@ -1,0 +1,52 @@
+"""A periodic cell of grains that is driven: strain rates along some axes, stresses along the others."""
+
+import numpy as np
+
+GAIN = 0.02
+"""Share of the missing strain, as the contacts' stiffness has it, that is made up for in a step of the control."""
+
+EVERY = 20
+"""Steps between two looks at the stress."""
+
+
+def drive(cell, strain, rates=(None, None, None), stresses=(None, None, None), fastest=1.0, watch=None):
+    """Strain an `Assembly` until the largest strain along a driven axis is `strain`, or until its stresses stand.
+
+    rates (3,) [1/s] or None; stresses (3,) [Pa], tension positive, or None: each axis has one of both. fastest [1/s]:
+    largest rate of a stress-controlled axis. watch(cell): called at each look; the drive ends when it returns True.
+    """
+    start = cell.box.copy()
+    stiffness = cell.law.stiffness / (2.0 * float(cell.radii.mean()))
+    driven = [axis for axis in range(3) if rates[axis] is not None]
+    while True:
+        now = np.diag(cell.stress())
+        for axis in range(3):
+            if rates[axis] is not None:
+                cell.rates[axis] = rates[axis]
+            else:
+                missing = (stresses[axis] - now[axis]) / stiffness
+                cell.rates[axis] = float(np.clip(GAIN * missing / (EVERY * cell.dt), -fastest, fastest))
+        cell.step(EVERY)
+        done = np.abs(np.log(cell.box / start))
+        if (driven and done[driven].max() >= strain) or (watch is not None and watch(cell)):
+            return
+
+
+def compress(cell, pressure, fastest=1.0, tolerance=0.01, most=200_000):
+    """Bring a cell to an isotropic pressure [Pa]: until each normal stress is within `tolerance` and the motion is less
+    than `tolerance` of the elastic energy. Raises ValueError after `most` steps."""
+    target = np.full(3, -pressure)
+    first = cell.steps
+
+    def stands(one):
+        if one.steps - first > most:
+            raise ValueError(f"{pressure:g} Pa are not reached in {most} steps")
+        near = np.abs(np.diag(one.stress()) - target).max() < tolerance * pressure
+        return near and one.kinetic_energy() < tolerance * pressure**2 * one.volume / _stiffness(one)
+
+    drive(cell, np.inf, stresses=target, fastest=fastest, watch=stands)
+    cell.rates[:] = 0.0
+
+
+def _stiffness(cell):
+    return cell.law.stiffness / (2.0 * float(cell.radii.mean()))
