@@ -24,8 +24,8 @@ MOST_LINKS = 8
 
 FAINT = 0.002
 """Share of a full cell's volume below which a node is faint. On the flat face of a body, half a particle's spacing from
-the nodes, the outermost ones have 0.016 (4 particles a cell in 2-D), half of it beside a wall, a quarter between two, and
-at its corner the square of it."""
+the nodes, the outermost ones have 0.016 (4 particles a cell in 2-D), half of it beside a wall, a quarter between
+two, and at its corner the square of it."""
 
 
 class Held:
