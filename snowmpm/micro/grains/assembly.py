@@ -37,7 +37,7 @@ class Assembly:
         self._state[:, :3] = positions
         self._sizes = np.column_stack([radii, self.mass, inertia])
         self._fixed = np.zeros(len(radii), np.int32) if fixed is None else np.asarray(fixed, np.int32)
-        self._pull, self._damping = np.asarray(gravity, float), damping
+        self._pull, self.damping = np.asarray(gravity, float), damping
         stiffest = max(law.stiffness, law.tangential * (3.5 if law.rolling else 2.5))
         self.dt = STEP * float(np.sqrt(self.mass.min() / stiffest))
         self._margin = MARGIN * float(radii.mean())
@@ -76,7 +76,7 @@ class Assembly:
 
     def step(self, count=1):
         """Advance by so many steps of `dt`."""
-        kept = max(0.0, 1.0 - self._damping * self.dt)
+        kept = max(0.0, 1.0 - self.damping * self.dt)
         pull = np.array([*self._pull, self.dt, kept])
         law = np.array([*self.law.numbers(), self.dt])
         with runtime.precision("f64"):
