@@ -2,8 +2,11 @@
 
 import numpy as np
 
-GAIN = 0.02
+GAIN = 0.1
 """Share of the missing strain, as the contacts' stiffness has it, that is made up for in a step of the control."""
+
+HABIT = 0.05
+"""Share of that rate which becomes the axis's usual one: without it a steady flow would need a missing stress."""
 
 EVERY = 20
 """Steps between two looks at the stress."""
@@ -17,6 +20,7 @@ def drive(cell, strain, rates=(None, None, None), stresses=(None, None, None), f
     """
     start = cell.box.copy()
     stiffness = cell.law.stiffness / (2.0 * float(cell.radii.mean()))
+    usual = np.zeros(3)
     driven = [axis for axis in range(3) if rates[axis] is not None]
     while True:
         now = np.diag(cell.stress())
@@ -25,7 +29,9 @@ def drive(cell, strain, rates=(None, None, None), stresses=(None, None, None), f
                 cell.rates[axis] = rates[axis]
             else:
                 missing = (stresses[axis] - now[axis]) / stiffness
-                cell.rates[axis] = float(np.clip(GAIN * missing / (EVERY * cell.dt), -fastest, fastest))
+                asked = GAIN * missing / (EVERY * cell.dt)
+                cell.rates[axis] = float(np.clip(usual[axis] + asked, -fastest, fastest))
+                usual[axis] = np.clip(usual[axis] + HABIT * asked, -fastest, fastest)
         cell.step(EVERY)
         done = np.abs(np.log(cell.box / start))
         if (driven and done[driven].max() >= strain) or (watch is not None and watch(cell)):
