@@ -88,8 +88,8 @@ class PeakMaps:
         return window, depth, momentum, energy
 
     def see(self, solver, deposit=True):
-        """Update the maps with the current state of the solver; deposit: that of the deposit too, which no later one
-        needs."""
+        """Update the maps with the current state of the solver. deposit: whether to set the map of the deposit as well,
+        of which only the last state counts."""
         window, depth, speed, pressure = self._totals(solver)
         flows = depth >= self.flow_depth
         peaks = {name: values[window] for name, values in self.values.items()}

@@ -22,7 +22,7 @@ def plates(tau, magic, precision="f64", walls=True):
     z = np.arange(HEIGHT) + 0.5
     exact = FORCE / (2.0 * flow.viscosity) * z * (HEIGHT - z)
     velocity = flow.velocity()
-    assert np.abs(velocity[:, 1:]).max() < 1e-12 if precision == "f64" else 1e-6
+    assert np.abs(velocity[:, 1:]).max() < (1e-12 if precision == "f64" else 1e-6) * velocity[:, 0].max()
     return np.abs(velocity[:HEIGHT, 0] / exact - 1.0).max()
 
 
@@ -52,8 +52,8 @@ def test_permeability_does_not_depend_on_the_relaxation_time():
     assert found == pytest.approx(np.full(3, found[0]), rel=1e-3)
 
 
-def test_one_thread_and_two_give_the_same_bits():
-    """No sum goes over threads: a step writes each number once."""
+def test_a_step_writes_each_number_once():
+    """So that threads never meet, and their number leaves the bits alone."""
     ice, _ = simple_cubic(12, 0.216)
     lattice = pore_lattice(~ice)
     places = np.concatenate([np.arange(lattice.count)[None], lattice.table])

@@ -8,8 +8,9 @@ they touch,
                 doi:10.1680/geot.1979.29.1.47); a bond adds shear_strength A to the limit, and breaks beyond
     rolling     M = -k_r theta - c_r omega_t,   |M| <= mu_r R F_n:   theta' = relative rotation without twist
 
-A = pi min(r)^2 the area of a bond, R = r_i r_j / (r_i + r_j), m the reduced mass. Dashpots c = 2 damping sqrt(k m). A
-free rebound of equal spheres without damping takes pi sqrt(m / k_n). Springs turn with the normal.
+A = pi min(r)^2 the area of a bond, R = r_i r_j / (r_i + r_j), m the reduced mass. Dashpots
+c = 2 damping sqrt(k m), in rolling c_r = 2 damping sqrt(k_r m) R. A free rebound without damping takes
+pi sqrt(m / k_n). Springs turn with the normal.
 """
 
 from dataclasses import dataclass

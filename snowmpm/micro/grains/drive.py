@@ -13,15 +13,19 @@ EVERY = 20
 
 
 def drive(cell, strain, rates=(None, None, None), stresses=(None, None, None), fastest=1.0, watch=None):
-    """Strain an `Assembly` until the largest strain along a driven axis is `strain`, or until its stresses stand.
+    """Strain an `Assembly` until the largest logarithmic strain along an axis with a rate is `strain`, or until `watch`
+    says so.
 
     rates (3,) [1/s] or None; stresses (3,) [Pa], tension positive, or None: each axis has one of both. fastest [1/s]:
     largest rate of a stress-controlled axis. watch(cell): called at each look; the drive ends when it returns True.
+    Raises ValueError for an axis with both or neither, and where nothing would ever end the drive.
     """
-    start = cell.box.copy()
-    stiffness = cell.law.stiffness / (2.0 * float(cell.radii.mean()))
-    usual = np.zeros(3)
-    driven = [axis for axis in range(3) if rates[axis] is not None]
+    if any((rate is None) == (stress is None) for rate, stress in zip(rates, stresses, strict=True)):
+        raise ValueError("each axis must have either a rate or a stress")
+    driven = [axis for axis in range(3) if rates[axis]]
+    if not driven and watch is None:
+        raise ValueError("without a rate, watch must say when the drive ends")
+    start, usual, stiffness = cell.box.copy(), np.zeros(3), _stiffness(cell)
     while True:
         now = np.diag(cell.stress())
         for axis in range(3):
@@ -55,4 +59,5 @@ def compress(cell, pressure, fastest=1.0, tolerance=0.01, most=200_000):
 
 
 def _stiffness(cell):
+    """Stiffness of a contact over the mean diameter [Pa]."""
     return cell.law.stiffness / (2.0 * float(cell.radii.mean()))

@@ -99,8 +99,8 @@ def pair_kernel():
 
 @functools.cache
 def motion_kernel():
-    """Kernel that moves the grains by dt (leapfrog). pull (3,): acceleration of all, and dt, share of velocity that
-    viscous damping takes; fixed (n,): grains that keep their velocity."""
+    """Kernel that moves the grains by dt (leapfrog). pull (5,): acceleration of all, dt, and the share of velocity
+    that viscous damping leaves; fixed (n,): grains that keep their velocity."""
 
     @taichi_kernel
     def move(state: ti.types.ndarray(dtype=ti.f64, ndim=2), sizes: ti.types.ndarray(dtype=ti.f64, ndim=2),
