@@ -48,8 +48,10 @@ def program(tmp_path):
         file = tmp_path / "program.py"
         file.write_text(BEGINNING.replace("BLOCK", repr(str(TESTS / "cli" / "block.toml"))) + text)
         paths = os.pathsep.join([str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+        # Unbuffered, Python writes a line and its end apart, and processes that share the pipe write between them
+        around = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
         done = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, timeout=LIMIT,
-                              env={**os.environ, "PYTHONPATH": paths}, cwd=tmp_path)
+                              env={**around, "PYTHONPATH": paths}, cwd=tmp_path)
         assert done.returncode == code, done.stdout + done.stderr
         return [line for line in done.stdout.splitlines() if not line.startswith("[Taichi]")]
 
