@@ -18,7 +18,7 @@ The density of a material is then that of the dry skeleton, and stresses are eff
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension, tag
@@ -147,11 +147,22 @@ class FlowingWater(Spec):
         return self
 
 
+SCHEMES = ("u_p", "one_phase")
+
+
+def _known_scheme(value: Any) -> Any:
+    """The table, if its scheme is one of SCHEMES; without one it is the first."""
+    scheme = value.get("scheme", SCHEMES[0]) if isinstance(value, dict) else SCHEMES[0]
+    if scheme not in SCHEMES:
+        raise refuse("must be " + " or ".join(f'"{name}"' for name in SCHEMES), "scheme", scheme)
+    return value
+
+
 def _which(value: Any) -> str:
-    scheme = value.get("scheme") if isinstance(value, dict) else getattr(value, "scheme", None)
-    return tag("flowing" if scheme == "one_phase" else "seeping")
+    return tag(value.get("scheme", SCHEMES[0]) if isinstance(value, dict) else getattr(value, "scheme", SCHEMES[0]))
 
 
 Water = Annotated[
-    Annotated[SeepingWater, Tag(tag("seeping"))] | Annotated[FlowingWater, Tag(tag("flowing"))], Discriminator(_which)
-]
+    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))],
+              Discriminator(_which)],
+    BeforeValidator(_known_scheme)]

@@ -29,7 +29,7 @@ GAMMA = 1.0 - 0.5**0.5
 
 @ti.func
 def solve(excess: ti.template(), p, first, layers, z, drained):
-    """(1 + z T) x = b in place, in places from `first` on, T the negative second difference; its last third is used."""
+    """(1 + z T) x = b in place, from place `first` on, T the negative second difference; the last third is room."""
     upper = -2.0 * z
     pivot = 1.0 + 2.0 * z
     if drained > 0.0:
@@ -51,8 +51,8 @@ def solve(excess: ti.template(), p, first, layers, z, drained):
 def consolidate_kernel(real, serial):
     """Kernel that takes the pressures of all columns through a step, after `depth.gather`.
 
-    excess (n, 3 layers): p at eta = k / layers and room for two more; pores (n,): `depth.bearing`; drains (n_nodes,): 1 where
-    the ground is drained; rate: c_v dt (h / d)^2 [m2]."""
+    excess (n, 3 layers): p at eta = k / layers and room for two more; pores (n,): `depth.bearing`; drains (n_nodes,): 1
+    where the ground is drained; rate: c_v dt (h / d)^2 [m2]."""
 
     @taichi_kernel
     def consolidate(excess: ti.types.ndarray(), pores: ti.types.ndarray(), reals: ti.types.ndarray(),

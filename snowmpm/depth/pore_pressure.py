@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.bearing import BUOYANT, DRAINED, EFFECTIVE, LOAD, OVERBURDEN, PORE, WATER
 from snowmpm.depth.consolidation import consolidate_kernel
@@ -59,7 +59,8 @@ class FlowWater:
 
 
 class PorePressure:
-    """Of all columns (`depth.bearing`, `depth.consolidation`). pores (n,): Taichi, PORE numbers each; excess (n, 3 layers)."""
+    """Of all columns. pores (n,): Taichi, PORE numbers each (`depth.bearing`); excess (n, 3 layers): the mesh
+    (`depth.consolidation`)."""
 
     def __init__(self, water, material, drained, drains, precision):
         """material (n,): index of each column; drained (n,): whether the ground under it lets water out; drains

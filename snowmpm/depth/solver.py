@@ -178,7 +178,8 @@ class DepthSolver(Method):
             gather.gather_kernel(real, self._law, cover.law, bool(store.wet), self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                store.wet.pores if store.wet else self._numbers, self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.flowing)
+                store.wet.pores if store.wet else self._numbers, self.bed.stride, dt, 1.0 / grid.dx, g,
+                float(options.centrifugal), store.flowing)
             if store.wet:
                 store.wet.consolidate(store, dt, self._serial)
             if self._gauges:

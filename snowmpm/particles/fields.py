@@ -34,8 +34,8 @@ class ParticleFields:
     J = det F; material, body: index in the scene; id: number given at seeding; depth: thickness of the snow normal to
     the ground, of columns, zero for other particles; pore_pressure, porosity, saturation of the pores, liquid_water:
     volume of water over that of the snow, all zero without water, with which stress, p and q are effective and density
-    is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the hydrostatic
-    one by, zero for other particles; and what the laws report of their state
+    is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
+    hydrostatic one by, zero for other particles; and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 

@@ -8,6 +8,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
+from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
 from tests.support.same_runs import assert_same
 
@@ -65,14 +66,16 @@ def test_fields_of_frames(run):
     x = later.points[:, 0] + run.origin[0]
     over = (x > 20.5) & (x < 25.5)
     assert over.any() and (later.fields["excess_pressure"][over] == 0.0).all()
-    assert (later.fields["excess_pressure"][x < 18.0] > 0.0).all()
-    assert (later.fields["pore_pressure"] > 0.0).all()
+    soon = run.frame(1).fields["excess_pressure"]  # by P7, 0.64 of the start are left after T = 0.1
+    assert np.median(soon) / np.median(first["excess_pressure"]) == pytest.approx(0.64, abs=0.12)
+    assert (later.fields["pore_pressure"] > -0.01).all()
 
 
 def test_water_carries_snow_that_would_lie_still(tmp_path):
     dry = snowmpm.run(scene(end_time=1.0, water=None), tmp_path / "dry")
     wet = snowmpm.run(scene(end_time=1.0), tmp_path / "wet")
-    assert dry.history["max_speed"][-1] == 0.0 < 1.0 < wet.history["max_speed"][-1]
+    speed = [run.history["total_momentum"][-1] / run.history["mass"][0] for run in (dry, wet)]
+    assert speed[0] < 0.1 < 1.0 < speed[1]
 
 
 def to(simulation, time):
@@ -110,26 +113,25 @@ def test_a_forecast_slides_further_on_wet_ground():
 
 @pytest.mark.parametrize(("changes", "key"), [
     ({"water": {"permeability": 1e-9}}, "water.scheme"),
-    ({"water": {**WATER, "scheme": "two_phase"}}, "water.scheme"),
-    ({"water__level": 0.0}, "water.level"),
-    ({"water__level": 1.1}, "water.level"),
-    ({"water__level": 1.0, "water__porosity": 0.5}, "water.level"),
-    ({"water__porosity": 1.0}, "water.porosity"),
-    ({"water__porosity": -0.1}, "water.porosity"),
-    ({"water__excess": 1.5}, "water.excess"),
-    ({"water__consolidation": -1.0}, "water.consolidation"),
+    ({"water.scheme": "two_phase"}, "water.scheme"),
+    ({"water.level": 0.0}, "water.level"),
+    ({"water.level": 1.1}, "water.level"),
+    ({"water.level": 1.0, "water.porosity": 0.5}, "water.level"),
+    ({"water.porosity": 1.0}, "water.porosity"),
+    ({"water.porosity": -0.1}, "water.porosity"),
+    ({"water.excess": 1.5}, "water.excess"),
+    ({"water.consolidation": -1.0}, "water.consolidation"),
     ({"water": {"scheme": "one_phase"}}, "water.consolidation"),
-    ({"water__layers": 2}, "water.layers"),
-    ({"water__permeability": 1e-9}, "water.permeability"),
-    ({"water__drains": [{"x": [60.0, 70.0]}]}, "water.drains.0"),
-    ({"water": {**WATER, "porosity": None}, "materials": {"snow": {**SNOW, "density": 950.0}}},
-     "materials.snow.density"),
+    ({"water.layers": 2}, "water.layers"),
+    ({"water.permeability": 1e-9}, "water.permeability"),
+    ({"water.drains": [{"x": [60.0, 70.0]}]}, "water.drains.0"),
+    ({"materials.snow.density": 950.0}, "materials.snow.density"),
     ({"events": [{"kind": "rain", "rate": 0.1}]}, "events.0.kind"),
-    ({"switch": [{"to": "mpm", "when": "t > 1", "solver": {"dx": 1.0}}]}, "switch.0.to"),
-    ({"solver": {"method": "mpm", "dx": 1.0, "precision": "f64"}}, "water.scheme"),
+    ({"switch": [{"to": "mpm", "when": "t > 1", "solver": {"dx": 1.0}}]}, "switch.0"),
+    ({"solver.method": "mpm", "solver.dx": 20.0, "solver.precision": "f64"}, "water.scheme"),
 ])
 def test_bad_input_is_refused(changes, key):
     """In two lines, with key, value and what is allowed."""
-    with pytest.raises((InputError, ValueError), match=key.replace(".", r"\.")) as refused:
-        Simulation(scene(**changes))
-    assert not isinstance(refused.value, InputError) or len(str(refused.value).splitlines()) <= 2
+    with pytest.raises(InputError, match=key.replace(".", r"\.")) as refused:
+        Simulation(load_scene("slushflow", changes))
+    assert len(str(refused.value).splitlines()) <= 2
