@@ -168,6 +168,8 @@ class Audit:
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         if solver.water:
             row.update(self._of_water(solver.water, removed, lift))
+        for mover in solver.movers.values():
+            row.update(mover.row(solver.gravity))
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
