@@ -1,4 +1,4 @@
-"""Water in the pores of the snow.
+"""Water in the pores of the snow, with method = "mpm" or, with scheme = "one_phase", "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -7,14 +7,21 @@
     surface = "drained"
     sides = { z_min = "drained" }
 
+    [water]
+    scheme = "one_phase"
+    level = 0.8                 # depth of the water over that of the snow
+    excess = 0.9                # 1: liquefied
+    consolidation = 0.05        # m2/s
+
 The density of a material is then that of the dry skeleton, and stresses are effective stresses.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension
+from snowmpm.scenes.regions import Region
+from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension, tag
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.water.permeability import Permeability
 
@@ -39,8 +46,11 @@ class WaterSides(Spec):
         return self
 
 
-class Water(Spec):
+class SeepingWater(Spec):
     """Water that fills the pores, or a part of them, and flows through them."""
+
+    NEEDS: ClassVar = "water"
+    """capability of the method"""
 
     scheme: Literal["u_p"] = "u_p"
     """u_p: one velocity and a pore pressure; water moves through the skeleton by Darcy's law"""
@@ -102,3 +112,57 @@ class Water(Spec):
                  for end in ("min", "max")}
         kinds = {"surface": self.surface, "ground": self.ground, "obstacles": self.obstacles, **sides}
         return {name: kind == "drained" for name, kind in kinds.items()}
+
+
+class FlowingWater(Spec):
+    """Water that moves with the snow of a depth-averaged flow, and takes a part of its weight off the ground; method =
+    "depth" only."""
+
+    NEEDS: ClassVar = "flow_water"
+
+    scheme: Literal["one_phase"]
+    """one_phase: water moves with the snow, but for the excess pressure that drains over the depth"""
+    porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
+    """share of the pores [-]; 1 - density / 917 of each material when missing"""
+    density: Positive = 1000.0
+    """of water [kg/m3]"""
+    level: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """depth of the water over that of the snow [-]; snow above it is dry"""
+    excess: Fraction = 0.0
+    """pore pressure at the ground at the start, beyond the hydrostatic one, over the weight that the grains would bear
+    without it [-]; 1: liquefied"""
+    consolidation: NonNegative
+    """c_v = K E / mu at which excess pressure drains [m2/s], with the permeability K, the stiffness E of the skeleton
+    for compression to one side and the viscosity mu of water; 0: never"""
+    ground: Border = "sealed"
+    """drained: no excess pressure at the ground"""
+    drains: tuple[Region, ...] = ()
+    """regions in plan where the ground is drained, beside what ground says"""
+    layers: Annotated[int, Field(strict=True, ge=4, le=100)] = 10
+    """of the mesh over the depth of the water"""
+
+    @model_validator(mode="after")
+    def _is_3d(self):
+        require_dimension(3, "water that moves with the snow")
+        return self
+
+
+SCHEMES = ("u_p", "one_phase")
+
+
+def _known_scheme(value: Any) -> Any:
+    """The table, if its scheme is one of SCHEMES; without one it is the first."""
+    scheme = value.get("scheme", SCHEMES[0]) if isinstance(value, dict) else SCHEMES[0]
+    if scheme not in SCHEMES:
+        raise refuse("must be " + " or ".join(f'"{name}"' for name in SCHEMES), "scheme", scheme)
+    return value
+
+
+def _which(value: Any) -> str:
+    return tag(value.get("scheme", SCHEMES[0]) if isinstance(value, dict) else getattr(value, "scheme", SCHEMES[0]))
+
+
+Water = Annotated[
+    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))],
+              Discriminator(_which)],
+    BeforeValidator(_known_scheme)]

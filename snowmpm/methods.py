@@ -64,6 +64,8 @@ class Capabilities:
     """snow that does nothing is left out of the step"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
+    flow_water: bool = False
+    """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
     separate_bodies: bool = False
     """bodies that slide on each other and part"""
     saw_test: bool = False
@@ -90,7 +92,7 @@ class MethodEntry:
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
     terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
     terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
-    [s], for methods with `deposition`.
+    [s], for methods with `deposition`; flow_water, a `depth.pore_pressure.FlowWater`, for methods with `flow_water`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", for one with a `grid`
     a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """
@@ -126,7 +128,7 @@ METHODS = {entry.name: entry for entry in (
         filling=1, free_bodies=True, structures=True), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
-        deposition=True, thickness_rasters=True, delays=True,
+        deposition=True, thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),

@@ -32,6 +32,7 @@ COARSE = {
     "crown_and_flanks": {"solver.dx": 0.5},
     "avalanche_on_raster": {"solver.dx": 3.0},
     "avalanche_depth_averaged": {"solver.dx": 10.0},
+    "slushflow": {"solver.dx": 10.0},
     "flow_cold_dense": {"solver.dx": 0.5},
     "flow_warm_shear": {"solver.dx": 0.5},
     "flow_sliding_slab": {"solver.dx": 0.5},

@@ -57,16 +57,18 @@ class Course:
 
 class Blocks:
     """Blocks on a bed. plan, velocity (n, 2) [m], [m/s]; depth, density (n,); friction: (law class, numbers (rows,
-    parameters), number of the row of each node (nx, ny), below 0 for holes)."""
+    parameters), number of the row of each node (nx, ny), below 0 for holes); water: None, or
+    (`depth.pore_pressure.FlowWater`, index of the material (n,)), whose excess pressure fades while they slide."""
 
-    def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True):
+    def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True, water=None):
         self._grid, self._g, self._centrifugal = grid, gravity, float(centrifugal)
         self._law, self._numbers, self._rows = friction
         inner = slice(MARGIN, -MARGIN)
         self._slopes = np.stack([part[inner, inner] for part in np.gradient(bed.heights, grid.dx)])
         self.plan, self.velocity = np.array(plan, float), np.array(velocity, float)
         self.depth, self.density = np.asarray(depth, float), np.asarray(density, float)
-        self.bend = self.slope = self.lift = 0.0
+        self._water, self.material = water and water[0], water[1] if water else np.zeros(len(self.plan), int)
+        self.time = self.bend = self.slope = self.lift = 0.0
 
     def _at(self, plan):
         return ((plan - self._grid.lower) / self._grid.dx - 0.5).T
@@ -93,6 +95,7 @@ class Blocks:
         self._note(turn, before, cosine)
         self.velocity = new * kept[:, None]
         self.plan += 0.5 * dt * (w + self.velocity)
+        self.time += dt
         self._leave()
         return float((speed * kept).max(initial=0.0))
 
@@ -100,7 +103,8 @@ class Blocks:
         """Dry part [m/s2] and rate [1/s] of the friction per mass."""
         cells = self._cells()
         load = self.density * self.depth
-        states = np.stack([self.density, load * normal, speed, self.depth], axis=1)
+        share = self._water.borne(self.material, self.depth, self.time) if self._water else 1.0
+        states = np.stack([self.density, share * load * normal, speed, self.depth], axis=1)
         result = stresses(self._law, self._numbers[self._rows[cells]], states)
         return result[:, 0] / load, result[:, 1] / load
 
@@ -112,7 +116,7 @@ class Blocks:
         at = (self.plan - self._grid.lower) / self._grid.dx
         stay = ((at >= 0.0) & (at < self._grid.shape)).all(axis=1) & (self._rows[self._cells()] >= 0)
         if not stay.all():
-            for name in ("plan", "velocity", "depth", "density"):
+            for name in ("plan", "velocity", "depth", "density", "material"):
                 setattr(self, name, getattr(self, name)[stay])
 
     def _note(self, turn, speed, cosine):

@@ -6,6 +6,7 @@ from scipy.ndimage import maximum_filter
 
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth import pore_pressure
 from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
 from snowmpm.depth.snapshot import REACH, ColumnProbe, ColumnSnapshot
@@ -24,9 +25,10 @@ class Columns(Particles):
     """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
     material, identity (n,): index of the material, number for life. starts (n,): when each may move [s], in rising
     order; flowing: how many may, the first rows. The others lie still: they press on their neighbours, and the ground
-    holds them."""
+    holds them. density (materials,): of snow with its water [kg/m3]; wet: `PorePressure` of the water, or None."""
 
-    def __init__(self, population, laws, grid, bed, precision):
+    def __init__(self, population, laws, grid, bed, precision, water=None):
+        """water: `depth.pore_pressure.FlowWater`, or None."""
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
         self.count = len(population.volumes)
@@ -38,8 +40,11 @@ class Columns(Particles):
         reals = np.zeros((self.count, sum(SIZES.values())))
         reals[:, :2], reals[:, 2:4] = offset, population.velocities[order, :2]
         reals[:, 4] = population.volumes[order]
-        self.densities = real_array(self.materials.density)
+        self.density = self.materials.density + (water.water if water else 0.0)
+        self.densities = real_array(self.density)
         self._fill(cell, reals, population.material[order], order)
+        self.wet = self._pores(water, cell, population.material[order]) if water else None
+        self.water_density = water.density if water else self.water_density
         if self.count:
             now = self.snapshot()
             reals[:, OFFSETS["climb"]], reals[:, OFFSETS["depth"]] = now.column("velocity")[:, 2], now.thickness()
@@ -47,11 +52,16 @@ class Columns(Particles):
             self.changed()
         self.mass = float(self.masses().sum())
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "energy": 0.0, "entrained": 0.0,
-                        "laid": 0.0, "momentum": np.zeros(3)}
+                        "laid": 0.0, "momentum": np.zeros(3), "water": 0.0}
         self.sorts = 0
         self.deposit = None
         """`depth.deposit.Deposit` of snow that stops, set by the solver"""
         self.empty = 0
+
+    def _pores(self, water, cell, material):
+        """`PorePressure` at time zero of columns with cells (n, 2) and materials (n,)."""
+        drained = self.grid.flat(water.drained(self.grid.places().reshape(-1, 2)).reshape(self.grid.shape))
+        return pore_pressure.PorePressure(water, material, drained[self.grid.number(*cell.T)], drained, self.precision)
 
     def _fill(self, cells, reals, material, identity):
         real, numpy_real = DTYPES[self.precision]
@@ -79,6 +89,10 @@ class Columns(Particles):
         removed["laid" if laid else "mass"] += float(mass.sum())
         removed["taken"] += float(mass.sum()) if taken else 0.0
         removed["momentum"] = removed["momentum"] + mass @ velocity
+        if self.wet:
+            if not laid:
+                removed["water"] += float(part.column("volume")[lost, 0] @ part.column("water")[lost, 0])
+            self.wet.take(keep)
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
         # The potential is one of pairs: the snow that stays lies lower without its neighbours (see `positions`)
         lower = (part.surface() - part.without(lost))[~lost]
@@ -134,7 +148,7 @@ class Columns(Particles):
 
     def masses(self):
         """Mass of each [kg]."""
-        return self._table()[:, OFFSETS["volume"]].astype(float) * self.materials.density[
+        return self._table()[:, OFFSETS["volume"]].astype(float) * self.density[
             self.material.to_numpy()[: self.count]]
 
     # ---- reading ----------------------------------------------------------------------------------------------
@@ -142,7 +156,7 @@ class Columns(Particles):
     @property
     def sizes(self):
         """Numbers that a column carries."""
-        return dict(SIZES)
+        return {**SIZES, **(pore_pressure.SIZES if self.wet else {})}
 
     @property
     def number_bytes(self):
@@ -152,7 +166,8 @@ class Columns(Particles):
     @property
     def bytes_per_particle(self):
         """Memory of a column."""
-        return sum(SIZES.values()) * self.number_bytes + 16.0
+        pores = self.wet.numbers if self.wet else 0
+        return (sum(SIZES.values()) + pores) * self.number_bytes + 16.0
 
     @property
     def n_blocks(self):
@@ -202,12 +217,14 @@ class Columns(Particles):
         """All columns, by name."""
         return {"cells": self.cells.to_numpy()[: self.count], "reals": self._table(),
                 "labels": self.snapshot().labels, "removed": {**self.removed}, "mass": self.mass, "sorts": self.sorts,
-                "starts": self.starts, "flowing": self.flowing}
+                "starts": self.starts, "flowing": self.flowing, **({"pores": self.wet.state()} if self.wet else {})}
 
     def restore(self, state):
         """Take over a `state()`."""
         self._fill(state["cells"], state["reals"], state["labels"][:, 0], state["labels"][:, 1])
-        self.removed = {**state["removed"], "momentum": np.array(state["removed"]["momentum"])}
+        self.removed = {"water": 0.0, **state["removed"], "momentum": np.array(state["removed"]["momentum"])}
         self.mass, self.sorts = state["mass"], state["sorts"]
         self.starts = np.array(state["starts"], float)
         self.flowing = int(state["flowing"])
+        if self.wet:
+            self.wet.restore(state["pores"])

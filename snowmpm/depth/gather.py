@@ -21,6 +21,7 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
+from snowmpm.depth.bearing import BUOYANT, NOW, effective_stress
 from snowmpm.depth.nodes import NODE
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
@@ -37,10 +38,11 @@ LEAST_DEPTH = 1e-3
 
 
 @functools.cache
-def gather_kernel(real, law, entrains, serial):
+def gather_kernel(real, law, entrains, wet, serial):
     """Kernel that takes all columns through the second half of a step.
 
-    law: class of the friction law (`snowmpm.ground`); entrains: class of the law of entrainment, or None.
+    law: class of the friction law (`snowmpm.ground`); entrains: class of the law of entrainment, or None; wet: whether
+    there is water in the pores, whose pressure takes a part of the normal stress off the friction.
     """
     stress, names = law.stress, law.PARAMETERS
     intake, cover_names = (entrains.intake, entrains.PARAMETERS) if entrains else (None, law.PARAMETERS)
@@ -52,7 +54,8 @@ def gather_kernel(real, law, entrains, serial):
                density: ti.types.ndarray(), lookup: ti.types.ndarray(), nodes: ti.types.ndarray(),
                bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
                cover: ti.types.ndarray(), cover_place: ti.types.ndarray(),
-               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(), stride: int, dt: real,
+               report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(),
+               pores: ti.types.ndarray(), stride: int, dt: real,
                inverse_dx: real, g: real, centrifugal: real, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
@@ -113,7 +116,12 @@ def gather_kernel(real, law, entrains, serial):
                         if at < 0:
                             left, at = left + 1, 0
                         numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
-                        tau = stress(named(names, numbers), rho, rho * normal * thickness, before, thickness)
+                        sigma = rho * normal * thickness
+                        if ti.static(wet):
+                            bearing = pores[p][BUOYANT] * normal * thickness
+                            sigma = effective_stress(pores[p], sigma, bearing)
+                            pores[p][NOW] = bearing
+                        tau = stress(named(names, numbers), rho, sigma, before, thickness)
                         load = rho * thickness
                         mass, volume, wanted, taken = rho * column[4], column[4], ti.cast(0.0, real), ti.cast(0.0, real)
                         here = lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
@@ -140,7 +148,7 @@ def gather_kernel(real, law, entrains, serial):
                         if ti.static(taking):
                             # wanted in the next step, at its middle if speed and volume go on like this
                             next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
-                            pull = stress(named(names, numbers), rho, rho * normal * thickness, next_speed, thickness)
+                            pull = stress(named(names, numbers), rho, sigma, next_speed, thickness)
                             wanted = (volume + 1.5 * taken / rho) / thickness * intake(
                                 named(cover_names, bed_numbers), rho, pull[0] + pull[1] * next_speed, next_speed,
                                 thickness)[0]

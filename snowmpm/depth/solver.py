@@ -49,11 +49,11 @@ class DepthSolver(Method):
     """Columns of a population on a ground."""
 
     def __init__(self, population, laws, options, *, dx, precision, lower, upper, gravity, cfl, terrain, friction,
-                 sides, entrainment=None, forest=None, deposition=None, obstacles=()):
+                 sides, entrainment=None, forest=None, deposition=None, obstacles=(), water=None):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
         numbers; entrainment: the same of a law of entrainment, or None; forest: plan places (n, 2) -> drag [-] and
         detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None; obstacles:
-        `solids.Obstacle`s whose loads are wanted."""
+        `solids.Obstacle`s whose loads are wanted; water: `depth.pore_pressure.FlowWater` in the pores, or None."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:
@@ -61,7 +61,7 @@ class DepthSolver(Method):
         self.frame = Frame(3, precision, lower, dx, lower, upper)
         self.grid = PlanGrid(*_aligned(lower, upper, dx, terrain), dx, [side[0] == "periodic" for side in sides[:2]])
         self.bed = Bed(terrain, self.grid, [[name in WALLS for name in side] for side in sides[:2]])
-        self.particles = Columns(population, laws, self.grid, self.bed, precision)
+        self.particles = Columns(population, laws, self.grid, self.bed, precision, water)
         self.cfl, self._advective = cfl or USUAL_CFL, cfl or USUAL_ADVECTIVE
         trees = None if forest is None else forest(self.grid.places().reshape(-1, 2)).reshape(*self.grid.shape, 2)
         self._tables(friction, entrainment, sides, population, trees)
@@ -76,14 +76,14 @@ class DepthSolver(Method):
     @classmethod
     def of(cls, population, laws, options, *, terrain, sides, dx, precision, lower, upper, gravity, cfl,
            obstacles=(), terrain_friction=None, terrain_entrainment=None, terrain_forest=None, terrain_deposition=None,
-           **others):
+           flow_water=None, **others):
         """The solver of a scene (`snowmpm.methods.MethodEntry`)."""
         if terrain is None:
             raise InputError('terrain: solver.method = "depth" needs a ground to flow over')
         return cls(population, laws, options, dx=dx, precision=precision, lower=lower, upper=upper, gravity=gravity,
                    cfl=cfl, terrain=terrain, friction=terrain_friction, sides=sides,
                    entrainment=terrain_entrainment, forest=terrain_forest, deposition=terrain_deposition,
-                   obstacles=obstacles)
+                   obstacles=obstacles, water=flow_water)
 
     def _deposit(self, trees, time):
         """`Deposit` of snow that stops, None where none does."""
@@ -175,10 +175,13 @@ class DepthSolver(Method):
                 self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
                 cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
                 options.mixing, dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
-            gather.gather_kernel(real, self._law, cover.law, self._serial)(
+            gather.gather_kernel(real, self._law, cover.law, bool(store.wet), self._serial)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                self.bed.stride, dt, 1.0 / grid.dx, g, float(options.centrifugal), store.flowing)
+                store.wet.pores if store.wet else self._numbers, self.bed.stride, dt, 1.0 / grid.dx, g,
+                float(options.centrifugal), store.flowing)
+            if store.wet:
+                store.wet.consolidate(store, dt, self._serial)
             if self._gauges:
                 self._gauges.feel(self._totals, self.unit, dt)
         store.changed()
@@ -249,10 +252,11 @@ class DepthSolver(Method):
         snapshot = store.snapshot()
         chosen = np.unique(np.linspace(0, store.count - 1, min(store.count, BLOCKS)).astype(int))
         position, w = snapshot.positions()[chosen, :2], snapshot.column("velocity")[chosen, :2]
-        density = store.materials.density[snapshot.labels[chosen, 0]]
+        material = snapshot.labels[chosen, 0]
         friction = self._law, self._numbers.to_numpy().astype(float), self._place.to_numpy()[grid.nodes()]
         blocks = Blocks(grid, self.bed, -float(self.gravity[2]), friction, position, w,
-                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), density, self.options.centrifugal)
+                        np.maximum(LEAST_DEPTH, snapshot.thickness()[chosen]), store.density[material],
+                        self.options.centrifugal, store.wet and (store.wet.water, material))
         share = self.cfl / math.sqrt(DEEPER)
         course = run_blocks(blocks, lambda speed: self._longest(share, self._advective, speed)[0], end_time, interval)
         return course.later(float(store.starts[-1]), end_time)

@@ -34,7 +34,8 @@ class ParticleFields:
     J = det F; material, body: index in the scene; id: number given at seeding; depth: thickness of the snow normal to
     the ground, of columns, zero for other particles; pore_pressure, porosity, saturation of the pores, liquid_water:
     volume of water over that of the snow, all zero without water, with which stress, p and q are effective and density
-    is that of both; and what the laws report of their state
+    is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
+    hydrostatic one by, zero for other particles; and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
@@ -47,7 +48,9 @@ class ParticleFields:
         """particles: a `particles.contract.Particles`; body_starts: first particle number of each body."""
         self.materials = particles.materials
         self.snapshot = particles.snapshot()
-        self._holds_water, self.water_density = particles.sizes.get("water", 0) > 0, particles.water_density
+        sizes = particles.sizes
+        self._holds_water, self.water_density = sizes.get("water", 0) > 0, particles.water_density
+        self._holds_excess = "excess_pressure" in sizes
         self._body_starts = np.asarray(body_starts)
 
     def __repr__(self) -> str:
@@ -86,6 +89,10 @@ class ParticleFields:
         if not self._holds_water:
             return np.zeros((len(self.snapshot.labels), 3))
         return self.column("water")
+
+    def excess_pressure(self) -> Floats:
+        """Column "excess_pressure" (n,) [Pa]; zero for particles without one."""
+        return self.column("excess_pressure")[:, 0] if self._holds_excess else np.zeros(len(self.snapshot.labels))
 
     def reference_density(self) -> Floats:
         """Mass per reference volume [kg/m3], water included, (n,)."""
@@ -144,5 +151,6 @@ READERS = {
                                         0.0),
     "saturation": lambda fields: _share(fields["liquid_water"], fields["porosity"]),
     "liquid_water": lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"],
+    "excess_pressure": ParticleFields.excess_pressure,
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

@@ -168,6 +168,9 @@ class Audit:
         row["removed_energy"] = removed["energy"] + (removed["mass"] + laid - entrained) * lift
         if solver.water:
             row.update(self._of_water(solver.water, removed, lift))
+        elif solver.particles.sizes.get("water"):  # a fixed share of each column, which has no balance of its own
+            row["water_mass"] = float(fields["volume"] @ fields.water()[:, 0])
+            row["removed_water"] = removed["water"]
         for mover in solver.movers.values():
             row.update(mover.row(solver.gravity))
         given = row["force_work"] + row.get("water_work", 0.0)

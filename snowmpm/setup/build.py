@@ -52,7 +52,7 @@ def build(scene, kept=None):
             uniform_pressure(model)
         elif scene.initial.stress != "none" and taken is None and not scene.solver.in_plan:
             stress_from_weight(model)
-    if scene.water:
+    if scene.water and scene.water.scheme == "u_p":
         model.population.water = water_columns(model, pore_water(model))
     return model
 

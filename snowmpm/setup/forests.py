@@ -24,7 +24,7 @@ def forest_at(scene, surface, plan):
             numbers = np.stack([_number(getattr(forest, name), _limits(name), (scene.base_dir, f"{key}.{name}.file"),
                                         surface, plan) for name in NUMBERS], axis=1)
             if forest.region is not None:
-                numbers[~_inside(forest.region, surface, plan, scene.base_dir, f"{key}.region")] = 0.0
+                numbers[~inside_region(forest.region, surface, plan, scene.base_dir, f"{key}.region")] = 0.0
         except InputError as error:
             raise InputError(f"{scene.source}: {error}") from None
         found = np.maximum(found, numbers)
@@ -35,7 +35,8 @@ def _limits(name):
     return next(entry for entry in Forest.model_fields[name].metadata if isinstance(entry, Limits))
 
 
-def _inside(spec, surface, plan, base_dir, key):
+def inside_region(spec, surface, plan, base_dir, key):
+    """Whether plan places (n, 2) [m] lie in a `scenes.regions.Region`; InputError if none does."""
     inside = np.zeros(len(plan), bool)
     for region in regions_of(spec, surface, base_dir, key):
         if region.polygons is None:

@@ -23,6 +23,7 @@ from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
+from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.pore_water import pore_water
@@ -198,7 +199,7 @@ class Model:
             solver.move("rigid", rigid_world(self))
         if self.scene.structures:
             solver.move("structures", rods(self))
-        if self.scene.water:
+        if self.scene.water and self.scene.water.scheme == "u_p":
             solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver
 
@@ -233,6 +234,8 @@ class Model:
                 contact["terrain_forest"] = partial(forest_at, scene, self.surface)
             if scene.terrain.deposition:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
+            if METHODS[chosen.method].capabilities.flow_water and scene.water:
+                contact["flow_water"] = flow_water(self)
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                 "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                 "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

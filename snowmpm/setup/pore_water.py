@@ -38,7 +38,7 @@ def pore_water(model):
 def water_columns(model, water):
     """Column "water" of the particles at time zero, in the order of the population."""
     scene, population, spec = model.scene, model.population, model.scene.water
-    porosity = _porosities(scene)[population.material]
+    porosity = porosities(scene)[population.material]
     n = len(population.volumes)
     pressure, saturation = np.full(n, spec.pressure), np.full(n, spec.saturation)
     if spec.table is not None:
@@ -48,7 +48,7 @@ def water_columns(model, water):
     return water.columns(porosity, population.volume_ratio, pressure, saturation)
 
 
-def _porosities(scene):
+def porosities(scene):
     """Porosity of each material at J = 1."""
     spec, found = scene.water, []
     for name, law in scene.materials.items():

@@ -61,7 +61,7 @@ def demands(scene, later=False):
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        yield "water", True, "water.scheme", scene.water.scheme
+        yield scene.water.NEEDS, True, "water.scheme", scene.water.scheme
 
 
 def _of_friction(terrain):
@@ -131,13 +131,14 @@ def _refuse_sleeping(scene):
 
 def _refuse_beside_water(scene):
     """Raise InputError for what does not go with water in the pores."""
-    if scene.solver.precision != "f64":
+    seeps = scene.water.scheme == "u_p"
+    if seeps and scene.solver.precision != "f64":
         raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
                             " compression is smaller than the round-off of single precision", scene.source)
     if scene.switch:
         raise InputError.at("switch.0.to", scene.switch[0].to, "does not go with water, which no hand-over keeps",
                             scene.source)
-    if scene.initial.stress == "geostatic":
+    if seeps and scene.initial.stress == "geostatic":
         raise InputError.at("initial.stress", scene.initial.stress, 'does not go with water: "settle" finds the'
                             " effective stress", scene.source)
     if scene.initial.from_run is not None:

@@ -1,10 +1,11 @@
 """A campaign on a real path beside the same runs by AvaFrame's com1DFA: probability maps, run-out distribution.
 
-    python tests/benchmarks/campaign_peers.py TERRAIN --avaframe PYTHON [--runs 100] [--work FOLDER] [-o FOLDER]
+    python tests/benchmarks/campaign_peers.py TERRAIN --avaframe PYTHON [--runs 100] [--cell 10] [--work FOLDER]
+                                              [-o FOLDER]
 
 TERRAIN: folder with avaGar.asc and relGar.shp (AvaFrame's example). Voellmy friction and thickness vary in a Latin
 hypercube; com1DFA computes the same rows of friction and thickness, with its own defaults otherwise (samos corrections
-off, curvature on), on cells of 5 m, flow density 200 kg/m3 in both. PYTHON: of an environment with `avaframe`. Writes
+off, curvature on), on the same cells, flow density 200 kg/m3 in both. PYTHON: of an environment with `avaframe`. Writes
 campaign_peers.csv and campaign_peers.png. Reach: largest plan distance from the middle of the release to a cell whose
 peak pressure was 1 kPa or more.
 """
@@ -43,7 +44,7 @@ end_time = 400.0
 interval = 20.0
 [solver]
 method = "depth"
-dx = 5.0
+dx = {cell}
 [terrain]
 kind = "dem"
 file = "{terrain}/avaGar.asc"
@@ -60,16 +61,16 @@ shape = {{ kind = "layer", bottom = 0.0, top = 1.5, region = {{ file = "{terrain
 """
 
 
-def ours(terrain, runs, folder):
+def ours(terrain, runs, cell, folder):
     """Our campaign; -> its table, and peak pressures (runs, columns along x, rows along y) with the places of cells."""
     scene = folder / "avaGar.toml"
-    scene.write_text(SCENE.format(terrain=terrain))
+    scene.write_text(SCENE.format(terrain=terrain, cell=cell))
     campaign = snowmpm.campaign(scene, PARAMETERS, folder / "ours", runs=runs, design="latin_hypercube", seed=1,
                                 resume=(folder / "ours" / "plan.json").exists())
     return campaign
 
 
-def theirs(python, terrain, table, folder):
+def theirs(python, terrain, table, cell, folder):
     """Peak pressures (runs, columns along x, rows along y) [Pa] of com1DFA, places of its cells, processor seconds."""
     here = folder / "avaframe"
     (here / "Inputs" / "REL").mkdir(parents=True, exist_ok=True)
@@ -79,8 +80,8 @@ def theirs(python, terrain, table, folder):
     rows = folder / "rows.csv"
     table[["run", *PARAMETERS]].to_csv(rows, index=False)
     out = folder / "com1dfa.npz"
-    subprocess.run([python, HERE / "peers" / "avaframe_campaign.py", here, rows, "5", out], check=True, cwd=folder,
-                   env={**os.environ, "OMP_NUM_THREADS": "1"})
+    subprocess.run([python, HERE / "peers" / "avaframe_campaign.py", here, rows, str(cell), out], check=True,
+                   cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"})
     found = np.load(out)
     pressure = found["pressure"][:, ::-1].transpose(0, 2, 1)
     corner, cell = found["corner"], float(found["cell"])
@@ -107,12 +108,13 @@ def main():
     parser.add_argument("terrain", type=Path)
     parser.add_argument("--avaframe", required=True)
     parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--cell", type=float, default=10.0, help="[m]")
     parser.add_argument("--work", type=Path, default=Path("campaign_peers"))
     parser.add_argument("-o", "--output", type=Path, default=HERE / "figures")
     options = parser.parse_args()
     terrain, folder = options.terrain.resolve(), options.work.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    campaign = ours(terrain, options.runs, folder)
+    campaign = ours(terrain, options.runs, options.cell, folder)
     table = pandas.read_csv(folder / "ours" / "table.csv")
     own = []
     for number in table["hash"]:
@@ -124,7 +126,7 @@ def main():
             for axis, first in enumerate((peak.x0, peak.y0)))
     release = np.nan_to_num(run.maps["release_depth"].values).T
     middle = np.array([(release.sum(axis=1) @ x), (release.sum(axis=0) @ y)]) / release.sum()
-    other, ox, oy, seconds = theirs(options.avaframe, terrain, table, folder)
+    other, ox, oy, seconds = theirs(options.avaframe, terrain, table, options.cell, folder)
     other = on(ox, oy, other, x, y)
     work = pandas.read_csv(folder / "ours" / "work.csv")
     report(campaign, own, other, x, y, cell, middle, work, seconds, options.output)

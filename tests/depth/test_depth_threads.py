@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from snowmpm.compiler import runtime
-from tests.support.depth_flows import OPEN, WALL, Ground, Options, coulomb, flow, lattice, run_to
+from tests.support.depth_flows import OPEN, WALL, Ground, Options, coulomb, flow, lattice, pore_water, run_to
 
 DX = 0.25
 
@@ -24,13 +24,14 @@ def wood(plan):
 
 
 def avalanche(precision, lays_down=False):
-    """12 800 columns, more than one thread takes alone, that flow down a valley and out at its end. lays_down: through
-    trees, half of them from the start and the rest 0.4 s later; and what stops becomes ground."""
+    """12 800 columns, more than one thread takes alone, that flow down a valley and out at its end. lays_down: wet
+    snow through trees, half of it from the start and the rest 0.4 s later; and what stops becomes ground."""
     plan, area = lattice((0.0, -2.4), (10.0, 2.6), DX / 4)
     ground = Ground(valley, (-2.0, -6.0), (11.0, 6.0), coulomb(12.0), (OPEN, WALL))
+    pores, dry = pore_water(excess=0.5, consolidation=0.05, drained=lambda places: places[:, 1] < -1.0)
     solver = flow(plan, area * (0.5 + 0.3 * np.sin(plan[:, 0])), ground, DX, options=Options(precision=precision),
-                  **(dict(starts=np.where(plan[:, 0] > 5.0, 0.0, 0.4), forest=wood, deposition=0.1) if lays_down
-                     else {}))
+                  **(dict(starts=np.where(plan[:, 0] > 5.0, 0.0, 0.4), forest=wood, deposition=0.1,
+                          densities=(dry,), water=pores) if lays_down else {}))
     assert not solver._serial
     return run_to(solver, 1.0)
 
@@ -45,7 +46,8 @@ def columns(solver):
 def digest(solver):
     totals = solver.totals
     numbers = np.concatenate([columns(solver).ravel(), totals.impulse, [totals.contact_work, solver.time],
-                              solver.bed.heights.ravel()])
+                              solver.bed.heights.ravel(),
+                              solver.particles.wet.profile().ravel() if solver.particles.wet else []])
     return hashlib.sha256(numbers.tobytes()).hexdigest()
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from snowmpm.depth.pore_pressure import FlowWater
 from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
@@ -93,9 +94,9 @@ def front(x, depth, threshold):
 
 
 def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities=(DENSITY,), starts=0.0,
-         forest=None, deposition=None):
+         forest=None, deposition=None, water=None):
     """`DepthSolver` of columns at plan positions (n, 2) with volumes (n,) and velocities in plan (n, 2); densities
-    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; forest, deposition: of `DepthSolver`."""
+    [kg/m3]: of one column after the other, in turn; starts (n,) [s]; forest, deposition, water: of `DepthSolver`."""
     upright = np.zeros((len(plan), 1))
     still = np.zeros_like(plan) if velocities is None else velocities
     population = Population(np.hstack([plan, upright]), np.broadcast_to(volumes, len(plan)).astype(float),
@@ -105,7 +106,17 @@ def flow(plan, volumes, ground, dx, *, velocities=None, options=USUAL, densities
     return DepthSolver(population, laws, options, dx=dx, precision=options.precision,
                        lower=np.array([*ground.lower, -1e3]), upper=np.array([*ground.upper, 1e3]),
                        gravity=[0.0, 0.0, -G], cfl=options.cfl, terrain=ground, friction=ground.friction,
-                       sides=[*ground.sides, OPEN], forest=forest, deposition=deposition)
+                       sides=[*ground.sides, OPEN], forest=forest, deposition=deposition, water=water)
+
+
+def pore_water(*, porosity=0.3, grains=2500.0, level=1.0, consolidation=0.0, excess=0.0, layers=16, drained=False):
+    """`FlowWater` of one material with grains of a density [kg/m3] and that of its dry skeleton [kg/m3]; drained: plan
+    places (n, 2) -> bool (n,), or one for all."""
+    dry = (1.0 - porosity) * grains
+    water = FlowWater(np.array([porosity * level * 1000.0]), np.array([1.0 - porosity]), np.array([dry]), 1000.0,
+                      level, consolidation, excess, layers,
+                      drained if callable(drained) else lambda plan: np.full(len(plan), drained), G)
+    return water, dry
 
 
 def run_to(solver, time, dt=None):

@@ -35,6 +35,14 @@ def scene(folder, case, dx=5.0, **changes):
     return Scene.model_validate({**tables, **changes})
 
 
+def scene_3d(folder, case, dx):
+    """The same case by MPM in three dimensions, for Coulomb friction: snow almost without strength slides on the same
+    ground."""
+    return scene(folder, case, dx, end_time=150.0, solver={"dx": dx},
+                 materials={"snow": {"card": "li_cold_dense", "critical_slope": 0.2, "cohesion": 0.0,
+                                     "density": DENSITY, "youngs_modulus": 1e6, "hardening": 3.0}})
+
+
 def thalweg(folder, case):
     """Points (n, 2) [m] of the path along which run-outs are measured."""
     return np.array(shapefile.Reader(str(Path(folder) / case / "Inputs" / "LINES" / "path_aimec.shp")).shape(0).points)

@@ -1,0 +1,129 @@
+"""Water that flows with the snow of a depth-averaged flow, and the excess pore pressure in each column."""
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.depth.bearing import BUOYANT, DRAINED, EFFECTIVE, LOAD, OVERBURDEN, PORE, WATER
+from snowmpm.depth.consolidation import consolidate_kernel
+
+SIZES = {"water": 3, "excess_pressure": 1}
+"""Columns of numbers as output reads them: water per volume of snow [kg/m3], pore pressure at the ground [Pa] and
+volume of the grains over that of the snow [-]; what the pressure exceeds the hydrostatic one by [Pa]."""
+
+
+@dataclass(frozen=True)
+class FlowWater:
+    """Water of a scene's columns.
+
+    water (materials,): mass of water in a volume of snow [kg/m3]; grains (materials,): share of the volume [-]; dry
+    (materials,): mass of the grains in a volume [kg/m3]. density: of water [kg/m3]; level: depth of the water over that
+    of the snow, above 0; consolidation: c_v [m2/s]; excess: share of the weight that the skeleton would bear which the
+    pressure at the ground bears at the start; layers: of the mesh over the depth; drained: plan places (n, 2) -> bool
+    (n,), whether the ground lets water out; gravity: [m/s2].
+    """
+
+    water: np.ndarray
+    grains: np.ndarray
+    dry: np.ndarray
+    density: float
+    level: float
+    consolidation: float
+    excess: float
+    layers: int
+    drained: Callable
+    gravity: float
+
+    @property
+    def buoyant(self):
+        """rho' (materials,) [kg/m3]: the skeleton bears rho' N h at the ground under hydrostatic water."""
+        return self.dry + self.water - self.level * self.density
+
+    @property
+    def overburden(self):
+        """Share of it (materials,) that lies above the water: snow and no buoyancy."""
+        return self.dry * (1.0 - self.level) / self.buoyant
+
+    def borne(self, material, thickness, time):
+        """Share of the weight (n,) that the skeleton of snow of a material (n,) and thickness (n,) [m] bears after a
+        time [s] without change of load, by the slowest part of the pressure over a sealed ground."""
+        slowest = self.consolidation * (0.5 * math.pi / (self.level * thickness)) ** 2
+        share = (self.buoyant / (self.dry + self.water))[material]
+        return share * (1.0 - self.excess * np.exp(-slowest * time))
+
+
+class PorePressure:
+    """Of all columns. pores (n,): Taichi, PORE numbers each (`depth.bearing`); excess (n, 3 layers): the mesh
+    (`depth.consolidation`)."""
+
+    def __init__(self, water, material, drained, drains, precision):
+        """material (n,): index of each column; drained (n,): whether the ground under it lets water out; drains
+        (n_nodes,): the same of the ground under each node."""
+        self.water, self._precision = water, precision
+        self.drains = int_array(drains)
+        pores = np.zeros((len(material), PORE))
+        pores[:, EFFECTIVE], pores[:, LOAD] = 1.0 - water.excess, -1.0
+        pores[:, BUOYANT], pores[:, OVERBURDEN] = water.buoyant[material], water.overburden[material]
+        pores[:, WATER], pores[:, DRAINED] = water.level * water.density, drained
+        self._fill(pores, np.zeros((len(material), 3 * water.layers)))
+
+    def _fill(self, pores, excess):
+        real, numpy_real = DTYPES[self._precision]
+        self.count = len(pores)
+        self.pores = ti.Vector.ndarray(PORE, real, max(1, self.count))
+        self.excess = ti.ndarray(real, (max(1, self.count), excess.shape[1]))
+        if self.count:
+            self.pores.from_numpy(np.ascontiguousarray(pores, numpy_real))
+            self.excess.from_numpy(np.ascontiguousarray(excess, numpy_real))
+
+    @property
+    def numbers(self):
+        """That a column carries for it."""
+        return PORE + 3 * self.water.layers
+
+    def take(self, keep):
+        """Keep the columns with keep (n,) true."""
+        self._fill(self.pores.to_numpy()[: self.count][keep], self._table()[keep])
+
+    def _table(self):
+        return self.excess.to_numpy()[: self.count]
+
+    def consolidate(self, store, dt, serial):
+        """Take the pressures of the columns that flow through a step of dt [s]."""
+        rate = self.water.consolidation * dt / self.water.level**2
+        consolidate_kernel(DTYPES[self._precision][0], serial)(
+            self.excess, self.pores, store.reals, store.cells, store.grid.lookup, self.drains, rate, store.flowing)
+
+    def profile(self):
+        """Excess pressure (n, layers + 1) [Pa] from the ground to the water table, as of the last step."""
+        table = self._table()[:, : self.water.layers].astype(float)
+        return np.column_stack([table, np.zeros(len(table))])
+
+    def copied(self, rows):
+        """Function (material (n,), thickness (n,) [m], 1 / cos of the slope (n,)) -> SIZES (n, 4), of rows
+        of columns as they are now. Thickness and slope are for those that have not moved yet."""
+        pores = self.pores.to_numpy()[: self.count][rows].astype(float)
+        base = self._table()[rows, 0].astype(float)
+        return functools.partial(self._read, pores, base)
+
+    def _read(self, pores, base, material, thickness, metric):
+        water, new = self.water, pores[:, LOAD] < 0.0
+        load = np.where(new, pores[:, BUOYANT] * water.gravity * thickness / metric, pores[:, LOAD])
+        excess = np.where(new, np.where(pores[:, DRAINED] > 0.0, 0.0, water.excess * load), base)
+        hydrostatic = pores[:, WATER] * load / pores[:, BUOYANT]
+        return np.column_stack([water.water[material], hydrostatic + excess, water.grains[material], excess])
+
+    def state(self):
+        """What changes, by name."""
+        return {"pores": self.pores.to_numpy()[: self.count], "excess": self._table()}
+
+    def restore(self, state):
+        """Take over a `state()`."""
+        self._fill(state["pores"], state["excess"])
+
