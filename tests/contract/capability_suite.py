@@ -85,7 +85,8 @@ def _against_mast(method):
 def _bends_it(simulation):
     steps(simulation, 30)
     row = simulation.audit()
-    assert row["mast_top_x"] > 1e-5 and row["mast_largest_moment"] > 0.0
+    # Struck below its middle: it bends, and its top lags behind
+    assert row["mast_largest_moment"] > 1.0 and row["structure_energy"] > 0.1
     assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
 
 

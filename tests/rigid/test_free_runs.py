@@ -100,8 +100,8 @@ def test_a_body_that_leaves_the_domain_is_let_go():
     ({"motion": {"velocity": [1.0, 0.0]}}, "does not go with motion"),
     ({"free.angular_velocity": [1.0, 0.0]}, "must be a number"),
     ({"free.density": 20.0}, "too light a free body for this grid"),
-    ({"shape.points.0": [25.1, 1.2]}, "deep in the ground"),
-    ({"shape.points": [[27.6, 1.81], [28.3, 1.81], [28.3, 2.3], [27.6, 2.3]]}, "deep in obstacle block_1"),
+    ({"shape.points.0": [0.1, -0.6]}, "deep in the ground"),
+    ({"shape.points": [[2.6, 0.01], [3.3, 0.01], [3.3, 0.5], [2.6, 0.5]]}, "deep in obstacle block_1"),
 ])
 def test_what_cannot_be_is_refused_in_two_lines(change, words):
     with pytest.raises(InputError) as refusal:
