@@ -83,16 +83,19 @@ def read_loading(file: str | os.PathLike[str]) -> LoadingFile:
         raise LoadingError(f"{file}: {len(lines) - 1} rows, {MAX_ROWS} at most")
     if len(lines) < 2:
         raise LoadingError(f"{file}: needs a line of column names and at least one row of numbers")
-    columns = _columns(file, _cells(lines[0][1]))
-    rows = [_row(file, n, columns, _cells(line)) for n, line in lines[1:]]
+    columns = _columns(file, _cells(file, *lines[0]))
+    rows = [_row(file, n, columns, _cells(file, n, line)) for n, line in lines[1:]]
     durations = np.array([row.pop("duration", 1.0) for _, row in rows])
     if columns[0] in DEFORMATION or any(name in DEFORMATION for name in columns):
         return LoadingFile(str(file), np.array([_deformation(file, *row) for row in rows]), [], durations)
     return LoadingFile(str(file), None, [_targets(file, n, columns, row) for n, row in rows], durations)
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line]))]
+def _cells(file: Path, n: int, line: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line]))]
+    except csv.Error as error:
+        raise LoadingError(f"{file}: line {n}: not text ({error})") from None
 
 
 def _columns(file: Path, cells: list[str]) -> list[str]:

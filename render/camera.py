@@ -24,10 +24,10 @@ class Camera:
 
     def project(self, points):
         """(x, y, depth) of `points` (n, 3): pixels, and metres along the view."""
-        local = (np.asarray(points, np.float32) - self.eye.astype(np.float32)) @ self.axes.T.astype(np.float32)
-        depth = local[:, 2]
+        local = np.asarray(points, np.float32) - self.eye.astype(np.float32)
+        across, up, depth = self.axes.astype(np.float32) @ local.T  # each in one piece of memory
         factor = self.pixels_per_metre(depth)
-        return 0.5 * self.size[0] + factor * local[:, 0], 0.5 * self.size[1] - factor * local[:, 1], depth
+        return 0.5 * self.size[0] + factor * across, 0.5 * self.size[1] - factor * up, depth
 
     def pixels_per_metre(self, depth):
         """Size on the picture of one metre across the view at `depth`."""
@@ -39,6 +39,13 @@ class Camera:
         """Camera coordinates (..., 3) (right, up, forward) [m] of what is seen at pixels x, y at `depth`."""
         factor = 1.0 / self.pixels_per_metre(depth)
         return np.stack([(x - 0.5 * self.size[0]) * factor, (0.5 * self.size[1] - y) * factor, depth], axis=-1)
+
+    def places(self, depth, mask, corner=(0, 0)):
+        """Places (n, 3) float32 [m] in space of what the pixels of a mask (height, width) show at `depth` (height,
+        width); corner: (row, column) of that part in the picture."""
+        rows, columns = np.nonzero(mask)
+        local = self.local(columns + corner[1] + 0.5, rows + corner[0] + 0.5, depth[mask])
+        return (local @ self.axes + self.eye).astype(np.float32)
 
     def bearing_and_elevation(self):
         """The direction it stands in, seen from what it shows: "BEARING,ELEVATION" in degrees."""

@@ -1,11 +1,13 @@
 """The picture of the ground: drawn once for a film, because camera and terrain stand still."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
 
 from snowmpm.render import light
+from snowmpm.render.camera import Camera
 from snowmpm.render.raster import rasterise
 
 OVERSAMPLING = 2
@@ -22,6 +24,7 @@ LEVEL = 1e-3  # rise over extent below which ground has no contours
 class Ground:
     """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen.
 
+    camera: what it was drawn by
     slack  (height, width): snow shows down to so many of its diameters behind the depth: 1, -1 where the ground is seen
            from below, as past the edge of an open surface, 0 on an obstacle
     """
@@ -29,7 +32,18 @@ class Ground:
     light: np.ndarray
     depth: np.ndarray
     slack: np.ndarray
+    camera: Camera
     contour_interval: float = 0.0
+
+    @cached_property
+    def takes_sun(self):
+        """Where (height, width) snow may take its sun: what is seen from below has none."""
+        return np.isfinite(self.depth) & (self.slack >= 0.0)
+
+    @cached_property
+    def places(self):
+        """Places (n, 3) [m] of the pixels that take sun."""
+        return self.camera.places(self.depth, self.takes_sun)
 
 
 def draw_ground(relief, camera, sun):
@@ -37,7 +51,7 @@ def draw_ground(relief, camera, sun):
     backdrop = light.sky(camera.size)
     if relief is None:
         nothing = np.full(backdrop.shape[:2], np.inf, np.float32)
-        return Ground(backdrop, nothing, np.ones(nothing.shape))
+        return Ground(backdrop, nothing, np.ones(nothing.shape), camera)
     large = camera.enlarged(OVERSAMPLING)
     raster, depth, underside = seen_facets(relief, large)
     interval = contour_interval(relief.heights, relief.cell * max(relief.heights.shape))
@@ -48,7 +62,7 @@ def draw_ground(relief, camera, sun):
     small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
     underside &= raster.facet < relief.ground if relief.ground is not None else True
     slack = np.where(underside.reshape(blocks).any(axis=(1, 3)), -1.0, 1.0)
-    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, interval)
+    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, camera, interval)
 
 
 def contour_interval(heights, extent):

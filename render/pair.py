@@ -43,17 +43,22 @@ class PairView:
         above = first.dimension == 2
         width, height = size
         self._axis, part = (0, (width, (height - GAP) // 2)) if above else (1, ((width - GAP) // 2, height))
-        self._size = size
+        self.size = size
         self.views = (_sections if above else _spaces)(self.runs, part, color, camera or "auto", cutaway)
         _share_scale(self.views)
         for view, title in zip(self.views, _titles(*self.runs), strict=True):
             view.title = title
 
+    @property
+    def most_points(self):
+        """Particles of the fullest frame of either run."""
+        return max(view.most_points for view in self.views)
+
     def picture(self, i):
         """(height, width, 3) uint8 at time number `i` of `times`."""
         pictures = [view.picture(nearest_frame(run, self.times[i]))
                     for view, run in zip(self.views, self.runs, strict=True)]
-        whole = np.full((self._size[1], self._size[0], 3), 255, np.uint8)
+        whole = np.full((self.size[1], self.size[0], 3), 255, np.uint8)
         start = 0
         for picture in pictures:
             part = whole[start:] if self._axis == 0 else whole[:, start:]

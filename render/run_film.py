@@ -1,6 +1,7 @@
 """From a run to a film or a picture: `render_run`."""
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from snowmpm.render.section import Profile, draw_section
 from snowmpm.render.snow import SNOW, draw_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.tracking import plan_track
+from snowmpm.render.workers import drawn, worker_count
 
 SIZES = (64, 8192)
 INSET = 0.30  # of the picture's sides
@@ -68,13 +70,17 @@ def checked_wishes(output, size, time, fps, run):
 
 def write_pictures(view: Any, times: Floats, output: PathLike, time: float | None = None, fps: float = 25,
                    progress: Callable[[int, int], object] | None = None) -> Path:
-    """One picture of a view for each of `times`; output, time, fps, progress as of `render_run`. Returns the path."""
+    """One picture of a view for each of `times`, several drawn at a time (`workers`); -> the path.
+
+    output, time, fps, progress as of `render_run`.
+    """
     chosen: Sequence[int] = range(len(times))
     if output_kind(output) == ".png":
         chosen = [len(times) - 1 if time is None else int(np.abs(times - time).argmin())]
-    with open_film(output, fps) as show:
-        for done, i in enumerate(chosen, 1):
-            show(view.picture(i))
+    workers = worker_count(view.size, view.most_points, len(chosen))
+    with open_film(output, fps) as show, closing(drawn(view.picture, chosen, workers)) as pictures:
+        for done, picture in enumerate(pictures, 1):
+            show(picture)
             if progress:
                 progress(done, len(chosen))
     return Path(output)
@@ -127,6 +133,11 @@ class _View:
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
         self.title, self._cautions = run.name, cautions(run)
+
+    @property
+    def most_points(self):
+        """Particles of the fullest frame."""
+        return max(self.run.n_points(i) for i in range(len(self.run)))
 
     def fields_of(self, i):
         """Frame `i` with the fields that its colours need."""

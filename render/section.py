@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from snowmpm.render import light
+from snowmpm.render.blur import blur
 from snowmpm.render.camera import Camera
 from snowmpm.render.snow import SNOW, grain
 from snowmpm.render.solid import draw_areas
@@ -68,13 +69,13 @@ def draw_section(profile, camera, points, spacing, colours=None, identity=None, 
     if identity is not None:
         lit[hit] *= grain(identity[seen])[:, None]
     lit *= _relief(cover, radius_px)[..., None]
-    shadow = 1.0 - 0.25 * ndimage.gaussian_filter(cover, 3.0 + radius_px)[..., None]
+    shadow = 1.0 - 0.25 * blur(cover, 3.0 + radius_px)[..., None]
     return picture * shadow * (1.0 - cover[..., None]) + lit * cover[..., None]
 
 
 def _relief(cover, radius_px):
     """Brightness as if the snow were a rounded body lit from above: brighter upper edge, bluer and darker lower one."""
-    body = ndimage.gaussian_filter(cover, 2.0 + 1.5 * radius_px)
+    body = blur(cover, 2.0 + 1.5 * radius_px)
     upward = np.gradient(body, axis=0) * (2.0 + 1.5 * radius_px)
     return np.clip(0.93 + 0.35 * upward, 0.7, 1.05).astype(np.float32)
 

@@ -1,10 +1,10 @@
 """Snow over the ground: a surface through the particles, lit softly, bluish where the sky alone lights it."""
 
 import numpy as np
-from scipy import ndimage
 
 from snowmpm.render import light
-from snowmpm.render.shadow import Shadow, sunlit
+from snowmpm.render.blur import blur
+from snowmpm.render.shadow import Shadow, shade_on, sunlit
 from snowmpm.render.splat import splat_balls
 
 SNOW = light.decode([0.955, 0.97, 0.99])
@@ -29,7 +29,7 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     """
     x, y, depth = camera.project(points)
     radius = BALL * spacing
-    radius_px = radius * camera.pixels_per_metre(depth) * np.where(_crowd(points, spacing) < LONELY, SPRAY, 1.0)
+    radius_px = radius * camera.pixels_per_metre(depth) * np.where(_lonely(points, spacing), SPRAY, 1.0)
     number, front = splat_balls(x, y, depth, radius, radius_px, camera.size)
     # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
     # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
@@ -40,14 +40,12 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
         return ground.light.copy()
     width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
     shadow = Shadow.of(points, radius, sun)
-    # What is seen of the ground from below has no sun that snow could take
-    on_ground = sunlit(shadow, camera, ground.depth, np.isfinite(ground.depth) & (ground.slack >= 0.0), blur=1.5)
-    picture = ground.light * light.shaded(on_ground)
+    picture = _shaded_ground(ground, shadow)
     window = _window(hit, int(8.0 * width) + 4)
     number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]
     surface = _smooth_depth(front, hit, width, radius)
-    corner = (window[0].start, window[1].start)
-    sunlight = sunlit(shadow, camera, surface, hit, corner, blur=max(0.6 * width, 0.8))
+    places = camera.places(surface, hit, (window[0].start, window[1].start))
+    sunlight = sunlit(shadow, places, hit, softness=max(0.6 * width, 0.8))
     openness = 1.0 - _hollows(surface, hit, behind, camera, width)
     normals = _normals(surface, hit, camera, window)
     shade = EXPOSURE * light.illuminate(normals, sun, softness=SOFTNESS, sunlight=sunlight, openness=openness)
@@ -63,6 +61,14 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
         albedo[hit] *= grain(identity[seen])[:, None]
     lit = albedo * shade
     picture[window] = _compose(picture[window], lit, hit, width)
+    return picture
+
+
+def _shaded_ground(ground, shadow):
+    """Light of the ground (height, width, 3) with the shadow of the snow on it."""
+    picture = ground.light.copy()
+    window, on_ground = shade_on(shadow, ground.places, ground.takes_sun, softness=1.5)
+    picture[window] *= light.shaded(on_ground)
     return picture
 
 
@@ -93,8 +99,7 @@ def _smooth_depth(front, hit, width, radius):
 
 def _mean(values, mask, width):
     """Mean of what is in the mask around each pixel; `values` are 0 outside it."""
-    weight = ndimage.gaussian_filter(mask.astype(np.float32), width)
-    return ndimage.gaussian_filter(values, width) / np.maximum(weight, 1e-6)
+    return blur(values, width) / np.maximum(blur(mask, width), 1e-6)
 
 
 def _normals(surface, hit, camera, window):
@@ -136,29 +141,34 @@ def _hollows(surface, hit, ground_depth, camera, width):
     metres = 1.0 / float(np.median(camera.pixels_per_metre(surface[hit])))  # of a pixel
     total = np.zeros(scene.shape, np.float32)
     for share, most in HOLLOWS:
-        behind = scene - ndimage.gaussian_filter(scene, share * width, truncate=2.5)
+        behind = scene - blur(scene, share * width, truncate=2.5)
         total += most * np.clip(2.5 * behind / (share * width * metres), 0.0, 1.0)
     return np.where(hit, np.minimum(total, 0.7), 0.0).astype(np.float32)
 
 
 def _even(colours, hit, width):
     """Colours averaged within the snow over a few pixels: single particles of another speed are not what is shown."""
-    weight = np.maximum(ndimage.gaussian_filter(hit.astype(np.float32), width), 1e-6)
-    mean = np.stack([ndimage.gaussian_filter(colours[..., k], width) / weight for k in range(3)], axis=-1)
+    weight = np.maximum(blur(hit, width), 1e-6)
+    mean = np.stack([blur(colours[..., k], width) / weight for k in range(3)], axis=-1)
     return np.where(hit[..., None], mean, 0.0)
 
 
-def _crowd(points, spacing):
-    """Number of particles (n,) in the cube of three cells, each two spacings wide, around each particle."""
+def _lonely(points, spacing):
+    """Which particles (n,) have fewer than LONELY in the cube of three cells, each two spacings wide, around them."""
     cell = np.floor((points - points.min(axis=0, initial=np.inf)) / (2.0 * spacing)).astype(np.int64).clip(0, 1 << 20)
     strides = np.array([1 << 42, 1 << 21, 1], np.int64)
     keys, place, counts = np.unique(cell @ strides, return_inverse=True, return_counts=True)
-    total = np.zeros(len(keys), np.int64)
+    # Most cells hold as many by themselves: only the others look around
+    few = np.flatnonzero(counts < LONELY)
+    total = np.full(len(keys), LONELY, np.int64)
+    total[few] = 0
     for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3), axis=-1).reshape(-1, 3):
-        there = keys + step @ strides
+        there = keys[few] + step @ strides
         at = np.searchsorted(keys, there).clip(0, len(keys) - 1)
-        total += np.where(keys[at] == there, counts[at], 0)
-    return total[place]
+        total[few] += np.where(keys[at] == there, counts[at], 0)
+        few = few[total[few] < LONELY]
+    lonely = total < LONELY
+    return lonely[place]
 
 
 def grain(identity):
@@ -169,9 +179,9 @@ def grain(identity):
 
 def _compose(behind, lit, hit, width):
     """Snow over what is behind it, with soft edges and a soft shadow around."""
-    cover = ndimage.gaussian_filter(hit.astype(np.float32), 0.6)
-    snow = np.stack([ndimage.gaussian_filter(lit[..., k], 0.6) for k in range(3)], axis=-1)
+    cover = blur(hit, 0.6)
+    snow = np.stack([blur(lit[..., k], 0.6) for k in range(3)], axis=-1)
     opacity = np.clip(1.25 * cover, 0.0, 1.0)[..., None]
-    shadow = ndimage.gaussian_filter(hit.astype(np.float32), 2.0 + 1.5 * width)
+    shadow = blur(hit, 2.0 + 1.5 * width)
     shadow = 1.0 - 0.3 * np.clip(shadow, 0.0, 1.0)[..., None] * ~hit[..., None]
     return behind * shadow * (1.0 - opacity) + snow / np.maximum(cover, 1e-6)[..., None] * opacity

@@ -19,14 +19,14 @@ FOLDERS = {
 }
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
-GROUND = {"annotations", "errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading", "quantities",
-          "methods"}
+GROUND = {"annotations", "cores", "errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading",
+          "quantities", "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test", "water"}
 MAY_IMPORT = {
-    **{key: set() for key in ("annotations", "errors", "draft", "schemes", "methods", "stages", "glance", "amounts",
-                              "quantities")},
+    **{key: set() for key in ("annotations", "cores", "errors", "draft", "schemes", "methods", "stages", "glance",
+                              "amounts", "quantities")},
     "materials": set(),
     "memory": {"errors"},
     "reading": {"memory", "errors"},
@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
     "render": {*GROUND, "results", "io"},
-    "compiler": {"materials", "errors"},
+    "compiler": {"materials", "cores", "errors"},
     "particles": {*GROUND, "compiler", "materials"},  # the laws declare what a particle carries and reports
     "stepping": {*GROUND, "compiler", "particles"},
     "terrain": {*GROUND, "compiler"},

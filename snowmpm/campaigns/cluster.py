@@ -4,9 +4,9 @@ Each worker process does one run at a time, with the Taichi threads that the cam
 """
 
 import contextlib
-import os
 from dataclasses import dataclass
 
+from snowmpm.cores import available_cores
 from snowmpm.errors import InputError, did_you_mean
 
 SLURM = "slurm"
@@ -92,12 +92,11 @@ def _close(client):
 
 def worker_count(options, workers=None, memory=0.0):
     """Number of worker processes on this machine: as asked for, else as many as cores and memory allow."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     if workers or options.workers:
         return workers or options.workers
     from distributed.system import MEMORY_LIMIT
 
-    return max(1, min(cores // options.threads, int(MEMORY_LIMIT // memory_of(memory))))
+    return max(1, min(available_cores() // options.threads, int(MEMORY_LIMIT // memory_of(memory))))
 
 
 def memory_of(run):

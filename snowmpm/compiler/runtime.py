@@ -13,6 +13,7 @@ from taichi.lang import impl
 
 from snowmpm.compiler import array_memory, lifetime, probe
 from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
+from snowmpm.cores import available_cores
 from snowmpm.errors import InputError
 from snowmpm.materials import precision as floats
 
@@ -63,7 +64,7 @@ def _start(backend, threads):
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     lifetime.end_parents()
     free_cache(impl.default_cfg().offline_cache_file_path)
-    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or _cores(), offline_cache=True,
+    ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or available_cores(), offline_cache=True,
             offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
     started_here()
 
@@ -119,11 +120,6 @@ def _has_cuda():
         return False
     count = ctypes.c_int(0)
     return driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0 and count.value > 0
-
-
-def _cores():
-    """Number of CPU cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
 def backend():

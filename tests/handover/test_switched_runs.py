@@ -55,7 +55,7 @@ def test_one_run(both):
     depth, late = run.maps["peak_depth"].values, run.maps["arrival_time"].values
     release = run.maps["release_depth"].values
     assert (np.nan_to_num(depth) >= np.nan_to_num(release) - 1e-12).all()
-    assert np.nanmin(late) == 0.0 and 0.6 < np.nanmax(late) <= 1.2
+    assert np.nanmin(late) == 0.0 and 0.6 < np.nanmax(late) <= np.float32(1.2)
     spacings = [particle_spacing(run, time) for time in (0.0, 0.6, 0.8)]
     assert spacings == [records[0]["particle_spacing"]] * 2 + [records[1]["particle_spacing"]]
 

@@ -47,7 +47,7 @@ def test_space_views_of_one_place_show_it_alike_whatever_their_origin(runs):
     picture = view.picture(1)
     assert picture.shape == (240, 644, 3)
     halves = picture[60:, :320], picture[60:, 324:]
-    assert np.array_equal(*halves)
+    assert np.abs(np.subtract(*halves, dtype=int)).max() <= 1  # the cameras agree to round-off
 
 
 def test_runs_of_different_places_each_have_their_view(runs):

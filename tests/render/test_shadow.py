@@ -7,7 +7,7 @@ from synthetic_runs import slab_3d
 from snowmpm.io import Run
 from snowmpm.render.run_film import SpaceView
 from snowmpm.render.shadow import Shadow
-from snowmpm.render.snow import _crowd, _smooth_depth, draw_snow
+from snowmpm.render.snow import LONELY, _lonely, _smooth_depth, draw_snow
 
 HIGH = np.array([0.0, 0.0, 12.0])
 
@@ -59,9 +59,30 @@ def test_the_surface_is_smooth_but_its_edges_are_not_rounded():
 def test_spray_is_told_from_snow():
     grid = np.stack(np.meshgrid(*[np.arange(10) * 0.5] * 3), axis=-1).reshape(-1, 3)
     flying = np.array([[20.0, 0.0, 0.0], [20.0, 30.0, 5.0]])
-    crowd = _crowd(np.concatenate([grid, flying]), 0.5)
-    assert crowd[-2:].tolist() == [1, 1] and crowd[:-2].min() > 26
-    assert len(_crowd(np.zeros((0, 3)), 0.5)) == 0
+    lonely = _lonely(np.concatenate([grid, flying]), 0.5)
+    assert lonely[-2:].all() and not lonely[:-2].any()
+    assert len(_lonely(np.zeros((0, 3)), 0.5)) == 0
+
+
+def test_who_is_lonely_is_counted_cell_by_cell():
+    """Against a count of all pairs of particles in neighbouring cells."""
+    points = np.random.default_rng(5).random((1500, 3)) * [9.0, 9.0, 3.0]
+    cell = np.floor((points - points.min(axis=0)) / 1.0).astype(int)
+    near = (np.abs(cell[:, None] - cell[None]) <= 1).all(axis=2).sum(axis=1)
+    lonely = _lonely(points[near < 1000], 0.5)
+    assert (lonely == (near < LONELY)).all() and _lonely(points[:200], 0.5).any()
+
+
+def test_places_in_plain_light_or_shade_need_no_taps():
+    """The share of the sun is that of all taps, to the bit, also beyond the sun's picture."""
+    sun = np.array([0.6, 0.0, 0.8])
+    points = np.concatenate([ball(np.zeros(3), 2.0, 0.1), ball([5.0, 1.0, 1.0], 0.7, 0.1)])
+    shadow = Shadow.of(points, 0.08, sun)
+    places = np.random.default_rng(1).uniform([-9.0, -6.0, -4.0], [9.0, 6.0, 4.0], (20000, 3))
+    x, y, depth = shadow.camera.project(places)
+    taps = shadow._taps(x, y, depth - np.float32(shadow.bias))
+    assert (shadow.lit(places) == taps).all()
+    assert (taps == 0.0).any() and (taps == 1.0).any() and ((taps > 0.0) & (taps < 1.0)).any()
 
 
 def test_snow_darkens_the_ground_beside_it_away_from_the_sun(tmp_path):
