@@ -22,6 +22,7 @@ from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
+from snowmpm.scenes.structures import Structure
 from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
@@ -88,6 +89,8 @@ class Scene(Glance, Spec):
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
+    structures: Annotated[tuple[Structure, ...], Field(max_length=16)] = ()
+    """masts, posts and walls that bend"""
     events: tuple[Event, ...] = ()
     forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
@@ -170,7 +173,8 @@ class Scene(Glance, Spec):
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
-        unused = () if self.switch else ("switch",)  # as written before there were switches
+        # As written before there were switches and structures
+        unused = [key for key in ("switch", "structures") if not getattr(self, key)]
         return to_toml(self, leave_out=(*(MADE if self.saw_test else ()), *unused))
 
 
@@ -211,8 +215,10 @@ def _with_saw_test(data, dim):
 
 def _check_references(scene):
     """Check that referenced names exist, and that names of bodies and obstacles are unique."""
-    for table in ("bodies", "obstacles"):
+    for table in ("bodies", "obstacles", "structures"):
         seen = set()
+        if table == "structures":  # their segments are obstacles
+            seen = {item.name.rstrip("0123456789").rstrip("_") for item in scene.obstacles}
         for i, item in enumerate(getattr(scene, table)):
             if item.name in seen:
                 raise refuse(f"there is another of this name among the {table}", f"{table}.{i}.name", item.name)

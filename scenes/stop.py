@@ -9,7 +9,7 @@ class Stop(Spec):
 
     at_rest: bool | None = None
     """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh, or a profile
-    without events) and the scene has no saw test, no reference and no moving obstacle"""
+    without events) and the scene has no saw test, no reference and no obstacle that moves"""
     moving_share: Fraction | None = None
     """share of the mass that may still be faster than 1 m/s [-]; 0.02 when missing"""
     momentum_share: Fraction | None = None
@@ -22,6 +22,7 @@ def ends_at_rest(scene):
     """Whether a run of a scene ends when its snow has come to rest."""
     if scene.stop.at_rest is not None:
         return scene.stop.at_rest
-    if scene.terrain is None or scene.saw_test or scene.reference or any(item.motion for item in scene.obstacles):
+    if scene.terrain is None or scene.saw_test or scene.reference or any(
+            item.motion or item.free for item in scene.obstacles):
         return False
     return scene.terrain.kind in ("dem", "mesh") or (scene.terrain.kind == "profile" and not scene.events)

@@ -39,6 +39,10 @@ class Capabilities:
     """bodies that lie still until their start_time"""
     obstacles: bool = True
     moving_obstacles: bool = True
+    free_bodies: bool = False
+    """obstacles with mass, which snow, weight and contact move (`snowmpm.rigid`)"""
+    structures: bool = False
+    """masts that bend (`snowmpm.structures`)"""
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -117,9 +121,11 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
+        free_bodies=True, structures=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
-    MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(filling=1), options="sph"),
+    MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
+        filling=1, free_bodies=True, structures=True), options="sph"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         deposition=True, thickness_rasters=True, delays=True, flow_water=True,

@@ -23,7 +23,8 @@ GROUND = {"annotations", "cores", "errors", "draft", "memory", "schemes", "stage
           "quantities", "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
-SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "forcing", "saw_test", "water"}
+SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "rigid", "structures", "forcing",
+         "saw_test", "water"}
 MAY_IMPORT = {
     **{key: set() for key in ("annotations", "cores", "errors", "draft", "schemes", "methods", "stages", "glance",
                               "amounts", "quantities")},
@@ -42,6 +43,8 @@ MAY_IMPORT = {
     "terrain": {*GROUND, "compiler"},
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
+    "rigid": {*GROUND, "compiler", "solids"},
+    "structures": {*GROUND, "solids"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
     "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
@@ -81,6 +84,8 @@ FORBIDDEN = {
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
+    "structures": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
+    "rigid": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.

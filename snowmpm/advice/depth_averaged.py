@@ -21,7 +21,8 @@ def thin(facts):
     scene, terrain = facts.scene, facts.scene.terrain
     if facts.dim != 3 or terrain is None or terrain.kind not in ("dem", "mesh") or scene.solver.in_plan:
         return False
-    if scene.obstacles or scene.events or scene.forces or any(body.shape.kind != "layer" for body in scene.bodies):
+    others = scene.obstacles or scene.structures or scene.events or scene.forces
+    if others or any(body.shape.kind != "layer" for body in scene.bodies):
         return False
     extent = np.ptp(facts.model.population.positions[:, :2], axis=0).min()
     return bool(facts.model.depth < THIN * extent)

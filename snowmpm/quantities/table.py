@@ -77,6 +77,13 @@ HISTORY = (
              "term.", AUDIT),
     Quantity("water_work", "work of pore water", "J", "Work of the pore pressure on the skeleton since the start, and "
              "energy of the water that it took in from elsewhere.", AUDIT),
+    Quantity("rigid_energy", "energy of free bodies", "J", "Kinetic energy of the free rigid bodies, and M g times "
+             "their height above the start.", AUDIT),
+    Quantity("rigid_momentum_residual", "momentum residual of free bodies", "1", "What is left open of the "
+             "momentum balance of the free rigid bodies, over the sizes of its terms.", AUDIT),
+    Quantity("structure_energy", "energy of structures", "J", "Kinetic and elastic energy of the structures.", AUDIT),
+    Quantity("structure_momentum_residual", "momentum residual of structures", "1", "What is left open of the momentum "
+             "balance of the structures, over the sizes of its terms.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

@@ -171,6 +171,8 @@ class Audit:
         elif solver.particles.sizes.get("water"):  # a fixed share of each column, which has no balance of its own
             row["water_mass"] = float(fields["volume"] @ fields.water()[:, 0])
             row["removed_water"] = removed["water"]
+        for mover in solver.movers.values():
+            row.update(mover.row(solver.gravity))
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (

@@ -12,6 +12,7 @@ from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
 from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
+from snowmpm.setup.standing import standing
 from snowmpm.setup.taken_state import TakenState, take
 from snowmpm.setup.velocity_fields import velocity_fields
 from snowmpm.solids import Obstacle, inside_any
@@ -30,7 +31,8 @@ def build(scene, kept=None):
     runtime.start()
     with stage("reading the terrain"):
         surface = _surface(scene)
-    obstacles = _obstacles(scene)
+    made, segments = standing(scene)
+    obstacles = [*_obstacles(scene), *segments]
     taken = None
     if scene.initial.from_run is not None:
         taken = take(scene, surface) if kept is None else TakenState.kept(kept)
@@ -41,7 +43,7 @@ def build(scene, kept=None):
         i = np.searchsorted(starts, np.flatnonzero(outside)[0], side="right") - 1
         raise InputError(f"{scene.source}: bodies.{i} ({scene.bodies[i].name}): reaches outside the domain"
                          f" {np.round(lower, 3).tolist()} to {np.round(upper, 3).tolist()}")
-    model = Model(scene, surface, lower, upper, seeds, starts, obstacles, shares, taken)
+    model = Model(scene, surface, lower, upper, seeds, starts, obstacles, shares, taken, made)
     refuse_unreachable(model)
     if scene.dimension == 3:
         model.map_grid  # noqa: B018 (refuses a cell that cannot be, before anything is computed)

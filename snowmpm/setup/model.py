@@ -25,7 +25,9 @@ from snowmpm.scenes.switch import parts
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
+from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.pore_water import pore_water
+from snowmpm.setup.standing import rods
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -42,7 +44,8 @@ class Model:
     laws: by material index; body_starts: first particle number of each body; direction: unit vector in plan along
     which the front is measured (the mean dip under the snow, +x on the flat); obstacles: `solids.Obstacle`s.
     shares: of each body by name, the share of its volume that symmetric sides of the domain left. taken:
-    `TakenState`, None for a scene that starts from no other run.
+    `TakenState`, None for a scene that starts from no other run. rods: `structures.rod.Rod` of each structure, whose
+    segments are the last obstacles.
     """
 
     scene: object
@@ -54,6 +57,7 @@ class Model:
     obstacles: list
     shares: dict = field(default_factory=dict)
     taken: object = None
+    rods: list = field(default_factory=list)
 
     @cached_property
     def laws(self):
@@ -191,6 +195,10 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
+        if any(obstacle.free for obstacle in self.obstacles):
+            solver.move("rigid", rigid_world(self))
+        if self.scene.structures:
+            solver.move("structures", rods(self))
         if self.scene.water and self.scene.water.scheme == "u_p":
             solver.fill_pores(pore_water(self), shorten=self.scene.solver.cfl is None)
         return solver

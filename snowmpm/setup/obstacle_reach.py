@@ -42,7 +42,7 @@ def refuse_unreachable(model):
     """Raise InputError, with its position, for an obstacle of a `Model` that snow can never reach."""
     for i, obstacle in enumerate(model.obstacles):
         if not _reached(model, obstacle):
-            raise InputError(f"{model.scene.source}: obstacles.{i} ({obstacle.name}): snow cannot reach any of it"
+            raise InputError(f"{model.scene.source}: {key_of(model, i)}: snow cannot reach any of it"
                              f"\n{_whereabouts(model, obstacle)}")
 
 
@@ -50,7 +50,7 @@ def doubts(model):
     """`Doubt`s about the obstacles of a `Model`."""
     dx, on_grid = model.scene.solver.dx, METHODS[model.scene.solver.method].capabilities.grid
     for i, obstacle in enumerate(model.obstacles):
-        key = f"obstacles.{i} ({obstacle.name})"
+        key = key_of(model, i)
         width = across(obstacle)
         if on_grid and width < ACROSS * dx * (1.0 - 1e-6):
             yield Doubt(key, f"{width / dx:.2g} cells across: the force on what is thinner than {ACROSS:g} cells across"
@@ -60,6 +60,12 @@ def doubts(model):
         if share < BURIED:
             yield Doubt(key, f"snow can reach {share:.0%} of it: the rest is below the ground or outside the domain",
                         "look where it stands")
+
+
+def key_of(model, i):
+    """Where obstacle i of a `Model` stands in its scene, in words."""
+    table = f"obstacles.{i}" if i < len(model.scene.obstacles) else "structures"
+    return f"{table} ({model.obstacles[i].name})"
 
 
 def across(obstacle):

@@ -31,6 +31,10 @@ def demands(scene, later=False):
     for i, obstacle in enumerate(scene.obstacles):
         if obstacle.motion:
             yield "moving_obstacles", True, f"obstacles.{i}.motion", "a table"
+        if obstacle.free:
+            yield "free_bodies", True, f"obstacles.{i}.free", "a table"
+    if scene.structures:
+        yield "structures", True, "structures.0.name", scene.structures[0].name
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
@@ -98,6 +102,17 @@ def refuse_beyond(scene):
     if scene.water:
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
+    _refuse_free(scene)
+
+
+def _refuse_free(scene):
+    """Raise InputError for free bodies and structures beside what does not know them."""
+    free = [(f"obstacles.{i}.free", "a table") for i, obstacle in enumerate(scene.obstacles) if obstacle.free]
+    free += [(f"structures.{i}.name", structure.name) for i, structure in enumerate(scene.structures)]
+    if free and scene.switch:
+        raise InputError.at(*free[0], "does not go with switch: no hand-over keeps it", scene.source)
+    if free and scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
 
 
 def _refuse_sleeping(scene):
@@ -107,6 +122,7 @@ def _refuse_sleeping(scene):
     beside = {"forces": scene.forces, "damping": scene.damping,
               "gravity that changes": isinstance(scene.gravity, Gravity), "a saw test": scene.saw_test,
               "switch": scene.switch, "water": scene.water,
+              "structures": scene.structures, "free obstacles": any(obstacle.free for obstacle in scene.obstacles),
               'bodies with contact = "separate"': any(body.contact == "separate" for body in scene.bodies)}
     if found := [name for name, there in beside.items() if there]:
         raise InputError.at("solver.sleeping", scene.solver.sleeping, f"must be 0 beside {' and '.join(found)}",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.solids.free_motion import FreeMotion
 from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BALL
 from snowmpm.solids.shape import SolidShape
@@ -34,7 +35,8 @@ class Obstacle:
         """
         shape = SolidShape.of(spec.shape, dim, base_dir, f"{key}.shape", reach)
         try:
-            motion = RigidMotion.of(spec.motion, shape.origin, base_dir)
+            free = getattr(spec, "free", None)
+            motion = FreeMotion.of(free, shape) if free else RigidMotion.of(spec.motion, shape.origin, base_dir)
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
         return cls(spec.name, shape, motion, spec.contact, spec.friction, getattr(spec, "drag", cls.drag))
@@ -43,6 +45,11 @@ class Obstacle:
     def code(self):
         """Number of the contact among `snowmpm.stepping.contact_velocity.CODES`."""
         return CODES[self.contact]
+
+    @property
+    def free(self):
+        """Whether forces move it (`solids.free_motion`)."""
+        return isinstance(self.motion, FreeMotion)
 
     @property
     def still(self):

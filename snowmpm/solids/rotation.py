@@ -45,7 +45,7 @@ def spin(omega, arm):
     """Velocities (k, dim) [m/s] of points at `arm` (k, dim) [m] from the point about which a body turns by `omega`."""
     if np.ndim(omega) == 0:
         return omega * np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-    return np.cross(omega, arm)
+    return arm @ cross_matrix(omega).T
 
 
 def cross_matrix(w):

@@ -1,5 +1,6 @@
 """Rigid shapes: signed distance and outward normal."""
 
+import functools
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -7,6 +8,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import InputError
 from snowmpm.seeding.polygons import simple_outline
 from snowmpm.seeding.shapes import shape_of
@@ -18,6 +20,9 @@ from snowmpm.terrain.mesh import mesh_facets
 
 CHORDS = 96
 """Number of sides of the polygon that represents a disc or a cylinder in drawings."""
+
+FEW = 2000
+"""Points below which one thread finds their distances sooner than several begin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +68,8 @@ class SolidShape:
         if len(points):
             runtime.start()
             with runtime.precision("f64"):
-                _primitive_distances(self.dim, self.kind, local, _three(self.size), distance, normal)
+                distances = _primitive_distances(self.dim, len(points) < FEW)
+                distances(self.kind, local, *_three(self.size), distance, normal)
         return distance, normal @ self.axes
 
     @cached_property
@@ -102,7 +108,7 @@ def _circle():
 
 
 def _three(size):
-    return ti.Vector([*size, *[0.0] * (3 - len(size))])
+    return [*map(float, size), *[0.0] * (3 - len(size))]
 
 
 def _primitive(kind):
@@ -141,12 +147,17 @@ BUILDERS = {"box": _primitive(BOX), "sphere": _primitive(BALL), "cylinder": _pri
             "mesh": _mesh}
 
 
-@ti.kernel
-def _primitive_distances(dim: ti.template(), kind: ti.i32, points: ti.types.ndarray(dtype=ti.f64, ndim=2),
-                         size: ti.types.vector(3, ti.f64), distance: ti.types.ndarray(dtype=ti.f64, ndim=1),
-                         normal: ti.types.ndarray(dtype=ti.f64, ndim=2)):
-    for i in range(points.shape[0]):
-        d, n = primitive_distance(dim, kind, ti.Vector([points[i, k] for k in ti.static(range(dim))]), size)
-        distance[i] = d
-        for k in ti.static(range(dim)):
-            normal[i, k] = n[k]
+@functools.cache
+def _primitive_distances(dim, few):
+    @taichi_kernel
+    def distances(kind: int, points: ti.types.ndarray(), first: ti.f64, second: ti.f64, third: ti.f64,
+                  distance: ti.types.ndarray(), normal: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(few))
+        for i in range(points.shape[0]):
+            x, size = ti.Vector([points[i, k] for k in ti.static(range(dim))]), ti.Vector([first, second, third])
+            d, n = primitive_distance(dim, kind, x, size)
+            distance[i] = d
+            for k in ti.static(range(dim)):
+                normal[i, k] = n[k]
+
+    return distances

@@ -8,6 +8,7 @@ all is a row of `snowmpm.methods.METHODS`.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,6 +91,9 @@ class Method(ABC):
     """`forcing.Forcing` that acts on the particles, or None"""
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
+    movers: Mapping[str, Any] = MappingProxyType({})
+    """what moves obstacles by the forces on them, by name: "rigid" (`rigid.world.World`), "structures"
+    (`structures.rods.Rods`)"""
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -148,6 +152,10 @@ class Method(ABC):
         """Let the water of the particles' column "water" flow and press from now on: a `water.pore_water.PoreWater`;
         shorten: by steps as short as it asks for."""
         raise NotImplementedError(f"{type(self).__name__} holds no water")
+
+    def move(self, name: str, mover: Any) -> None:
+        """Let what moves obstacles act from now on (`movers`)."""
+        raise NotImplementedError(f"{type(self).__name__} has no {name}")
 
     # ---- settling ---------------------------------------------------------------------------------------------
 

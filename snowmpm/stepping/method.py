@@ -55,6 +55,7 @@ class Solver(Method):
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
         self.forcing = self.water = None
+        self.movers = {}
         self.plastic_work, self.unconverged, self.n_plastic = 0.0, 0, 0
         self.set_loads([])
 
@@ -73,6 +74,12 @@ class Solver(Method):
             self.cfl = self.usual_cfl = min(self.cfl, SOAKED_SHARE * self.critical_cfl)
             self.breaking_cfl = min(self.breaking_cfl, self.cfl)
         water.begin(self)
+
+    def move(self, name, mover):
+        """Let what moves obstacles act from now on: free bodies (`rigid.world.World`), structures
+        (`structures.rods.Rods`)."""
+        self.movers[name] = mover
+        mover.begin()
 
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
@@ -98,6 +105,11 @@ class Solver(Method):
         if self.particles.repeats.any():
             self.momentum_gain += dt * (self.weight_impulse + self.impulse + self.held_impulse
                                         - self.particles.removed["momentum"])
+        # While the snow settles, all that moves in it is held
+        if self.movers and self.damping_factor == 1.0:
+            totals = self.obstacle_totals
+            for mover in self.movers.values():
+                mover.advance(self.time, dt, self.gravity, totals)
         self.time += dt
         self.steps += 1
 
@@ -218,6 +230,8 @@ class Solver(Method):
             self.forcing.restart()
         if self.water:
             self.water.begin(self)
+        for mover in self.movers.values():
+            mover.begin()
 
     def state(self):
         """Particles, blocks, clock and totals by name; a method adds its own."""
@@ -228,6 +242,7 @@ class Solver(Method):
             "plastic_work": self.plastic_work, "unconverged": self.unconverged, "n_plastic": self.n_plastic,
             "forcing": self.forcing.state() if self.forcing else {},
             **({"water": self.water.state()} if self.water else {}),
+            **({"movers": {name: mover.state() for name, mover in self.movers.items()}} if self.movers else {}),
         }
 
     def restore(self, state):
@@ -247,3 +262,5 @@ class Solver(Method):
             self.forcing.restore(state["forcing"])
         if self.water:
             self.water.restore(state["water"], self)
+        for name, mover in self.movers.items():
+            mover.restore(state["movers"][name])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
-from snowmpm.setup.obstacle_reach import ACROSS, across, doubts
+from snowmpm.setup.obstacle_reach import ACROSS, across, doubts, key_of
 
 
 @rule("mpm")
@@ -28,7 +28,7 @@ def thin_obstacle(facts):
             continue  # a mast: snow passes around it anyway
         thickness = 2.0 * float(np.min(obstacle.shape.size)) / facts.dx
         if border := beyond("thin_obstacle", setting, thickness):
-            yield worded(border, f"obstacles.{i} ({obstacle.name})", thickness)
+            yield worded(border, key_of(facts.model, i), thickness)
 
 
 @rule("mpm", "sph")

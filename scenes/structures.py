@@ -1,0 +1,55 @@
+"""Structures that bend in the snow."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from snowmpm.scenes.space import Vector, dimension
+from snowmpm.scenes.spec import Fraction, Name, NonNegative, Positive, refuse
+from snowmpm.scenes.terrain import Touching
+
+
+class Structure(Touching):
+    """A mast, post or wall that stands clamped on its foot, and bends: a round tube, in 2-D a plate."""
+
+    name: Name
+    foot: Vector
+    """where it is clamped [m]"""
+    top: Vector
+    """its free end [m]"""
+    width: Positive
+    """outer diameter; 2-D: thickness of the plate [m]"""
+    wall: Positive | None = None
+    """thickness of the tube, 3-D only; a full bar when missing [m]"""
+    youngs_modulus: Positive
+    """[Pa]"""
+    density: Positive
+    """of its material [kg/m3]"""
+    yield_stress: Positive | None = None
+    """where the whole section yields [Pa]; it does not when missing"""
+    hardening: NonNegative = 0.0
+    """stiffness of a part that yields over the elastic one [-]"""
+    strength: Positive | None = None
+    """bending stress of the outermost fibre at which it breaks for good [Pa]; it does not when missing"""
+    damping: Fraction = 0.01
+    """share of the critical damping of its first mode [-]"""
+    segments: Annotated[int, Field(strict=True, ge=2, le=32)] = 8
+    """straight pieces"""
+    coupling: Literal["weak", "one_way"] = "weak"
+    """weak: the snow meets it as it is bent; one_way: as it stood at the start"""
+
+    @model_validator(mode="after")
+    def _is_slender(self):
+        length = sum((a - b) ** 2 for a, b in zip(self.foot, self.top, strict=True)) ** 0.5
+        if length < 3.0 * self.width * (1.0 - 1e-9):
+            raise refuse(f"must be at most a third of the length, {length:g}: it bends as a slender beam", "width",
+                         self.width)
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_wall(self):
+        if self.wall is not None and dimension() == 2:
+            raise refuse("is for tubes, in 3-D scenes", "wall", self.wall)
+        if self.wall is not None and self.wall > 0.5 * self.width:
+            raise refuse(f"must be at most half of width, {0.5 * self.width:g}", "wall", self.wall)
+        return self

@@ -1,0 +1,1 @@
+"""Free rigid bodies: obstacles that snow, weight and contact move."""

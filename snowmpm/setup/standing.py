@@ -1,0 +1,66 @@
+"""The structures of a scene: rods, and the obstacles that their segments are."""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.solids import Obstacle, RigidMotion, SolidShape
+from snowmpm.solids.primitives import BOX, CYLINDER
+from snowmpm.structures.rod import Rod
+from snowmpm.structures.rods import Rods, Standing
+from snowmpm.structures.section import Section
+from snowmpm.structures.segment_motion import SegmentMotion
+
+HELD = 1.0
+"""Cells around a segment whose snow contact holds at its velocity, about (`rigid.body`)."""
+
+
+def standing(scene):
+    """`Rod`s of the structures of a scene, and the `Obstacle`s of their segments."""
+    made = [_rod(spec, scene.dimension) for spec in scene.structures]
+    pairs = zip(scene.structures, made, strict=True)
+    return made, [_segment(spec, rod, s, scene.dimension) for spec, rod in pairs for s in range(rod.n)]
+
+
+def rods(model):
+    """`Rods` of a `Model`, whose last obstacles are their segments. InputError: a rod that snow would outweigh."""
+    scene = model.scene
+    density = max(law.density for law in model.laws)
+    found, first = [], len(scene.obstacles)
+    for i, (spec, rod) in enumerate(zip(scene.structures, model.rods, strict=True)):
+        around = (2.0 if scene.dimension == 2 else np.pi * spec.width) * HELD * scene.solver.dx * density
+        if around > rod.section.line_mass:
+            raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: "
+                             f"{rod.section.line_mass:.3g} kg/m, and the snow in the cells around it has up to"
+                             f" {around:.3g} kg/m\ngive it more mass, or lower solver.dx")
+        found.append(Standing(spec.name, rod, first))
+        first += rod.n
+    return Rods(found, scene.dimension)
+
+
+def _rod(spec, dim):
+    given = {"yield_stress": spec.yield_stress, "strength": spec.strength, "hardening": spec.hardening}
+    if dim == 2:
+        section = Section.plate(spec.width, spec.youngs_modulus, spec.density, **given)
+    else:
+        section = Section.tube(spec.width, spec.wall or 0.5 * spec.width, spec.youngs_modulus, spec.density, **given)
+    return Rod(_in_space(spec.foot), _in_space(spec.top), spec.segments, section, spec.damping)
+
+
+def _in_space(point):
+    return (point[0], 0.0, point[1]) if len(point) == 2 else point
+
+
+def _segment(spec, rod, s, dim):
+    """Segment s as an `Obstacle`: a box in 2-D, a round cylinder in 3-D."""
+    motion = SegmentMotion(rod, s, dim)
+    origin, half, r = motion.start_centre, 0.5 * rod.length, 0.5 * spec.width
+    along = rod.clamp
+    if dim == 2:
+        axes, size, kind = np.array([[along[2], -along[0]], [along[0], along[2]]]), np.array([r, half]), BOX
+    else:
+        across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+        across /= np.linalg.norm(across)
+        axes, size, kind = np.array([across, np.cross(along, across), along]), np.array([r, r, half]), CYLINDER
+    if spec.coupling == "one_way":
+        motion = RigidMotion(origin)
+    return Obstacle(f"{spec.name}_{s + 1}", SolidShape(kind, origin, axes, size), motion, spec.contact, spec.friction)

@@ -1,0 +1,108 @@
+"""Rods in the snow: loads of their segments, their motion, their numbers in the history.
+
+Weak coupling: in a step the snow meets each segment where it is, with the velocity that it has, as a rigid obstacle;
+then the rod moves for as long under the mean forces and moments of that step. One way: the snow meets the rod as it
+stands at the start, and the rod moves under what that gives.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snowmpm.structures.rod import Rod
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A `Rod`: first, number of the obstacle that is its lowest segment."""
+
+    name: str
+    rod: Rod
+    first: int
+
+
+class Rods:
+    """All rods of a scene."""
+
+    def __init__(self, rods, dim):
+        """rods: `Standing`s; dim: of the scene."""
+        self.rods, self.dim = list(rods), dim
+        self._axes = [0, 2] if dim == 2 else [0, 1, 2]
+        self.begin()
+
+    def begin(self):
+        """Time zero: straight, at rest."""
+        for each in self.rods:
+            each.rod.begin()
+        self._last, self._gained = None, np.zeros((len(self.rods), 3))
+
+    def advance(self, time, dt, gravity, totals):
+        """A step of dt [s] under gravity (dim,) [m/s2]; totals (obstacles, ...): what the snow gave all obstacles so
+        far (`stepping.contract.Method.obstacle_totals`)."""
+        gains = totals - (np.zeros_like(totals) if self._last is None else self._last)
+        self._last = np.array(totals)
+        weight = np.zeros(3)
+        weight[self._axes] = gravity
+        for i, each in enumerate(self.rods):
+            rod = each.rod
+            forces = rod.masses[:, None] * weight
+            force, moment = self._in_space(gains[each.first : each.first + rod.n, :-1] / dt)
+            edges = np.diff(rod.x, axis=0)
+            couple = np.cross(moment, edges) / (edges**2).sum(axis=1)[:, None]
+            forces[:-1] += 0.5 * force - couple
+            forces[1:] += 0.5 * force + couple
+            self._gained[i] += dt * forces.sum(axis=0)
+            rod.advance(dt, forces)
+
+    def _in_space(self, rows):
+        """Forces and moments (n, 3) of rows (n, dim + 1 or 3)."""
+        if self.dim == 3:
+            return rows[:, :3], rows[:, 3:]
+        force, moment = np.zeros((2, len(rows), 3))
+        force[:, [0, 2]], moment[:, 1] = rows[:, :2], -rows[:, 2]
+        return force, moment
+
+    # ---- reading ----------------------------------------------------------------------------------------------
+
+    def row(self, gravity):
+        """Numbers of the history by "NAME_top_x" and so on: displacement of the top, moment of the loads about the
+        foot, its largest size so far, hinges that yielded and broke; what is left open of the balance of momentum."""
+        found, left, size = {}, 0.0, 0.0
+        for each, gained in zip(self.rods, self._gained, strict=True):
+            rod = each.rod
+            top = (rod.x[-1] - rod.x[0] - rod.n * rod.length * rod.clamp)[self._axes]
+            moment = [-rod.moments[0][1]] if self.dim == 2 else rod.moments[0]
+            values = [*top, *moment, rod.largest_moment, np.count_nonzero(rod.plastic.any(axis=1)),
+                      np.count_nonzero(rod.broken)]
+            found.update(zip(self._units(each.name), map(float, values), strict=True))
+            momentum = rod.masses @ rod.v
+            left += float(np.linalg.norm(momentum - gained - rod.held))
+            size += float(np.linalg.norm(momentum) + np.linalg.norm(gained) + np.linalg.norm(rod.held))
+        return {**found, "structure_energy": sum(each.rod.energy for each in self.rods),
+                "structure_momentum_residual": left / size if size > 0.0 else 0.0}
+
+    def units(self):
+        """Unit of each number of `row` that carries the name of a structure."""
+        return {name: unit for each in self.rods for name, unit in self._units(each.name).items()}
+
+    def _units(self, name):
+        axes = "xz" if self.dim == 2 else "xyz"
+        moments = {"foot_moment": "N m/m"} if self.dim == 2 else {f"foot_moment_{axis}": "N m" for axis in axes}
+        unit = "N m/m" if self.dim == 2 else "N m"
+        parts = {**{f"top_{axis}": "m" for axis in axes}, **moments, "largest_moment": unit, "yielded": "1",
+                 "broken": "1"}
+        return {f"{name}_{part}": unit for part, unit in parts.items()}
+
+    # ---- checkpoint -------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that a bitwise continuation needs, by name."""
+        return {"rods": [each.rod.state() for each in self.rods], "gained": self._gained.copy(),
+                "last": np.zeros((0, 0)) if self._last is None else self._last.copy()}
+
+    def restore(self, state):
+        """Take over what `state()` gave."""
+        for each, own in zip(self.rods, state["rods"], strict=True):
+            each.rod.restore(own)
+        self._gained = np.array(state["gained"], float)
+        self._last = None if state["last"].size == 0 else np.array(state["last"], float)

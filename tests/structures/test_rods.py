@@ -1,0 +1,146 @@
+"""Rods: deflection, frequency, elastica, buckling, yield, break: closed forms and an independent integrator."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from snowmpm.structures.rod import Rod
+from snowmpm.structures.section import Section
+
+E, RHO, WIDTH, WALL, HEIGHT = 2.0e9, 1000.0, 0.06, 0.01, 1.0
+ALONG, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+
+
+def section(**more):
+    return Section.tube(WIDTH, WALL, E, RHO, **more)
+
+
+def rod(segments=12, damping=1.0, turn=None, **more):
+    turn = np.eye(3) if turn is None else turn
+    return Rod(np.zeros(3), HEIGHT * turn @ ALONG, segments, section(**more), damping)
+
+
+def period(one):
+    own = one.section
+    return 2.0 * np.pi * HEIGHT**2 / 1.8751040687**2 * np.sqrt(own.line_mass / own.bending)
+
+
+def pushed(one, force, periods=4.0, at=-1):
+    """The rod after it has come to rest under a force (3,) at a node."""
+    forces = np.zeros_like(one.x)
+    forces[at] = force
+    one.advance(periods * period(one), forces)
+    return one
+
+
+def test_a_section_is_that_of_a_tube():
+    own = section(yield_stress=1e6, strength=2e6)
+    r = np.linspace(0.02, 0.03, 200001)
+    r = 0.5 * (r[1:] + r[:-1])
+    dr = 0.01 / len(r)
+    assert own.bending == pytest.approx(E * np.pi * (r**3).sum() * dr, rel=1e-6)
+    assert own.line_mass == pytest.approx(RHO * 2.0 * np.pi * r.sum() * dr, rel=1e-6)
+    assert own.yield_moment == pytest.approx(1e6 * 4.0 * (r**2).sum() * dr, rel=1e-6)  # integral of |y| f_y
+    assert own.breaking_moment == pytest.approx(2e6 * np.pi * (r**3).sum() * dr / 0.03, rel=1e-6)
+
+
+def test_a_small_end_load_bends_it_by_p_l3_over_3_e_i():
+    for n in (6, 12):
+        one = pushed(rod(n), 5.0 * ACROSS)
+        error = one.x[-1, 0] / (5.0 * HEIGHT**3 / (3.0 * one.section.bending)) - 1.0
+        assert np.linalg.norm(one.moments[0]) == pytest.approx(5.0 * HEIGHT, rel=1e-3)
+        assert error == pytest.approx(0.5 / n**2, rel=0.05)  # of a chain: sum over its hinges
+
+
+def test_a_large_load_bends_it_as_the_elastica():
+    """E I theta'' = -P cos(theta) with theta from the clamp, P across at the end, by shooting."""
+    force = 4.0 * section().bending / HEIGHT**2
+
+    def shot(curvature):
+        return solve_ivp(lambda s, y: [y[1], -4.0 * np.cos(y[0]), np.sin(y[0]), np.cos(y[0])], [0.0, 1.0],
+                         [0.0, curvature, 0.0, 0.0], rtol=1e-10, atol=1e-10).y[:, -1]
+
+    exact = shot(brentq(lambda curvature: shot(curvature)[1], 0.1, 6.0))
+    one = pushed(rod(16), force * ACROSS, periods=6.0)
+    assert one.x[-1, [0, 2]] == pytest.approx(exact[2:], abs=0.008)
+
+
+def test_it_swings_with_the_frequency_of_a_beam():
+    """f = 1.8751^2 / (2 pi) sqrt(E I / m) / L^2; no energy is lost."""
+    one = pushed(rod(12), 5.0 * ACROSS)
+    one._drag, one.v[:] = 0.0, 0.0
+    none, times, tips, energy = np.zeros_like(one.x), [], [], one.energy
+    step = period(one) / 100.0
+    for k in range(320):
+        one.advance(step, none)
+        times.append((k + 1) * step)
+        tips.append(one.x[-1, 0])
+    tips, times = np.array(tips), np.array(times)
+    down = np.flatnonzero((tips[1:] < 0.0) & (tips[:-1] >= 0.0))
+    cross = times[down] + step * tips[down] / (tips[down] - tips[down + 1])
+    assert np.diff(cross).mean() == pytest.approx(period(one), rel=0.01)
+    assert one.energy == pytest.approx(energy, rel=1e-3)
+
+
+def test_the_first_mode_of_the_rubber_wall():
+    """X2: 4.9 Hz for BM-1's obstacle of 10 mm by 100 mm, E = 1.5 MPa (1 - nu^2 left out), 1200 kg/m3."""
+    own = Section.plate(0.01, 1.5e6, 1200.0)
+    frequency = 1.8751040687**2 / (2.0 * np.pi) * np.sqrt(own.bending / own.line_mass) / 0.1**2
+    assert own.bending == pytest.approx(1.5e6 * 0.01**3 / 12.0) and own.line_mass == pytest.approx(12.0)
+    assert frequency == pytest.approx(5.7, abs=0.1)
+
+
+@pytest.mark.parametrize(("share", "buckles"), [(0.9, False), (1.1, True)])
+def test_it_buckles_at_eulers_load(share, buckles):
+    one = rod()
+    load = np.pi**2 * one.section.bending / (4.0 * HEIGHT**2)
+    forces = np.zeros_like(one.x)
+    forces[-1] = [2e-3 * load, 0.0, -share * load]
+    one.advance(12.0 * period(one), forces)
+    assert (one.x[-1, 0] > 0.2) == buckles
+
+
+def test_it_yields_and_stays_bent():
+    """Past the yield moment at its foot a load falls short of the elastic limit, and what is left is the hinge's."""
+    one = rod(yield_stress=2.0e6)
+    limit = one.section.yield_moment / HEIGHT
+    # A push that ends: what the hinge took stays
+    one = pushed(one, 0.9 * limit * ACROSS)
+    assert not one.plastic.any()
+    one.advance(0.6 * period(one), np.where(np.arange(len(one.x))[:, None] == one.n, 1.3 * limit * ACROSS, 0.0))
+    assert np.linalg.norm(one.moments, axis=1).max() <= one.section.yield_moment * (1.0 + 1e-9)
+    one.advance(6.0 * period(one), np.zeros_like(one.x))
+    turned = np.linalg.norm(one.plastic[0])
+    assert turned > 0.0 and one.plastic_work >= one.section.yield_moment * turned * (1.0 - 1e-9)
+    assert one.x[-1, 0] == pytest.approx(HEIGHT * np.sin(turned), rel=0.02)
+
+
+def test_it_breaks_and_falls():
+    one = rod(strength=2.0e6)
+    limit = one.section.breaking_moment / HEIGHT
+    one = pushed(one, 0.6 * limit * ACROSS)
+    assert not one.broken.any()
+    one.advance(2.0 * period(one), np.where(np.arange(len(one.x))[:, None] == one.n, 1.5 * limit * ACROSS, 0.0))
+    assert one.broken[0] and not one.moments[0].any() and one.x[-1, 0] > 0.1
+
+
+def test_nothing_depends_on_the_axes_of_space():
+    turn = Rotation.from_rotvec([0.4, -0.7, 0.2]).as_matrix()
+    tips = []
+    for R in (np.eye(3), turn):
+        one = pushed(rod(8, turn=R, yield_stress=2.0e6), R @ (60.0 * ACROSS + np.array([0.0, 20.0, -5.0])), 1.5)
+        tips.append(R.T @ one.x[-1])
+    assert np.allclose(*tips, atol=1e-9)
+
+
+def test_a_state_goes_on_to_the_bit():
+    one, other = rod(8, yield_stress=2.0e6), rod(8, yield_stress=2.0e6)
+    force = np.zeros_like(one.x)
+    force[-1] = 60.0 * ACROSS
+    one.advance(0.02, force)
+    other.restore(one.state())
+    for each in (one, other):
+        each.advance(0.02, force)
+    assert one.x.tobytes() == other.x.tobytes() and one.moments.tobytes() == other.moments.tobytes()
