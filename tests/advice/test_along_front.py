@@ -103,7 +103,7 @@ def test_a_fixed_step_goes_with_the_grid():
     assert changed["solver.dt"] / 1e-5 == pytest.approx(changed["solver.dx"] / scene.solver.dx, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", sorted(set(library()) - {"avalanche_depth_averaged"}))
+@pytest.mark.parametrize("name", sorted(set(library()) - {"avalanche_depth_averaged", "slushflow"}))
 def test_every_scene_of_the_library_is_moved_by_what_is_promised(name):
     scene = load_scene(name)
     change = faster(scene)

@@ -33,7 +33,8 @@ STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
 
 
 FEW_STEPS = {
-    "avalanche_depth_averaged": "20 % too few: in the gully the flow is deeper and faster than blocks, and stops later"}
+    "avalanche_depth_averaged": "20 % too few: in the gully the flow is deeper and faster than blocks, and stops later",
+    "slushflow": "20 % too few, for the same reasons"}
 """Scenes whose steps are foretold worse than within 8 %."""
 
 
