@@ -92,7 +92,7 @@ class MethodEntry:
     solver table, whose contents the builder gets; None for one that reads the solver table itself.
     terrain_entrainment, a `ground.friction.GroundFriction` of an entrainment law, is for methods with `entrainment`;
     terrain_forest, plan places (n, 2) [m] -> drag [-] and detrainment [Pa] (n, 2), and terrain_deposition, its time
-    [s], for methods with `deposition`; flow_water, a `depth.pore_pressure.FlowWater`, for methods with `flow_water`.
+    [s], for methods with `deposition`; flow_water, a `water.flow_water.FlowWater`, for methods with `flow_water`.
     terrain_friction is a coefficient for a method whose only `ground_friction` is "coulomb", for one with a `grid`
     a coefficient or a `stepping.basal_friction.BasalFriction`, else a `ground.friction.GroundFriction`.
     """

@@ -6,6 +6,7 @@ from snowmpm import Simulation
 from snowmpm.errors import SimulationError
 from snowmpm.running.failure import diagnose
 from snowmpm.scenes.schema import Scene
+from snowmpm.study.problems.soaked_column import soaked_column
 
 
 def block(**solver):
@@ -35,6 +36,17 @@ def test_a_step_beyond_the_elastic_limit():
     assert "no longer finite" in said
     assert 'looks like "' in said and "of the atlas of failures" in said and "cured by: " in said
     assert any(f'"{name}"' in said for name in ("long_step_lone_grain", "deformation_step", "crossing_step"))
+
+
+def test_a_step_beyond_undrained_waves():
+    """Of pore water with the explicit split alone: the other one does not follow these waves."""
+    simulation = soaked_column(split="explicit", surface="sealed", pressure=9e3)
+    dt = simulation.solver.critical_dt()[0]
+    said = diagnose(simulation.scene.solver, simulation.solver, 4.0 * dt)
+    assert 'looks like "undrained_step"' in said and "semi_implicit" in said
+    assert "undrained_step" not in str(diagnose(simulation.scene.solver, simulation.solver, 2.0 * dt))
+    other = soaked_column(surface="sealed", pressure=9e3)
+    assert "undrained_step" not in str(diagnose(other.scene.solver, other.solver, 4.0 * dt))
 
 
 @pytest.mark.parametrize(("extremes", "entry"), [

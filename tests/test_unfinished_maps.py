@@ -47,7 +47,7 @@ def test_map_cells_are_those_of_the_raster(cut, tmp_path):
     assert other.cell == cell
 
 
-@pytest.mark.parametrize("ending", ["html", "pdf"])
+@pytest.mark.parametrize("ending", ["html", pytest.param("pdf", marks=pytest.mark.slow)])
 def test_the_report_says_so(cut, tmp_path, ending):
     pages = render_report(cut, tmp_path / f"report.{ending}", interactive=False, size=(320, 160))
     content = pages.read_bytes()

@@ -129,6 +129,8 @@ class Budget:
                          stages["blocks"] + stages["nodes"]))
             rows.append(("contact", f"{crowd.contact_blocks} blocks near {crowd.surfaces} surfaces", stages["contact"]))
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
+        if scheme.water:
+            rows.append(("water", "pressure in the pores", stages["water"]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))

@@ -58,7 +58,7 @@ class Course:
 class Blocks:
     """Blocks on a bed. plan, velocity (n, 2) [m], [m/s]; depth, density (n,); friction: (law class, numbers (rows,
     parameters), number of the row of each node (nx, ny), below 0 for holes); water: None, or
-    (`depth.pore_pressure.FlowWater`, index of the material (n,)), whose excess pressure fades while they slide."""
+    (`water.flow_water.FlowWater`, index of the material (n,)), whose excess pressure fades while they slide."""
 
     def __init__(self, grid, bed, gravity, friction, plan, velocity, depth, density, centrifugal=True, water=None):
         self._grid, self._g, self._centrifugal = grid, gravity, float(centrifugal)

@@ -28,7 +28,7 @@ class Columns(Particles):
     holds them. density (materials,): of snow with its water [kg/m3]; wet: `PorePressure` of the water, or None."""
 
     def __init__(self, population, laws, grid, bed, precision, water=None):
-        """water: `depth.pore_pressure.FlowWater`, or None."""
+        """water: `water.flow_water.FlowWater`, or None."""
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
         self.count = len(population.volumes)

@@ -28,23 +28,31 @@ GAMMA = 1.0 - 0.5**0.5
 
 
 @ti.func
-def solve(excess: ti.template(), p, first, layers, z, drained):
-    """(1 + z T) x = b in place, from place `first` on, T the negative second difference; the last third is room."""
-    upper = -2.0 * z
-    pivot = 1.0 + 2.0 * z
-    if drained > 0.0:
-        upper, pivot = 0.0 * z, 0.0 * z + 1.0
-    for k in range(layers):
-        below = 0.0 * z
-        if k > 0:
-            pivot = 1.0 + 2.0 * z + z * excess[p, 2 * layers + k - 1]
-            below = z * excess[p, first + k - 1]
-            upper = -z
-        excess[p, 2 * layers + k] = upper / pivot
-        excess[p, first + k] = (excess[p, first + k] + below) / pivot
-    for back in range(1, layers):
+def factorise(excess: ti.template(), p, layers, z, sealed):
+    """Write what one over the pivots of 1 + z T is into the last third of a row, T the negative second difference;
+    sealed: 1, or 0 where the pressure at the ground is given."""
+    over = 1.0 / (1.0 + 2.0 * z * sealed)
+    excess[p, 2 * layers] = over
+    left = 2.0 * z * z * sealed
+    for k in range(1, layers):
+        over = 1.0 / (1.0 + 2.0 * z - left * over)
+        excess[p, 2 * layers + k] = over
+        left = z * z
+
+
+@ti.func
+def solve(excess: ti.template(), p, first, layers, z, sealed):
+    """(1 + z T) x = b in place, from place `first` on, after `factorise`."""
+    last = excess[p, first] * excess[p, 2 * layers]
+    excess[p, first] = last
+    for k in range(1, layers):
+        last = (excess[p, first + k] + z * last) * excess[p, 2 * layers + k]
+        excess[p, first + k] = last
+    for back in range(1, layers - 1):
         k = layers - 1 - back
-        excess[p, first + k] = excess[p, first + k] - excess[p, 2 * layers + k] * excess[p, first + k + 1]
+        last = excess[p, first + k] + z * excess[p, 2 * layers + k] * last
+        excess[p, first + k] = last
+    excess[p, first] = excess[p, first] + 2.0 * sealed * z * excess[p, 2 * layers] * last
 
 
 @functools.cache
@@ -76,13 +84,15 @@ def consolidate_kernel(real, serial):
             if pore[DRAINED] > 0.0:
                 excess[p, 0] = 0.0
             z = ti.static(GAMMA) * rate * (layers / ti.max(LEAST_DEPTH, reals[p][5])) ** 2
+            sealed = 1.0 - pore[DRAINED]
+            factorise(excess, p, layers, z, sealed)
             for k in range(layers):
                 excess[p, layers + k] = excess[p, k]
-            solve(excess, p, layers, layers, z, pore[DRAINED])
+            solve(excess, p, layers, layers, z, sealed)
             for k in range(layers):
                 stage = excess[p, layers + k] - excess[p, k]
                 excess[p, k] = excess[p, k] + ti.static((1.0 - GAMMA) / GAMMA) * stage
-            solve(excess, p, 0, layers, z, pore[DRAINED])
+            solve(excess, p, 0, layers, z, sealed)
             pore[LOAD], pore[EFFECTIVE] = load, load - excess[p, 0]
             pores[p] = pore
 

@@ -53,7 +53,7 @@ class DepthSolver(Method):
         """terrain: surface with `height`; friction: `ground.friction.GroundFriction`, or a law whose parameters are all
         numbers; entrainment: the same of a law of entrainment, or None; forest: plan places (n, 2) -> drag [-] and
         detrainment [Pa] (n, 2), or None; deposition: time [s] in which snow at rest becomes ground, or None; obstacles:
-        `solids.Obstacle`s whose loads are wanted; water: `depth.pore_pressure.FlowWater` in the pores, or None."""
+        `solids.Obstacle`s whose loads are wanted; water: `water.flow_water.FlowWater` in the pores, or None."""
         self.precision, self.options = precision, options
         self.gravity = np.asarray(gravity, float)
         if np.abs(self.gravity[:2]).max() > 0.0 or self.gravity[2] > 0.0:

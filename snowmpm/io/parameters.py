@@ -22,6 +22,7 @@ def parameters(run):
         found["bed friction"] = f"{friction:g}" if isinstance(friction, int | float) else _law(friction)
     snow = [_snow(name, law, method) for name, law in (_at(scene, "materials") or {}).items() if isinstance(law, dict)]
     found["snow"] = ", ".join(dict.fromkeys(snow))
+    found["water"] = _water(_at(scene, "water"))
     found["version"] = f"snowmpm {made.get('version', '')}".strip()
     return {name: text for name, text in found.items() if text}
 
@@ -65,6 +66,15 @@ def _snow(name, law, method):
     if method and method.capabilities.plan and isinstance(law.get("density"), int | float):
         return f"{law['density']:g} kg/m³"
     return str(law.get("card") or law.get("kind") or name)
+
+
+def _water(table):
+    """Water in the pores: how high it stands in a flow, and its excess pressure at the start."""
+    if not isinstance(table, dict):
+        return ""
+    if not isinstance(table.get("level"), int | float):
+        return "in the pores"
+    return f"to {table['level']:g} of the depth, excess pressure {table.get('excess', 0.0):g}"
 
 
 def _law(friction):

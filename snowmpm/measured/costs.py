@@ -32,11 +32,16 @@ class Scheme:
     gradient: str = "affine"
     transfer: str = "apic"
     method: str = "mpm"
+    water: str = ""
+    """scheme of the water in the pores, empty without"""
+    layers: int = 1
+    """of its mesh over the depth of a column"""
 
     @classmethod
     def of(cls, scene):
-        solver = scene.solver
-        return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method)
+        solver, water = scene.solver, scene.water
+        return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
+                   water.scheme if water else "", getattr(water, "layers", 1))
 
 
 @functools.cache
@@ -115,13 +120,13 @@ class Crowd:
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    calls of kernels. Nothing moves far enough to be sorted while an initial state settles."""
+    water in the pores, calls of kernels. Nothing moves far enough to be sorted while an initial state settles."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             "calls": 1e9 * call(scheme)}
+             "water": pore_water(scheme, crowd.n), "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
@@ -140,6 +145,15 @@ def bulk(scheme, crowd):
         return crowd.n * transfers(scheme)  # columns have no stress
     kinds = {kind: "elastic" if crowd.rests and kind.endswith("cam_clay") else kind for kind in crowd.particles}
     return sum(n * (transfers(scheme) + law(scheme, kinds[kind])) for kind, n in crowd.particles.items())
+
+
+def pore_water(scheme, n):
+    """ns that water in the pores of n particles adds to a step, 0 without: a cost of each particle (and layer), and one
+    of the step."""
+    if not scheme.water:
+        return 0.0
+    particle, fixed = (row(what, scheme.dimension, scheme.precision, scheme.water) for what in ("water", "water call"))
+    return n * scheme.layers * particle + fixed
 
 
 def _of(scheme, what, name):

@@ -53,6 +53,13 @@ def _long_step(chosen, solver, dt):
     return (border, elastic / critical * border.value) if elastic > critical else None
 
 
+def _undrained(chosen, solver, dt):
+    """Steps beyond those of undrained waves, where the water's split has to follow these."""
+    if solver.water is None or solver.water.share > 0.0:
+        return None
+    return _first_beyond("undrained_step", ["explicit"], dt / solver.critical_dt()[0])
+
+
 def _fast(chosen, solver, dt):
     """Speeds near the wave speed, with steps near the critical one."""
     near = dt > 0.5 * solver.critical_dt()[0]
@@ -97,7 +104,7 @@ def _clumping(chosen, solver, dt):
 
 
 SYMPTOMS = {
-    "mpm": (_crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
+    "mpm": (_undrained, _crossing, _deforming, _long_step, _fast, _near_apex, _torn, _noisy, _unlike),
     "sph": (_into_walls, _near_apex, _clumping),
     "depth": (),
     "implicit": (),

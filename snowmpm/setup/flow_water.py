@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from snowmpm.depth.pore_pressure import FlowWater
 from snowmpm.errors import InputError
 from snowmpm.setup.forests import inside_region
 from snowmpm.setup.pore_water import porosities
+from snowmpm.water.flow_water import FlowWater
 
 
 def flow_water(model):

@@ -2,8 +2,10 @@
 
 import pytest
 
+from snowmpm.advice.budget import Budget
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.facts import SceneFacts
+from snowmpm.scenes import load_scene
 from snowmpm.setup.build import build
 from tests.support.soaked_column import column
 
@@ -39,3 +41,23 @@ def test_drainage_within_a_cell():
 def test_flow_beyond_darcy():
     coarse = {"law": "kozeny_carman", "grain_size": 0.02}
     assert "Reynolds" in said(water={"permeability": coarse}, gravity=9.81)["water.permeability"]
+
+
+def budget(scene):
+    model = build(scene)
+    return Budget(SceneFacts(scene, model, model.solver()))
+
+
+@pytest.mark.parametrize("scene", [column(0.1), load_scene("slushflow", {"solver.dx": 20.0})], ids=["u_p", "one_phase"])
+def test_the_cost_of_water_is_in_the_forecast(scene):
+    """A row of its own among the payments, which make up the total."""
+    wet, dry = budget(scene), budget(scene.model_copy(update={"water": None}))
+    paid = {payment.what: payment.seconds for payment in wet.payments()}
+    assert paid["water"] > 0.0 and "water" not in {payment.what for payment in dry.payments()}
+    assert sum(seconds for seconds in paid.values() if seconds) == pytest.approx(wet.total)
+    assert wet.step() - dry.step() == pytest.approx(paid["water"] / wet.facts.steps)
+
+
+def test_layers_cost():
+    wet = [budget(load_scene("slushflow", {"solver.dx": 20.0, "water.layers": n})).stages()["water"] for n in (10, 40)]
+    assert 1.0 < wet[1] / wet[0] <= 4.0

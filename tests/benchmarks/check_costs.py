@@ -1,4 +1,5 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH, columns and PIC here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH, columns, PIC and water
+here.
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
@@ -126,6 +127,63 @@ def _least_step(side, precision):
     return solver.particles.count, 1e9 * min(times[3:])
 
 
+def water():
+    """ns that water in the pores adds to a step: a particle, or a column and layer, and a step. Of many and of few
+    particles with and without it, step by step in turn."""
+    for dim, sides in ((2, (10, 60)), (3, (4, 16))):
+        yield from _more_by_water("u_p", dim, "f64", [_soaked(dim, side) for side in sides], 1)
+    for precision in ("f32", "f64"):
+        yield from _more_by_water("one_phase", 3, precision, [_slush(side, precision) for side in (8, 100)], LAYERS)
+
+
+LAYERS, TURNS = 10, 15
+"""Of the mesh over a column; steps of which the median counts."""
+
+
+def _more_by_water(scheme, dim, precision, pairs, layers):
+    few, many = (_difference(pair) for pair in pairs)
+    speed = measured_speed().over(Speed(*costs.reference_speed()))[0]
+    a_particle = (many[1] - few[1]) / (many[0] - few[0]) / speed
+    yield "water", dim, precision, scheme, a_particle / layers
+    yield "water call", dim, precision, scheme, max(0.0, few[1] / speed - few[0] * a_particle)
+
+
+def _difference(tables):
+    """-> (particles, median over steps of the ns that the first scene takes more than the second)."""
+    solvers, times = [Simulation(Scene.model_validate(table)).solver for table in tables], []
+    for _ in range(3 + TURNS):
+        taken = []
+        for solver in solvers:
+            start = time.process_time()
+            solver.step(solver.stable_dt()[0])
+            taken.append(time.process_time() - start)
+        times.append(taken[0] - taken[1])
+    return solvers[0].particles.count, 1e9 * float(np.median(times[3:]))
+
+
+def _soaked(dim, side):
+    """Tables of a block of so many cells a side with water and without."""
+    dry = {"name": "soaked", "dimension": dim, "end_time": 1.0, "solver": {"dx": 1.0, "precision": "f64"},
+           "domain": {"min": [0.0] * dim, "max": [float(side)] * (dim - 1) + [side + 4.0], "boundary": "slip"},
+           "materials": {"snow": {"kind": "elastic", "density": 400.0, "youngs_modulus": 1e7, "poisson_ratio": 0.2}},
+           "bodies": [{"name": "block", "material": "snow", "shape": {
+               "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
+    return {**dry, "water": {"permeability": 1e-9}}, dry
+
+
+def _slush(side, precision):
+    """Tables of a sheet of so many cells a side on a plane, with water and without."""
+    region = {"x": [8.0, 8.0 + side], "y": [8.0, 8.0 + side]}
+    dry = {"name": "slush", "dimension": 3, "end_time": 1.0,
+           "solver": {"method": "depth", "dx": 1.0, "precision": precision},
+           "domain": {"min": [0.0, 0.0, -100.0 - side], "max": [side + 40.0, side + 16.0, 100.0]},
+           "terrain": {"kind": "plane", "point": [0.0, 0.0, 0.0], "angle": 20.0, "friction": 0.2},
+           "materials": {"snow": {"kind": "elastic", "density": 400.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}},
+           "bodies": [{"name": "sheet", "material": "snow", "shape": {
+               "kind": "layer", "bottom": 0.0, "top": 1.0, "region": region}}]}
+    return {**dry, "water": {"scheme": "one_phase", "level": 0.5, "consolidation": 0.01, "layers": LAYERS}}, dry
+
+
 def in_scenes():
     """What real scenes add to the bulk: least squares, without negative costs, over the stages of the library's runs
     (`scene_runs.py`), each by the size of its scene at the start. Times are those of a machine as fast as the fastest
@@ -233,7 +291,8 @@ def pic():
         yield "more", dim, "f32", "pic", (np.median(ratios[3:]) - 1.0) * costs.row("step", dim, "f32", PLAIN_STEP)
 
 
-ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, "scenes": in_scenes}
+ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, "water": water,
+        "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 
@@ -249,6 +308,8 @@ def kept(path, measured):
 def _kind(row):
     if row[3] == "sph" and row[0] == "step":
         return "sph"
+    if row[0].startswith("water"):
+        return "water"
     if row[3] == "depth":
         return "columns"
     if row[0] == "more" and row[3] == "pic":

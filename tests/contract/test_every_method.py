@@ -1,9 +1,6 @@
 """The suite of `method_suite` over every method that is registered: a new method has its tests by being there."""
 
 import inspect
-import json
-import subprocess
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -15,6 +12,7 @@ from tests.contract import toy_method
 from tests.contract.capability_suite import CAPABILITIES, is_as_declared
 from tests.contract.method_examples import EXAMPLES, Example, able, without_example
 from tests.contract.method_suite import CHECKS
+from tests.support.thread_counts import with_one_and_two_threads
 
 VALUES = {"dimensions": (2, 3), "precisions": ("f32", "f64")}
 """What a scene may choose of a capability that is a set."""
@@ -24,8 +22,9 @@ ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesi
              "ground_rasters": "scenes/test_ground_friction.py", "contacts": "contract/test_depth_refusals.py",
              "sides": "contract/test_depth_refusals.py", "entrainment": "verification/test_depth_entrainment.py",
              "deposition": "depth/test_depth_releases.py", "delays": "depth/test_depth_releases.py",
-             "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py"}
-"""Capabilities of the ground and the sides, and the tests that ask for them and are refused."""
+             "thickness_rasters": "depth/test_depth_releases.py", "moving_obstacles": "depth/test_depth_loads.py",
+             "flow_water": "depth/test_depth_water.py"}
+"""Capabilities of the ground and the sides, and others, with the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]
 
 
@@ -57,12 +56,7 @@ def test_capability(method, capability, value):
 
 def bits(*dimension):
     """What `method_threads` prints with one thread and with two."""
-    command = [sys.executable, "-m", "tests.contract.method_threads"]
-    at_work = [subprocess.Popen([*command, str(threads), *map(str, dimension)], cwd=Path(__file__).parents[2],
-                                text=True, stdout=subprocess.PIPE) for threads in (1, 2)]
-    said = [json.loads(process.communicate(timeout=600)[0].splitlines()[-1]) for process in at_work]
-    assert [one["threads"] for one in said] == [1, 2]
-    return [one["cases"] for one in said]
+    return [one["cases"] for one in with_one_and_two_threads("tests.contract.method_threads", *dimension)]
 
 
 def assert_same_bits(one, two):

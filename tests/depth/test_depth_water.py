@@ -78,6 +78,17 @@ def test_water_carries_snow_that_would_lie_still(tmp_path):
     assert speed[0] < 0.1 < 1.0 < speed[1]
 
 
+@pytest.mark.slow
+def test_snow_cover_that_is_taken_up_is_as_wet(tmp_path):
+    """Mass is that of the start and of the cover, less what left; of all of it, the same share is water."""
+    history = snowmpm.run(scene(terrain__entrainment={"law": "rate", "growth_rate": 0.02, "thickness": 0.3,
+                                                      "density": 600.0}), tmp_path).history
+    assert history["entrained_mass"][-1] > 0.1 * history["mass"][0]
+    np.testing.assert_allclose(history["mass"] + history["removed_mass"] - history["entrained_mass"],
+                               history["mass"][0], rtol=1e-6)
+    np.testing.assert_allclose(history["water_mass"], history["mass"] * PORES * LEVEL * 1000.0 / WET, rtol=1e-12)
+
+
 def to(simulation, time):
     while simulation.time < time:
         simulation.step(until=time)

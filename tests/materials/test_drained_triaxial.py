@@ -30,7 +30,7 @@ def test_drained_triaxial_of_modified_cam_clay(lateral, precision):
     assert found.path.p0[-1] == pytest.approx(2.0 * found.path.p[-1], rel=1e-6 if accurate else 2e-3)
 
 
-@pytest.mark.parametrize("return_map", ["frozen", "substepped"])
+@pytest.mark.parametrize("return_map", ["frozen", pytest.param("substepped", marks=pytest.mark.slow)])
 def test_drained_triaxial_with_other_return_maps(return_map):
     # A frozen p0 makes the tangent that of a perfectly plastic law, sub-steps make it rougher: control copes with both
     found = measure(changed(B, return_map=return_map), "triaxial", pressure=1200.0, strain=0.5, steps=400)

@@ -1,4 +1,5 @@
-"""Small flows through every basis and transfer: `python -m tests.mpm.determinism_cases THREADS` prints what came out.
+"""Small flows through every basis and transfer: `python -m tests.mpm.determinism_cases THREADS CASE ...` prints what
+came out.
 
 In each of them two bodies with velocity fields of their own slide over curved ground between periodic sides against a
 turning obstacle, and particles change blocks.
@@ -30,6 +31,8 @@ CASES = {f"2-D {kernel} {transfer}": (2, kernel, transfer, "affine")
 CASES["2-D cubic flip shape"] = 2, "cubic", "flip", "shape"
 CASES["3-D quadratic apic"] = 3, "quadratic", "apic", "affine"
 CASES["3-D cubic aflip"] = 3, "cubic", "aflip", "affine"
+QUICK = ("2-D quadratic apic", "2-D quadratic flip", "2-D cubic pic", "2-D cubic flip shape", "3-D quadratic apic")
+"""Of all bases, transfers and dimensions; the others take minutes to compile."""
 
 
 def box(lower, upper, rng):
@@ -79,13 +82,13 @@ def outcome(case):
             "obstacle": float(np.abs(solver.obstacle_totals).max())}
 
 
-def main(threads):
-    """Every case twice, in one process: kernels are compiled once."""
+def main(threads, *names):
+    """The named cases twice, in one process: kernels are compiled once."""
     runtime.start("cpu", threads)
     parallel.LITTLE_WORK = 0.0  # scenes as small as these would be left to one thread of the two
-    runs = [{name: outcome(case) for name, case in CASES.items()} for _ in range(2)]
+    runs = [{name: outcome(CASES[name]) for name in names} for _ in range(2)]
     print(json.dumps({"threads": runtime.threads(), "runs": runs}))
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), *sys.argv[2:])

@@ -1,39 +1,22 @@
 """The same bits for any number of threads, and again."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-from .determinism_cases import CASES
+from tests.support.thread_counts import with_one_and_two_threads
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def outcomes():
-    """What every case leaves, run twice with one thread and twice with two: four {case: outcome}."""
-    command = [sys.executable, "-m", "tests.mpm.determinism_cases"]
-    at_work = [subprocess.Popen([*command, str(threads)], cwd=ROOT, text=True, stdout=subprocess.PIPE)
-               for threads in (1, 2)]
-    said = [process.communicate(timeout=600)[0] for process in at_work]
-    assert [process.returncode for process in at_work] == [0, 0]
-    told = [json.loads(text.splitlines()[-1]) for text in said]
-    assert [one["threads"] for one in told] == [1, 2]
-    return [run for one in told for run in one["runs"]]
+from .determinism_cases import CASES, QUICK
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_one_and_two_threads_and_again_leave_the_same_bits(outcomes, case):
-    first, *others = (run[case]["hash"] for run in outcomes)
-    assert others == [first] * 3
-    assert not any(run[case]["alone"] for run in outcomes)  # one code, whatever the number of threads
-
-
-def test_every_part_of_the_step_took_part(outcomes):
-    for case in outcomes[0].values():
+@pytest.mark.parametrize("names", [
+    pytest.param(QUICK, id="quick"),
+    pytest.param(tuple(name for name in CASES if name not in QUICK), id="others", marks=pytest.mark.slow)])
+def test_one_and_two_threads_and_again_leave_the_same_bits(names):
+    """Run twice with one thread and twice with two; every part of the step takes part."""
+    outcomes = [run for one in with_one_and_two_threads("tests.mpm.determinism_cases", *names) for run in one["runs"]]
+    hashes = {name: {run[name]["hash"] for run in outcomes} for name in names}
+    assert {name: len(found) for name, found in hashes.items()} == dict.fromkeys(names, 1)
+    assert len(set().union(*hashes.values())) == len(names)
+    for case in (case for run in outcomes for case in run.values()):
+        assert not case["alone"]  # one code, whatever the number of threads
         assert case["sorts"] >= 1 and case["blocks"] >= 4
         assert min(case[name] for name in ("plastic_work", "between_bodies", "terrain", "obstacle")) > 0.0
-    assert len({case["hash"] for case in outcomes[0].values()}) == len(CASES)

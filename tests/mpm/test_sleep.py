@@ -1,10 +1,5 @@
 """Snow that does nothing is not computed, and wakes when it should (`mpm.sleep`)."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,8 +9,8 @@ from snowmpm.solids.motion import RigidMotion
 from snowmpm.solids.primitives import BOX
 from snowmpm.solids.shape import SolidShape
 from tests.mpm.sleep_cases import CALM, CASES, DX, LONG, advance, settle, stage
+from tests.support.thread_counts import with_one_and_two_threads
 
-ROOT = Path(__file__).parents[2]
 PLAIN = CASES["2-D f64 apic"]
 
 
@@ -168,21 +163,10 @@ def test_the_kernels_of_a_gpu_are_refused():
         stage(*PLAIN, atomic=True)
 
 
-@pytest.fixture(scope="module")
-def outcomes():
-    """`sleep_cases` with one thread and with two."""
-    at_work = [subprocess.Popen([sys.executable, "-m", "tests.mpm.sleep_cases", str(threads)], cwd=ROOT, text=True,
-                                stdout=subprocess.PIPE) for threads in (1, 2)]
-    said = [process.communicate(timeout=600)[0] for process in at_work]
-    assert [process.returncode for process in at_work] == [0, 0]
-    told = [json.loads(text.splitlines()[-1]) for text in said]
-    assert [one["threads"] for one in told] == [1, 2]
-    return [one["runs"] for one in told]
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_one_and_two_threads_and_a_resumed_run_leave_the_same_bits(outcomes, case):
-    one, two = (run[case] for run in outcomes)
-    assert one["hash"] == two["hash"] == one["resumed"] == two["resumed"]
+@pytest.mark.parametrize("case", [
+    case if case.startswith("2-D") else pytest.param(case, marks=pytest.mark.slow) for case in CASES])
+def test_one_and_two_threads_and_a_resumed_run_leave_the_same_bits(case):
+    one, two = with_one_and_two_threads("tests.mpm.sleep_cases", case)
+    assert one["hash"] == two["hash"] == one["resumed"]
     assert one["shares"] == two["shares"]
     assert 0.0 < one["saved"] < 1.0 and one["shares"][-1] < max(one["shares"])  # some sleep, and some have woken

@@ -62,13 +62,17 @@ def test_what_is_ignored_stays_ignored_and_sigterm_writes_a_checkpoint(tmp_path)
     assert (tmp_path / "checkpoint.npz").exists() and not snowmpm.Run(tmp_path).complete
 
 
-def test_the_tests_of_signals_themselves():
+ONE = ["cli/test_signals.py::test_ctrl_c_while_a_text_is_executed"]
+MORE = ["resume/test_resumed_runs.py::test_resumed_in_the_middle_of_events",
+        "resume/test_resumed_runs.py::test_second_signal_gets_through",
+        "cli/test_signals.py::test_a_command_takes_back_what_it_began"]
+
+
+@pytest.mark.parametrize(("chosen", "count"), [
+    pytest.param(ONE, 1, id="one"), pytest.param(MORE, 5, id="more", marks=pytest.mark.slow)])
+def test_the_tests_of_signals_themselves(chosen, count):
     """They bring the handlers of a program in the foreground."""
-    chosen = ["resume/test_resumed_runs.py::test_resumed_in_the_middle_of_events",
-              "resume/test_resumed_runs.py::test_second_signal_gets_through",
-              "cli/test_signals.py::test_a_command_takes_back_what_it_began",
-              "cli/test_signals.py::test_ctrl_c_while_a_text_is_executed"]
     process = in_background("-m", "pytest", "-q", "-p", "no:cacheprovider", *(TESTS / name for name in chosen),
                             cwd=TESTS.parent, stdout=subprocess.PIPE)
     said = process.communicate(timeout=2 * LIMIT)[0]
-    assert process.returncode == 0 and "6 passed" in said, said
+    assert process.returncode == 0 and f"{count} passed" in said, said

@@ -76,7 +76,7 @@ def column(quarter, method="mpm", **keys):
         **keys})
 
 
-@pytest.mark.parametrize("method", ["mpm", "sph"])
+@pytest.mark.parametrize("method", ["mpm", pytest.param("sph", marks=pytest.mark.slow)])
 def test_a_quarter_of_a_round_column_collapses_as_all_of_it(method):
     mass, reach, height = {}, {}, {}
     for quarter in (True, False):

@@ -1,27 +1,15 @@
 """The same bits for any number of threads, and after a checkpoint."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tests.sph.determinism_cases import CASES, numbers, stage
-
-ROOT = Path(__file__).parents[2]
+from tests.support.thread_counts import with_one_and_two_threads
 
 
 @pytest.mark.slow
 def test_one_and_two_threads_leave_the_same_bits():
-    command = [sys.executable, "-m", "tests.sph.determinism_cases"]
-    told = []
-    for threads in (1, 2):
-        said = subprocess.run([*command, str(threads)], cwd=ROOT, text=True, stdout=subprocess.PIPE, timeout=600,
-                              check=True).stdout
-        told.append(json.loads(said.splitlines()[-1]))
-    assert [one["threads"] for one in told] == [1, 2]
+    told = with_one_and_two_threads("tests.sph.determinism_cases")
     assert told[0]["cases"] == told[1]["cases"]
     for case in told[0]["cases"].values():
         assert case["sorts"] >= 3

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from snowmpm.depth.pore_pressure import FlowWater
 from snowmpm.depth.snapshot import depth_at_nodes
 from snowmpm.depth.solver import DepthSolver
 from snowmpm.ground import Coulomb, FrictionLaw
 from snowmpm.materials import LAWS
 from snowmpm.particles.population import Population
 from snowmpm.scenes.numerics import Depth
+from snowmpm.water.flow_water import FlowWater
 
 G = 9.81
 DENSITY = 250.0

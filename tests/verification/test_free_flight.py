@@ -1,5 +1,7 @@
 """Free flight: parabolas to the rounding of the sums, and a cohesionless cloud that stays as it is (M3)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,9 +26,13 @@ def fall(t, dt, gravity):
 
 
 CASES = [(scheme, "sand") for scheme in QUADRATIC + CUBIC] + [(APIC, "elastic"), (APIC, "loose snow")]
+QUICK = (APIC, AFLIP, replace(APIC, kernel="cubic"))
+"""Schemes of the quick tests."""
 
 
-@pytest.mark.parametrize(("scheme", "law"), CASES, ids=str)
+@pytest.mark.parametrize(("scheme", "law"), [
+    pytest.param(scheme, law, id=f"{scheme}-{law}", marks=[pytest.mark.slow] * (scheme not in QUICK))
+    for scheme, law in CASES])
 def test_a_cloud_flies_a_parabola_and_does_not_spread(scheme, law):
     """Points at random: a fifth of the cells have none, some have many."""
     positions = np.random.default_rng(5).uniform(-0.5, 0.5, (160, 2))

@@ -42,6 +42,9 @@ def test_stress():
     assert np.abs(motion.kirchhoff(X, 1.0 / FREQUENCY)).max() < 1e-9 * LAW.shear_modulus
 
 
+QUICK = (APIC, AFLIP, CUBIC_APIC)
+"""Schemes whose order the quick tests measure; the others take a minute."""
+
 ORDERS = [
     (2.0, 0.016), (0.5, 0.13), (1.7, 0.028), (1.55, 0.026),  # quadratic: apic, pic, flip, aflip
     (1.9, 0.018), (0.5, 0.13), (1.7, 0.031), (1.55, 0.029),  # gradient "shape"
@@ -53,8 +56,9 @@ are of second order but PIC, whose damping goes as dx^2 / dt: of first, not reac
 0.99 of FLIP a finer grid, with more steps, damps more of what lies between the nodes. Tables: tests/benchmarks."""
 
 
-@pytest.mark.parametrize(("scheme", "declared"), zip(EVERY, ORDERS, strict=True),
-                         ids=[str(scheme) for scheme in EVERY])
+@pytest.mark.parametrize(("scheme", "declared"), [
+    pytest.param(scheme, declared, id=str(scheme), marks=[pytest.mark.slow] * (scheme not in QUICK))
+    for scheme, declared in zip(EVERY, ORDERS, strict=True)])
 def test_order(scheme, declared):
     order, cap = declared
     coarse, fine = (vortex_errors(scheme, cells) for cells in (16, 32))

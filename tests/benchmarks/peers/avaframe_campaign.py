@@ -31,7 +31,8 @@ def one(row):
     cfg = cfgUtils.getModuleConfig(com1DFA, str(FOLDER), toPrint=False, onlyDefault=True)
     cfg["GENERAL"].update({**CHANGED, "muvoellmy": row["mu"], "xsivoellmy": row["xi"], "relTh": row["thickness"]})
     outputs = FOLDER / "Outputs" / "com1DFA"
-    shutil.rmtree(outputs, ignore_errors=True)
+    for old in (outputs, FOLDER / "Work"):
+        shutil.rmtree(old, ignore_errors=True)
     begun = time.process_time()
     simulations, out, inputs, _ = com1DFA.com1DFAPreprocess(main_cfg, cfg)
     com1DFA.com1DFACoreTask(simulations, inputs, str(FOLDER), out, next(iter(simulations)))
