@@ -54,6 +54,7 @@ def test_a_small_end_load_bends_it_by_p_l3_over_3_e_i():
         assert error == pytest.approx(0.5 / n**2, rel=0.05)  # of a chain: sum over its hinges
 
 
+@pytest.mark.slow
 def test_a_large_load_bends_it_as_the_elastica():
     """E I theta'' = -P cos(theta) with theta from the clamp, P across at the end, by shooting."""
     force = 4.0 * section().bending / HEIGHT**2
@@ -67,6 +68,7 @@ def test_a_large_load_bends_it_as_the_elastica():
     assert one.x[-1, [0, 2]] == pytest.approx(exact[2:], abs=0.008)
 
 
+@pytest.mark.slow
 def test_it_swings_with_the_frequency_of_a_beam():
     """f = 1.8751^2 / (2 pi) sqrt(E I / m) / L^2; no energy is lost."""
     one = pushed(rod(12), 5.0 * ACROSS)
@@ -92,6 +94,7 @@ def test_the_first_mode_of_the_rubber_wall():
     assert frequency == pytest.approx(5.7, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "buckles"), [(0.9, False), (1.1, True)])
 def test_it_buckles_at_eulers_load(share, buckles):
     one = rod()
@@ -102,6 +105,7 @@ def test_it_buckles_at_eulers_load(share, buckles):
     assert (one.x[-1, 0] > 0.2) == buckles
 
 
+@pytest.mark.slow
 def test_it_yields_and_stays_bent():
     """Past the yield moment at its foot a load falls short of the elastic limit, and what is left is the hinge's."""
     one = rod(yield_stress=2.0e6)
@@ -117,6 +121,7 @@ def test_it_yields_and_stays_bent():
     assert one.x[-1, 0] == pytest.approx(HEIGHT * np.sin(turned), rel=0.02)
 
 
+@pytest.mark.slow
 def test_it_breaks_and_falls():
     one = rod(strength=2.0e6)
     limit = one.section.breaking_moment / HEIGHT
