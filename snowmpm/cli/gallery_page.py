@@ -19,6 +19,9 @@ from snowmpm.scenes.library import comment
 
 PAGE = "README.md"
 
+CAPTION = re.compile(r"^!\[.*\]\((.+\.png)\)\n\n(.+ particles, dx = .+)$", re.MULTILINE)
+"""A picture on the page and the line below it."""
+
 HEAD = """# Gallery
 
 Every scene of the library as `snowmpm run NAME` computes it. One command, `snowmpm gallery`, makes pictures and page.
@@ -74,19 +77,22 @@ def _facts(scene, run, settings):
 def write_page(folder, in_words):
     """Write the page of all library scenes; -> (its path, names of scenes that have no picture).
 
-    in_words: facts by name, as texts -> the line below a picture.
+    in_words: facts by name, as texts -> the line below a picture, empty where it has none: a picture that was made
+    smaller elsewhere keeps the line that the page has.
     """
-    sections, missing = [HEAD], []
+    sections, missing, page = [HEAD], [], Path(folder) / PAGE
+    before = dict(CAPTION.findall(page.read_text(encoding="utf-8"))) if page.is_file() else {}
     for name, title in library().items():
         picture = Path(folder) / f"{name}.png"
         sections.append(f"## {name}\n\n**{title}**\n")
         if picture.is_file():
-            sections.append(f"![{title}]({picture.name})\n\n{_in_markdown(in_words, picture)}\n")
+            caption = _in_markdown(in_words, picture) or before.get(picture.name, "")
+            sections.append(f"![{title}]({picture.name})\n\n{caption}\n")
         else:
             missing.append(name)
             sections.append(f"No picture yet: `snowmpm gallery {name}`.\n")
         sections.append(_as_markdown(comment(name)[1:]) + "\n")
-    return write_text(Path(folder) / PAGE, "\n".join(sections)), missing
+    return write_text(page, "\n".join(sections)), missing
 
 
 def _in_markdown(in_words, picture):

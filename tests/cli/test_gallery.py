@@ -8,7 +8,8 @@ import pytest
 from PIL import Image
 
 import snowmpm
-from snowmpm.cli.gallery_page import PAGE
+from snowmpm.cli.gallery import _in_words
+from snowmpm.cli.gallery_page import PAGE, write_page
 from snowmpm.render import notes_of
 from snowmpm.scenes import library, loader
 from snowmpm.scenes.library import FOLDER
@@ -50,6 +51,10 @@ def test_one_command_runs_draws_and_writes_the_page(small_library, call, tmp_pat
     page = (tmp_path / "gallery" / PAGE).read_text()
     for words in ("## block", "**A block falls.**", "](block.png)", "Sizes are chosen.", run.provenance["device"]):
         assert words in page
+    with Image.open(picture) as drawn:
+        drawn.convert("RGB").save(picture)  # without its notes, as a program that makes it smaller leaves it
+    write_page(picture.parent, _in_words)
+    assert (tmp_path / "gallery" / PAGE).read_text() == page
 
 
 def test_a_finished_run_is_drawn_and_not_run_again(small_library, call, tmp_path):
