@@ -146,7 +146,7 @@ def report(campaign, own, other, x, y, cell, middle, work, seconds, output):
             row[f"reach_{share}"] = round(float(np.percentile(reaches[i], share)), 1)
         row["area_50"] = round(float(np.median(areas[i])))
         row["area_likely"] = round(float(cell**2 * likely[i].sum()))
-        row["seconds_a_run"] = round(float([work.wall_time.mean(), seconds.mean()][i]), 2)
+        row["processor_seconds_a_run"] = round(float([work.processor_time.mean(), seconds.mean()][i]), 2)
         rows.append(row)
     rows[1].update(
         correlation_of_reach=round(float(np.corrcoef(*reaches)[0, 1]), 4),
