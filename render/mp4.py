@@ -41,8 +41,11 @@ def open_mp4(path, fps):
 
     try:
         with draft(path) as part:
-            with _encoder(begun, fps) as writer:
+            writer = _encoder(begun, fps)
+            try:
                 yield show
+            finally:  # of itself imageio leaves it open when it is interrupted, until the garbage is collected
+                writer.close()
             _without_fragments(begun, part, pictures)
     except KeyboardInterrupt as interruption:
         if not pictures:
