@@ -84,4 +84,3 @@ class PorePressure:
     def restore(self, state):
         """Take over a `state()`."""
         self._fill(state["pores"], state["excess"])
-

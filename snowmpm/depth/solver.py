@@ -347,8 +347,6 @@ class DepthSolver(Method):
             self.bed.table.from_numpy(np.ascontiguousarray(state["ground"]))
 
 
-
-
 def _aligned(lower, upper, dx, terrain):
     """Plan corners of the grid: its cells fall together with those of an elevation raster of the same size."""
     lower, upper = np.asarray(lower, float)[:2], np.asarray(upper, float)[:2]

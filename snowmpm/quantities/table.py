@@ -81,6 +81,8 @@ HISTORY = (
              "their height above the start.", AUDIT),
     Quantity("rigid_momentum_residual", "momentum residual of free bodies", "1", "What is left open of the "
              "momentum balance of the free rigid bodies, over the sizes of its terms.", AUDIT),
+    Quantity("rigid_unsettled", "steps with unsettled contact", "1", "Steps since the start in which the contact "
+             "impulses of free rigid bodies were cut off before they had settled.", AUDIT),
     Quantity("structure_energy", "energy of structures", "J", "Kinetic and elastic energy of the structures.", AUDIT),
     Quantity("structure_momentum_residual", "momentum residual of structures", "1", "What is left open of the momentum "
              "balance of the structures, over the sizes of its terms.", AUDIT),

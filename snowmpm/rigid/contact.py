@@ -19,7 +19,7 @@ def resolve(acting, touches, dt, g, warm):
     """Give bodies the impulses of their `Touch`es in a step of dt [s] under gravity g [m/s2].
 
     acting: `Body`s that move; others are held. warm: impulses (dim,) [N s] of the step before by touch, from which the
-    sweeps begin; -> those of this step.
+    sweeps begin; -> those of this step, and whether the sweeps came to an end.
     """
     dim = len(acting[0].motion.centre)
     width = dim + len(acting[0].motion.spin)
@@ -45,12 +45,12 @@ def resolve(acting, touches, dt, g, warm):
     # Kept in space, so that a patch that turns keeps its friction
     start = np.einsum("kad,kd->ka", frame, np.array([warm.get(key, np.zeros(dim)) for key in keys]))
     friction = np.concatenate([np.full(len(touch.gaps), touch.friction) for touch in touches])
-    found = impulses(jacobian @ _inverse_mass(acting, width) @ jacobian.T, np.concatenate(speeds),
-                     np.concatenate(biases), friction, start)
+    found, settled = impulses(jacobian @ _inverse_mass(acting, width) @ jacobian.T, np.concatenate(speeds),
+                              np.concatenate(biases), friction, start)
     given = (jacobian.T @ found.ravel()).reshape(len(acting), width)
     for body, push in zip(acting, given, strict=True):
         body.push(push[:dim], push[dim:])
-    return dict(zip(keys, np.einsum("kad,ka->kd", frame, found), strict=True))
+    return dict(zip(keys, np.einsum("kad,ka->kd", frame, found), strict=True)), settled
 
 
 def _least_speed(touch, normal_speed, dt, g):

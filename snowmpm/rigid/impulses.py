@@ -27,24 +27,26 @@ SWEEPS = 2000
 
 
 def impulses(response, velocity, bias, friction, start):
-    """Impulses (k, dim) [N s] along the normal and the tangents of each point.
+    """Impulses (k, dim) [N s] along the normal and the tangents of each point, and whether the sweeps came to an end
+    before they were cut off at `SWEEPS`.
 
     response W (k dim, k dim) [1/kg]; velocity u* (k, dim) [m/s]; bias b (k,) [m/s]; friction mu (k,) [-]; start (k,
     dim): of the step before, from which the sweeps begin.
     """
     runtime.start()
-    found = np.array(start, float)
+    found, settled = np.array(start, float), np.zeros(1, np.int32)
     with runtime.precision("f64"):
         _relax(found.shape[1])(found, np.ascontiguousarray(response), np.ascontiguousarray(velocity),
-                               np.ascontiguousarray(bias, float), np.ascontiguousarray(friction, float), len(found))
-    return found
+                               np.ascontiguousarray(bias, float), np.ascontiguousarray(friction, float), settled,
+                               len(found))
+    return found, bool(settled[0])
 
 
 @functools.cache
 def _relax(dim):
     @taichi_kernel
     def relax(p: ti.types.ndarray(), response: ti.types.ndarray(), velocity: ti.types.ndarray(),
-              bias: ti.types.ndarray(), friction: ti.types.ndarray(), n: int):
+              bias: ti.types.ndarray(), friction: ti.types.ndarray(), settled: ti.types.ndarray(), n: int):
         ti.loop_config(serialize=True)
         for _ in range(1):
             change, size, sweep = ti.cast(1.0, ti.f64), ti.cast(0.0, ti.f64), 0
@@ -79,5 +81,7 @@ def _relax(dim):
                         change = ti.max(change, ti.abs(along[a] - before[a]))
                         size = ti.max(size, ti.abs(along[a]))
                         p[k, a] = along[a]
+            if change <= TOLERANCE * size:  # not a number is neither
+                settled[0] = 1
 
     return relax

@@ -26,13 +26,13 @@ class World:
         self._still = [*([ground] if ground else []), *(_side(*side) for side in sides)]
         self._obstacles = list(obstacles)
         self._clear = {}
-        self._last, self._warm = None, {}
+        self._last, self._warm, self.unsettled = None, {}, 0
 
     def begin(self):
         """Time zero."""
         for body in self.bodies:
             body.begin()
-        self._last, self._warm, self._clear = None, {}, {}
+        self._last, self._warm, self._clear, self.unsettled = None, {}, {}, 0
 
     def overlaps(self):
         """(body, words, depth [m]) of all that overlaps."""
@@ -56,7 +56,10 @@ class World:
         for body in acting:
             body.follow(gains[body.number], gravity, dt)
         touches = self._touches(acting, time, dt, gravity)
-        self._warm = resolve(acting, touches, dt, float(np.linalg.norm(gravity)), self._warm) if touches else {}
+        warm, self._warm = self._warm, {}
+        if touches:
+            self._warm, settled = resolve(acting, touches, dt, float(np.linalg.norm(gravity)), warm)
+            self.unsettled += not settled
         for body in acting:
             body.motion.drift(dt)
             self._let_go(body)
@@ -124,8 +127,8 @@ class World:
     # ---- reading ----------------------------------------------------------------------------------------------
 
     def row(self, gravity):
-        """Numbers of the history: place, velocity and angular velocity of each body by "NAME_x" and so on, energy [J]
-        and what is left open of their momentum balance [-]."""
+        """Numbers of the history: place, velocity and angular velocity of each body by "NAME_x" and so on, energy
+        [J], what is left open of their momentum balance [-], and steps whose contact impulses did not settle."""
         found, left, size, energy = {}, 0.0, 0.0, 0.0
         for body in self.bodies:
             motion = body.motion
@@ -134,7 +137,8 @@ class World:
             open_, terms = body.residual
             left, size = left + float(np.linalg.norm(open_)), size + float(terms)
             energy += motion.energy - motion.matter.mass * float(gravity @ (motion.centre - motion.start_centre))
-        return {**found, "rigid_energy": energy, "rigid_momentum_residual": left / size if size > 0.0 else 0.0}
+        return {**found, "rigid_energy": energy, "rigid_momentum_residual": left / size if size > 0.0 else 0.0,
+                "rigid_unsettled": float(self.unsettled)}
 
     def units(self):
         """Unit of each number of `row` that carries the name of a body."""
@@ -150,7 +154,7 @@ class World:
         """All that a bitwise continuation needs, by name."""
         keys = list(self._warm)
         dim = len(self.bodies[0].motion.centre)
-        return {"bodies": [body.state() for body in self.bodies],
+        return {"bodies": [body.state() for body in self.bodies], "unsettled": self.unsettled,
                 "last": np.zeros((0, 0)) if self._last is None else self._last.copy(),
                 "warm_keys": np.array(keys, np.int64).reshape(-1, 3),
                 "warm": np.array([self._warm[key] for key in keys], float).reshape(-1, dim)}
@@ -162,7 +166,7 @@ class World:
         self._last = None if state["last"].size == 0 else np.array(state["last"], float)
         self._warm = {tuple(map(int, key)): np.array(p, float)
                       for key, p in zip(state["warm_keys"], state["warm"], strict=True)}
-        self._clear = {}
+        self._clear, self.unsettled = {}, int(state["unsettled"])
 
 
 def _side(axis, sign, level):

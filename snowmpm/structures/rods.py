@@ -65,8 +65,9 @@ class Rods:
     # ---- reading ----------------------------------------------------------------------------------------------
 
     def row(self, gravity):
-        """Numbers of the history by "NAME_top_x" and so on: displacement of the top, moment of the loads about the
-        foot, its largest size so far, hinges that yielded and broke; what is left open of the balance of momentum."""
+        """Numbers of the history by "NAME_top_x" and so on: displacement of the top, bending moment in the hinge
+        at the foot, its largest size so far, hinges that yielded and broke; what is left open of the balance of
+        momentum."""
         found, left, size = {}, 0.0, 0.0
         for each, gained in zip(self.rods, self._gained, strict=True):
             rod = each.rod

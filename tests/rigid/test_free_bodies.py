@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from snowmpm.rigid import impulses
 from snowmpm.solids.matter import Matter
 from snowmpm.solids.primitives import CYLINDER
 from snowmpm.solids.shape import SolidShape
@@ -183,3 +184,16 @@ def test_matter_of_a_polygon_and_of_a_mesh(tmp_path):
     # STL is in float32
     assert np.allclose(found.centre, [5.0, 6.0, 7.0]) and found.mass == pytest.approx(6.4, rel=1e-5)
     assert np.allclose(found.inertia, np.diag([0.8, 0.68, 0.2]) * 6.4 / 12.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(("sweeps", "all_settle"), [(2000, True), (1, False)])
+def test_contact_that_does_not_settle_is_counted(monkeypatch, sweeps, all_settle):
+    """Three boxes on each other on a floor: one sweep is not enough."""
+    monkeypatch.setattr(impulses, "SWEEPS", sweeps)
+    impulses._relax.cache_clear()
+    try:
+        made = world(*(body(i, solid(BOX, [0.0, 0.1 + 0.2 * i], 0.1, 0.0)) for i in range(3)), ground=plane(0.0)[0])
+        let_go(made, 0.05)
+    finally:
+        impulses._relax.cache_clear()
+    assert (made.row(np.zeros(2))["rigid_unsettled"] == 0.0) == all_settle
