@@ -74,12 +74,16 @@ def advise(scene):
 def _switches(scene, facts, later):
     """Facts, in words, of the hand-overs of a scene; facts of its methods but the first."""
     said = []
-    for switch, one in zip(scene.switch, later, strict=True):
+    for switch, one in zip(scene.switch, later, strict=False):
         entry = METHODS[switch.to]
         when = f"when {switch.when}" if switch.time is None else f"at t = {switch.time:g} s"
         about = "" if switch.time is not None else f", about at t = {one.begin:.2g} s"
         said.append(f"to {entry.title} {when}{about}: {one.budget.n} {entry.particles}, cells of {one.dx:g} m, then"
                     f" about {one.steps:.0f} steps")
+    if scene.zone:
+        entry, one = METHODS[scene.zone.solver.method], later[-1]
+        return {"zone": f"by {entry.title}, at most {one.budget.n} {entry.particles}, cells of {one.dx:g} m, from about"
+                        f" t = {one.begin:.2g} s on, then about {one.steps:.0f} steps"}
     return {"hand_over": "; ".join(said)} if said else {}
 
 
