@@ -15,6 +15,9 @@ from snowmpm.setup.build import build
 from snowmpm.stages import stage
 from snowmpm.stepping.step_check import check_step
 
+ZONE = "zone."
+"""Table of the scene that holds a zone's solver."""
+
 
 @dataclass(frozen=True)
 class Alternative:
@@ -66,9 +69,15 @@ def advise(scene):
         said = {**describe(model, solver), **_switches(scene, facts, later), "run_time": budget.total + sum(seconds)}
         if later:
             said["steps"] = int(facts.steps)
-        warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in cautions(one))]))
+        warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in _cautions(one, scene))]))
         return Advice(said, _all_payments(budget, later, seconds), warned, savings(budget),
                       alternatives(scene, budget), unaffordable(budget, "runs"))
+
+
+def _cautions(facts, scene):
+    """`Caution`s of a method that comes later; of that of a zone with the zone's keys."""
+    return [replace(one, key=ZONE + one.key, cure=one.cure.replace("solver.", f"{ZONE}solver."))
+            if scene.zone and one.key.startswith("solver.") else one for one in cautions(facts)]
 
 
 def _switches(scene, facts, later):

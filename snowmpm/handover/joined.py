@@ -39,16 +39,20 @@ class JoinedParticles(Particles):
     def __init__(self, first, second, numbering):
         self._parts = first, second
         self.numbering = numbering
-        self.passed = {name: 0.0 * value for name, value in self._sum().items()}
+        self.passed = {name: 0 * value for name, value in self._sum().items()}
 
     def _sum(self):
         first, second = (part.removed for part in self._parts)
-        return {name: first.get(name, 0.0) + second.get(name, 0.0) for name in {**first, **second}}
+        return {name: first.get(name, 0) + second.get(name, 0) for name in {**first, **second}}
 
     @property
     def removed(self):
         """`Particles.removed` of both, without what went to the other."""
         return {name: value - self.passed[name] for name, value in self._sum().items()}
+
+    def pass_on(self, amounts):
+        """Count what one method gave the other, by name as in `removed`."""
+        self.passed = {name: value + amounts.get(name, 0) for name, value in self.passed.items()}
 
     @property
     def count(self):

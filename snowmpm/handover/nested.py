@@ -14,6 +14,7 @@ columns do to the particles is given them at once, before their own steps, as ma
 both give each other is equal and opposite but for the change within a step, and for what the ground takes of it.
 """
 
+import copy
 import math
 from dataclasses import replace
 
@@ -138,11 +139,10 @@ class Nested(Method):
 
     def _pass(self, giver, taker, gone, handed):
         """Give the rows `gone` (n,) of a method, as `Handed`, to the other."""
-        before = {name: np.copy(value) for name, value in giver.particles.removed.items()}
+        before = copy.deepcopy(giver.particles.removed)
         giver.remove(gone)
         passed = {name: value - before[name] for name, value in giver.particles.removed.items()}
-        for name, value in passed.items():
-            self.particles.passed[name] = self.particles.passed.get(name, 0.0) + value
+        self.particles.pass_on(passed)
         numbers = self.particles.numbering.give(handed)
         # The energy of columns is one of pairs, that of particles their own
         held = self._worth_of_columns() if taker is self.outer else 0.0
@@ -314,10 +314,9 @@ class Nested(Method):
 
     def state(self):
         """All that a bitwise continuation needs, by name."""
-        passed = {name: np.copy(value) for name, value in self.particles.passed.items()}
-        return {"outer": self.outer.state(), "inner": self.inner.state(), "steps": self.steps, "passed": passed,
-                "handover_energy": self.handover_energy, "lifted": self._lifted,
-                "numbering": self.particles.numbering.state()}
+        return {"outer": self.outer.state(), "inner": self.inner.state(), "steps": self.steps,
+                "passed": copy.deepcopy(self.particles.passed), "handover_energy": self.handover_energy,
+                "lifted": self._lifted, "numbering": self.particles.numbering.state()}
 
     def restore(self, state):
         """Take over the `state()` of a method of the same scene. Raises InputError when it does not fit."""
@@ -325,7 +324,6 @@ class Nested(Method):
         self.inner.particles.make_room(len(state["inner"]["reals"]))
         self.inner.restore(state["inner"])
         self.steps, self.handover_energy, self._lifted = state["steps"], state["handover_energy"], state["lifted"]
-        self.particles.passed = {name: value if np.ndim(value) else float(value)
-                                 for name, value in state["passed"].items()}
+        self.particles.passed = dict(state["passed"])
         self.particles.numbering = Numbering.of(state["numbering"])
         self._tell_numbers()
