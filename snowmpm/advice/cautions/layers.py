@@ -11,8 +11,8 @@ from snowmpm.measured.borders import shipped
 
 AFLIP = 'solver.transfer = "aflip", flip_ratio = 0.99 and '
 VISCOUS = 0.09
-"""Growth of friction with the rate from which on mu(I) counts as in the atlas: grains of a thirteenth of the depth, which
-rub each other as 0.76 - 0.5 over 0.279."""
+"""Growth of friction with the rate from which on mu(I) counts as in the atlas: grains of a thirteenth of the depth,
+mu from 0.5 to 0.76, I_0 = 0.279."""
 DRAWN_CELLS = 2.0
 """Cells across a weak layer of which a single row collapses first; with more cells, the fracture energy falls."""
 
