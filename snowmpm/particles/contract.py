@@ -39,7 +39,7 @@ class Particles(ABC):
     """of the water in the column "water" [kg/m3]"""
     sorts: int
     """how often their order changed"""
-    bodies: NDArray[np.integer[Any]] | None = None
+    bodies: NDArray[np.intp] | None = None
     """index of the body by number, where numbers are given out while the scene runs; None where those of a body follow
     each other"""
     origins: Floats | None = None

@@ -107,7 +107,8 @@ def whole(tmp_path_factory):
     post = {"name": "post", "contact": "separate", "shape": {
         "kind": "box", "min": [19.5, 9.0, -16.0], "max": [20.5, 11.0, -6.0]}}
     sign = {"name": "sign", "shape": {"kind": "box", "min": [12.0, 9.0, -9.0], "max": [12.5, 11.0, 0.0]}}
-    one, folder = zoned(NARROW, {"solver": {"dx": 0.8}}, obstacles=[post, sign], end_time=2.2), tmp_path_factory.mktemp("zone")
+    folder = tmp_path_factory.mktemp("zone")
+    one = zoned(NARROW, {"solver": {"dx": 0.8}}, obstacles=[post, sign], end_time=2.2)
     snowmpm.run(one, folder)
     return one, folder
 
