@@ -33,8 +33,8 @@ def _acting(model):
     if cut:
         told["cut_bodies"] = cut
     if scene.solver.in_plan:
-        told["method"] = ("depth-averaged: of the materials, only their densities play a part; the friction of the"
-                          " ground is all that resists")
+        told["method"] = (f"depth-averaged{' outside the zone' if scene.zone else ''}: of the materials, only their"
+                          " densities play a part; the friction of the ground is all that resists")
     if scene.choices:
         told["chosen"] = "; ".join(map(str, scene.choices))
     if model.taken:
