@@ -3,6 +3,7 @@
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
+    deep_release,
     ground_friction,
     layers,
     round_off,
