@@ -45,6 +45,9 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
                ("held", most_held(laws, sym_size)))
     n_sums = 1 + dim * (1 + shape)  # node vectors: w v, its moments, its slopes
+    # Of the second half of a node no moments are wanted. In single precision both halves are one register, and take
+    # no longer than one; in double precision each has its own
+    kept = size if real == ti.f32 else SECOND
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
     @ti.func
@@ -84,10 +87,11 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
             v, moments, slopes = grid.interpolate(tiles, address[lane] & mask, w, dw)
             for c in ti.static(range(size)):
                 sums[0][size * lane + c] = v[c]
-                for a in ti.static(range(dim)):
-                    sums[1 + a][size * lane + c] = moments[a, c]
-                    if ti.static(shape):
-                        sums[1 + dim + a][size * lane + c] = slopes[a, c]
+                if ti.static(c < kept):
+                    for a in ti.static(range(dim)):
+                        sums[1 + a][size * lane + c] = moments[a, c]
+                        if ti.static(shape):
+                            sums[1 + dim + a][size * lane + c] = slopes[a, c]
             x = read_lane(pack["x"], lane)
             for a in ti.static(range(dim)):
                 x[a] += cells_per_metre * v[a]
