@@ -8,6 +8,7 @@ This is the patch `launch` (`snowmpm.compiler.patches`): without it kernels are 
 """
 
 import contextlib
+import copy
 import functools
 import gc
 import operator
@@ -30,6 +31,16 @@ def taichi_kernel(function):
     if None in setters or kernel._primal.return_type is not None:
         return kernel
     return functools.wraps(function)(Launcher(kernel, setters))
+
+
+def own_launches(kernel):
+    """The same kernel, compiled once, for one of several who launch it in turn, each with arguments of its own: so it
+    is told what changed since its owner's last launch."""
+    if not isinstance(kernel, Launcher):
+        return kernel
+    own = copy.copy(kernel)
+    own._again = None
+    return own
 
 
 def _look():

@@ -88,6 +88,7 @@ class MpmSolver(Solver):
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
         self._reports = self._impulses = None
+        self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
 
     @classmethod
@@ -174,7 +175,8 @@ class MpmSolver(Solver):
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        report = np.zeros(step_report.N_REPORT)
+        report = self._report
+        report.fill(0.0)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,

@@ -8,7 +8,7 @@ import taichi as ti
 
 from snowmpm.compiler import patches
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.launch import Launcher, taichi_kernel
+from snowmpm.compiler.launch import Launcher, own_launches, taichi_kernel
 
 
 @taichi_kernel
@@ -101,3 +101,13 @@ def test_an_array_of_other_numbers_is_compiled_for_between_two_of_the_same():
         put(one, value, 0)
         put(other, value, 0)
         assert one[0] == other[0] == value
+
+
+def test_two_owners_of_a_kernel_launch_it_in_turn():
+    one, other = own_launches(put), own_launches(put)
+    arrays = real_array(np.zeros(1)), real_array(np.zeros(1))
+    for value in (1.0, 2.0):
+        one(arrays[0], value, 0)
+        other(arrays[1], -value, 0)
+        assert [array.to_numpy()[0] for array in arrays] == [value, -value]
+    assert own_launches(len) is len

@@ -4,6 +4,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.launch import own_launches
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.joined_contact import joined_kernel
 from snowmpm.mpm.contact.joined_lines import JoinedLines
@@ -61,10 +62,10 @@ class Surface:
         blocks."""
         self._lines = Lines(self.dim, real, kernel, self.geometry.stored)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
-        self._resolve = [contact_kernel(*scheme, some) for some in (False, True)[: 1 + lists]]
+        self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + lists]]
         self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
         if self.joinable:
-            self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
+            self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
 
     @property
     def joinable(self):
