@@ -88,6 +88,7 @@ class MpmSolver(Solver):
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
         self._reports = self._impulses = None
+        self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
 
     @classmethod
@@ -149,7 +150,7 @@ class MpmSolver(Solver):
         owners, *work = self._work()
         scatter = self._scatter[grid.listed]
         scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
+                grid.tiles, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -161,23 +162,24 @@ class MpmSolver(Solver):
             if self.sleep:
                 self.sleep.list_work()
         update, write_back = self._update[grid.listed]
-        update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+        update(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
             grid.apply_contact(self.dx)
-            write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+            write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                        grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
                        grid.contact.n_work, grid.asleep, *self._held)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        report = np.zeros(step_report.N_REPORT)
+        report = self._report
+        report.fill(0.0)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
-               grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+               grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
