@@ -1,6 +1,6 @@
 """BM-1: a column of grains against a flexible wall, by two couplings on three grids; a table, and a chart of the tip.
 
-    python tests/benchmarks/column_against_wall.py [--grids 5 2.5 2] [--until 1.0] [-o FOLDER]
+    python tests/benchmarks/column_against_wall.py [--grids 5 2.5 2] [--couplings one_body parts] [-o FOLDER]
 
 One body: soil and wall share the velocities of the grid, and stick to each other. Parts: the wall is a chain of
 segments with strong coupling, which the soil may leave. Of each run: the first peak of the tip's displacement, its mean
@@ -117,16 +117,19 @@ def chart(curves, path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--grids", type=float, nargs="+", default=[5.0, 2.5, 2.0], help="[mm]")
+    parser.add_argument("--couplings", nargs="+", choices=["one_body", "parts"], default=["one_body", "parts"])
     parser.add_argument("--until", type=float, default=1.0)
     parser.add_argument("-o", "--output", type=Path, default=Path(__file__).parent / "figures")
     options = parser.parse_args()
     curves = []
-    for one_body in (True, False):
+    for coupling in options.couplings:
         for grid in options.grids:
-            curves.append(measure(1e-3 * grid, one_body, options.until))
+            curves.append(measure(1e-3 * grid, coupling == "one_body", options.until))
             print({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in curves[-1][2].items()},
                   flush=True)
             write([row for _, _, row in curves], options.output / "column_against_wall.csv")
+    np.savez_compressed(options.output / "column_against_wall.npz", **{
+        f"{row['coupling']} {1e3 * row['dx']:g}": np.stack([times, found]) for times, found, row in curves})
     chart(curves, options.output / "column_against_wall.png")
 
 
