@@ -86,6 +86,10 @@ HISTORY = (
     Quantity("structure_energy", "energy of structures", "J", "Kinetic and elastic energy of the structures.", AUDIT),
     Quantity("structure_momentum_residual", "momentum residual of structures", "1", "What is left open of the momentum "
              "balance of the structures, over the sizes of its terms.", AUDIT),
+    Quantity("structure_rounds", "rounds of coupling", "1", "Rounds since the start in which snow and structures seek "
+             "the velocity that both end a step with.", AUDIT),
+    Quantity("structure_unsettled", "steps with unsettled coupling", "1", "Steps since the start in which the rounds "
+             "were cut off before they agreed.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

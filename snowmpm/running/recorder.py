@@ -165,6 +165,7 @@ class Recorder:
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
         for mover in simulation.solver.movers.values():
             units.update(mover.units())
+        units.update(simulation.reactions.units())
         time, row = simulation.time, {**self.last, **counts}
         names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}

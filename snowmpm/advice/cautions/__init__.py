@@ -12,6 +12,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     soaked,
     sph_sums,
     standing,
+    standing_things,
     time_steps,
     transfers,
 )
