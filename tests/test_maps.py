@@ -100,5 +100,8 @@ def test_a_wish_for_map_cells_is_kept_or_refused():
     for wish, words in ((7.0, "5 or 10"), (2.0, "1.66667 or 2.5"), (4.0, "2.5 or 5")):
         with pytest.raises(InputError, match=f"whole multiple of the raster's cells of 5 m.*{words}"):
             grid_for([0.0, 0.0], [100.0, 50.0], 8.0, wish, lattice)
+    odd = 4.997678230579  # a raster of 5 m in another projection
+    for wish, cells in ((30.0, 6.0), (5.0, 1.0), (2.5, 0.5)):
+        assert grid_for([0.0, 0.0], [100.0, 50.0], 3.0, wish, (np.zeros(2), odd)).cell == pytest.approx(cells * odd)
     assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837).cell == 8.3
     assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837, 7.0).shape == (15, 8)

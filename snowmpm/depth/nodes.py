@@ -27,6 +27,7 @@ import functools
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import strided, strides
 from snowmpm.depth.plan_grid import MARGIN, TILE
 from snowmpm.depth.scatter import TALLIES, WATER
 from snowmpm.depth.smoothing import SMOOTHING
@@ -62,10 +63,11 @@ def node_kernel(real, entrains, serial):
                 under: ti.types.ndarray(), bed: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real,
                 mixing: real, dt: real, copies: int, n_tiles: int, tile_rows: int, nx: int, ny: int):
         ti.loop_config(serialize=serial)
-        for tile in range(n_tiles):
-            found = 0
-            for copy in range(copies):
-                found += touched[copy * n_tiles + tile] << copy
+        for turn in range(strides(n_tiles)):
+            tile, found = strided(turn, n_tiles), 0
+            if tile < n_tiles:
+                for copy in range(copies):
+                    found += touched[copy * n_tiles + tile] << copy
             if found > 0:
                 for copy in range(copies):
                     touched[copy * n_tiles + tile] = 0
@@ -87,14 +89,15 @@ def node_kernel(real, entrains, serial):
                             bed[under[node]] -= taken * lowering[node]
                             nodes[node][NODE - 1] = ti.cast(taken / wanted, real)
                 live[tile] = 1
-            elif live[tile] > 0:
+            elif tile < n_tiles and live[tile] > 0:
                 for inner in range(TILE * TILE):
                     totals[tile * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
                 live[tile] = 0
         deep = unit / (dx * dx)
         ti.loop_config(serialize=serial)
-        for tile in range(n_tiles):
-            if live[tile] > 0:
+        for turn in range(strides(n_tiles)):
+            tile = strided(turn, n_tiles)
+            if tile < n_tiles and live[tile] > 0:
                 for inner in range(TILE * TILE):
                     i, j = tile // tile_rows * TILE + inner // TILE, tile % tile_rows * TILE + inner % TILE
                     if i < nx and j < ny:

@@ -15,6 +15,9 @@ from snowmpm.errors import InputError
 SLACK = 1e-6
 """Tolerance, as a share of a cell, for coordinates of a file that lie off a grid line by round-off."""
 
+NEAR = 0.01
+"""Relative difference up to which a wish is taken as the nearest multiple: rasters of 5 m have cells of 4.99768 m."""
+
 
 @dataclass(frozen=True, eq=False)
 class MapGrid:
@@ -44,7 +47,8 @@ def grid_for(lower, upper, least, wish=None, lattice=None):
     least: smallest side [m] of a cell with enough particles; wish: side that the scene asks for (output.map_cell), or
     None; lattice: (phase (2,), cell) [m] of the elevation raster, or None.
     On a raster the side is the smallest multiple of the raster's cell that is at least `least`; without one, `least`
-    rounded up to two digits. A wish may also be a whole fraction of the raster's cell. InputError for another wish.
+    rounded up to two digits. A wish may also be a whole fraction of the raster's cell. A wish within 1 % of one of
+    them is taken as that one. InputError for another wish.
     """
     if lattice is None:
         return MapGrid.over(lower, upper, wish or rounded_up(least))
@@ -54,7 +58,7 @@ def grid_for(lower, upper, least, wish=None, lattice=None):
     if wish is None:
         return MapGrid.over(lower, upper, own * max(1, math.ceil(least / own - SLACK)), phase)
     ratio = wish / own if wish >= own else own / wish
-    if abs(ratio - round(ratio)) > SLACK * ratio:
+    if abs(ratio - round(ratio)) > NEAR * ratio:
         below = own * math.floor(wish / own) if wish > own else own / math.ceil(own / wish)
         above = own * math.ceil(wish / own) if wish > own else own / math.floor(own / wish)
         raise InputError.at("output.map_cell", wish, f"must be a whole multiple of the raster's cells of {own:g} m, or"

@@ -141,7 +141,7 @@ def with_errors(rows):
     for row in rows:
         finest = min((other for other in rows if other["program"] == row["program"]), key=lambda other: other["cell"])
         if finest is not row:
-            row["error"] = statistics.mean(abs(row[key] / finest[key] - 1.0) for key in COMPARED)
+            row["error"] = statistics.mean(abs(float(row[key]) / float(finest[key]) - 1.0) for key in COMPARED)
     return rows
 
 

@@ -142,3 +142,13 @@ def test_sph_refuses_them():
     with pytest.raises(InputError, match=r"terrain\.friction\.law") as refused:
         snowmpm.Simulation(scene(VOELLMY, 30.0, 0.0, solver={"method": "sph", "dx": 0.25}))
     assert len(str(refused.value).splitlines()) <= 2
+
+
+def test_what_a_wall_that_slips_holds_back_has_no_friction():
+    """Gravity pulls a block off the ground that holds it, so that friction of 0.5 must not slow it."""
+    given = scene(0.5, 0.0, 5.0, length=4.0, end_time=0.3, gravity=[0.0, 9.81])
+    given = given.model_copy(update={"terrain": given.terrain.model_copy(update={"contact": "slip"})})
+    simulation = snowmpm.Simulation(given)
+    run_to(simulation, 0.3)
+    assert simulation.particles["position"][:, 1].max() < 1.1
+    assert speed(simulation) == pytest.approx(5.0, abs=0.05)

@@ -22,7 +22,7 @@ at rest that never let go of the snow (slip, stick) hold their lines together in
 
     slip:      J_n as it comes
     separate:  none if J_n < 0 (it would pull), or as long as snow has not arrived (below)
-    Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu |J_n| / |J_t|)
+    Coulomb:   of the change that would make the tangential part stick, J_t, the share min(1, mu max(J_n, 0) / |J_t|)
 
 Snow has arrived where the followers' mass over the leader's is at least what snow above a gap of `lines.GAP` has:
 without the measure it would stop a cell above the wall. It does not depend on how dense the snow lies. (A gradual onset
@@ -121,7 +121,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                 if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
                     share_n, held_below = 0.0, 1.0
             if code != STICK:
-                limit = friction * ti.abs(J_n) * share_n
+                limit = friction * ti.max(0.0, J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
             if share_n > 0.0:
                 change = target - u
