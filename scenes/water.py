@@ -1,4 +1,4 @@
-"""Water in the pores of the snow, with method = "mpm" or, with scheme = "one_phase", "depth".
+"""Water in the pores of the snow, with method = "mpm" or "implicit" or, with scheme = "one_phase", "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -49,14 +49,17 @@ class WaterSides(Spec):
 class SeepingWater(Spec):
     """Water that fills the pores, or a part of them, and flows through them."""
 
-    NEEDS: ClassVar = "water"
-    """capability of the method"""
-
     scheme: Literal["u_p"] = "u_p"
     """u_p: one velocity and a pore pressure; water moves through the skeleton by Darcy's law"""
-    split: Literal["semi_implicit", "explicit"] = "semi_implicit"
+    split: Literal["semi_implicit", "explicit", "monolithic", "fixed_stress"] = "semi_implicit"
     """semi_implicit: the step is that of the drained skeleton; explicit: it must follow waves in undrained snow, for
-    comparison"""
+    comparison. method = "implicit" has monolithic: skeleton and water are solved for at once; fixed_stress: in turn,
+    until both fit"""
+    alpha: Positive = 1.0
+    """fixed_stress: the skeleton's assumed answer to a change of pressure, over 1 / K_dr of equal compression along all
+    axes of the scene [-]; below a half of the true one it does not settle"""
+    tolerance: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
+    """fixed_stress: water left without place over that of the first pass [-] at which a step is solved"""
     permeability: Permeability
     """intrinsic permeability [m2]: a number, a raster { file = "..." }, or a table with law = "calonne" (snow) or
     "kozeny_carman" (grains) and grain_size [m]; times 5.5e6 it is the hydraulic conductivity at 0 °C [m/s]"""
@@ -95,6 +98,9 @@ class SeepingWater(Spec):
 
     @model_validator(mode="after")
     def _goes_together(self):
+        if self.solved and self.suction is not None:
+            raise refuse(f'does not go with split = "{self.split}", which needs pores that are always full', "suction",
+                         self.suction)
         if self.saturation < 1.0 and self.suction is None:
             raise refuse("below 1 needs suction, the largest that pores hold before air enters", "saturation",
                          self.saturation)
@@ -105,6 +111,16 @@ class SeepingWater(Spec):
         if self.saturation < 1.0 and self.table is None and self.pressure > 0.0:
             raise refuse("needs pores that are full: saturation = 1", "pressure", self.pressure)
         return self
+
+    @property
+    def solved(self) -> bool:
+        """Whether the pressure is among the unknowns of the method's steps."""
+        return self.split in ("monolithic", "fixed_stress")
+
+    @property
+    def NEEDS(self) -> str:
+        """Capability of the method."""
+        return "solved_water" if self.solved else "water"
 
     def drained(self, dimension: int) -> dict[str, bool]:
         """Whether each border lets water out, by name (`snowmpm.water.outlets`)."""

@@ -60,12 +60,16 @@ class Capabilities:
     """events that push particles"""
     removal: bool = True
     """events that take particles out"""
+    forces: bool = True
+    """accelerations and pressures in space and time (`snowmpm.forcing`)"""
     forcing: bool = True
-    """forces, damping and gravity that changes (`snowmpm.forcing`)"""
+    """damping and gravity that changes"""
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
+    solved_water: bool = False
+    """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
     """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
     separate_bodies: bool = False
@@ -132,12 +136,13 @@ METHODS = {entry.name: entry for entry in (
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         deposition=True, thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
-        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
         plan=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
         sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True), words="implicit MPM"),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        words="implicit MPM"),
 )}
 
 

@@ -56,15 +56,17 @@ def demands(scene, later=False):
     for i, event in enumerate(scene.events):
         if later and not (event.kind == "load" and event.stop is None):
             continue
-        yield event.NEEDS, True, f"events.{i}.kind", event.kind
+        soaked = event.kind == "drainage" and scene.water and scene.water.scheme == "u_p"
+        yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield "forcing", True, f"forces.{i}.kind", force.kind
+        yield "forces", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        yield scene.water.NEEDS, True, "water.scheme", scene.water.scheme
+        key = "split" if scene.water.scheme == "u_p" else "scheme"
+        yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
 
 def _of_friction(terrain):
