@@ -119,7 +119,7 @@ def test_usd_points_keep_their_ids_and_order(shuffled, tmp_path):
     assert str(snow.GetIdsAttr().GetTypeName()) == "int64[]"
     for code, time, count in zip(snow.GetIdsAttr().GetTimeSamples(), run.times, (50, 50, 49), strict=True):
         np.testing.assert_array_equal(snow.GetIdsAttr().Get(code), np.arange(count))
-        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), points[:count] + [time, 0.0, 0.0], rtol=1e-6)
+        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), points[:count] + np.array([time, 0.0, 0.0]), rtol=1e-6)
     (path,) = export_run(run, tmp_path / "all", "usd")
     stage = Usd.Stage.Open(str(path))
     field = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/run/snow")).GetPrimvar("id")
@@ -133,7 +133,7 @@ def test_files_keep_one_order_of_the_particles(kind, shuffled, tmp_path):
     for path, time, count in zip(paths, run.times, (50, 50, 49), strict=True):
         snow = trimesh.load(path, process=False)
         snow = snow.geometry["snow"] if kind == "gltf" else snow
-        np.testing.assert_allclose(snow.vertices, points[:count] + [time, 0.0, 0.0], rtol=1e-6)
+        np.testing.assert_allclose(snow.vertices, points[:count] + np.array([time, 0.0, 0.0]), rtol=1e-6)
     if kind == "ply":
         numbers = snow.metadata["_ply_raw"]["vertex"]["data"]["id"]
         assert numbers.dtype == np.int32 and np.array_equal(np.ravel(numbers), np.arange(49))
