@@ -119,7 +119,8 @@ def test_usd_points_keep_their_ids_and_order(shuffled, tmp_path):
     assert str(snow.GetIdsAttr().GetTypeName()) == "int64[]"
     for code, time, count in zip(snow.GetIdsAttr().GetTimeSamples(), run.times, (50, 50, 49), strict=True):
         np.testing.assert_array_equal(snow.GetIdsAttr().Get(code), np.arange(count))
-        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), points[:count] + np.array([time, 0.0, 0.0]), rtol=1e-6)
+        moved = points[:count] + np.array([time, 0.0, 0.0])
+        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), moved, rtol=1e-6)
     (path,) = export_run(run, tmp_path / "all", "usd")
     stage = Usd.Stage.Open(str(path))
     field = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/run/snow")).GetPrimvar("id")
