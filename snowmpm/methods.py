@@ -43,6 +43,8 @@ class Capabilities:
     """obstacles with mass, which snow, weight and contact move (`snowmpm.rigid`)"""
     structures: bool = False
     """masts that bend (`snowmpm.structures`)"""
+    strong_coupling: bool = False
+    """masts that answer within the step (`snowmpm.structures.quasi_newton`)"""
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -125,7 +127,7 @@ class MethodEntry:
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
-        free_bodies=True, structures=True,
+        free_bodies=True, structures=True, strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(

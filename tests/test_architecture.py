@@ -44,7 +44,7 @@ MAY_IMPORT = {
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
     "rigid": {*GROUND, "compiler", "solids"},
-    "structures": {*GROUND, "solids"},
+    "structures": {*GROUND, "compiler", "solids"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
     "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
@@ -85,7 +85,7 @@ FORBIDDEN = {
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
-    "structures": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
+    "structures": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "rigid": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }

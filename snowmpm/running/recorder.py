@@ -20,7 +20,7 @@ from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.description import written_fields
 from snowmpm.running.device import device_name
-from snowmpm.running.friction_class import doubts_after
+from snowmpm.running.friction_class import class_chosen, doubts_after
 from snowmpm.seeding.region_files import system_of as region_system
 from snowmpm.setup.release_plan import release_plan
 from snowmpm.solids.loads import LoadHistory
@@ -165,6 +165,7 @@ class Recorder:
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
         for mover in simulation.solver.movers.values():
             units.update(mover.units())
+        units.update(simulation.reactions.units())
         time, row = simulation.time, {**self.last, **counts}
         names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
@@ -199,6 +200,8 @@ class Recorder:
             if assessed:
                 summary["hazard"] = assessed.numbers
                 summary["areas_by_class"] = assessed.classes
+                if chosen := class_chosen(self._simulation.model):
+                    summary["friction_class"] = chosen
                 if doubts := doubts_after(self._simulation.model, assessed.numbers):
                     summary["friction_doubts"] = doubts
             self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete,

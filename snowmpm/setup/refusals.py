@@ -35,6 +35,9 @@ def demands(scene, later=False):
             yield "free_bodies", True, f"obstacles.{i}.free", "a table"
     if scene.structures:
         yield "structures", True, "structures.0.name", scene.structures[0].name
+    for i, structure in enumerate(scene.structures):
+        if structure.coupling == "strong":
+            yield "strong_coupling", True, f"structures.{i}.coupling", structure.coupling
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact

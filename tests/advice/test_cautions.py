@@ -6,6 +6,7 @@ import pytest
 
 from snowmpm.advice import refinement
 from snowmpm.advice.report import advise
+from snowmpm.materials import MuI
 from snowmpm.scenes.schema import Scene
 
 SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
@@ -35,6 +36,10 @@ def entries(scene):
 
 ABOVE = ([0.0, 0.4], [0.8, 0.8])
 WALL = {"name": "wall", "shape": {"kind": "box", "min": [2.0, 0.0], "max": [2.1, 1.0]}}
+PLATE = {"name": "plate", "foot": [2.0, 0.0], "top": [2.0, 1.5], "width": 0.3, "youngs_modulus": 1e8, "density": 500.0}
+STICKY = {**PLATE, "contact": "stick"}
+STACK = [{"name": f"block_{i}", "shape": {"kind": "box", "min": [1.5, 0.5 * i], "max": [2.5, 0.5 * (i + 1)]},
+          "free": {"density": density}} for i, density in enumerate((400.0, 2e7))]
 CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
     "null_space_noise": (dict(solver={"transfer": "flip", "flip_ratio": 1.0}),
                          dict(solver={"transfer": "aflip", "flip_ratio": 0.97}), "solver.flip_ratio"),
@@ -57,6 +62,11 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
                       "bodies (block and other)"),
     "thin_obstacle": (dict(obstacles=[WALL]),
                       dict(obstacles=[{**WALL, "shape": {**WALL["shape"], "max": [2.4, 1.0]}}]), "obstacles.0 (wall)"),
+    "few_segments": (dict(structures=[{**PLATE, "segments": 3}]), dict(structures=[PLATE]), "structures.0.segments"),
+    "light_structure": (dict(structures=[STICKY]), dict(structures=[{**STICKY, "coupling": "strong"}]),
+                        "structures.0.coupling"),
+    "heavy_on_light": (dict(obstacles=STACK), dict(obstacles=[STACK[0], {**STACK[1], "free": {"density": 4000.0}}]),
+                       "obstacles.1.free"),
     "sph_pairing": (dict(solver={"method": "sph", "sph": {"kernel": "cubic_spline"}}), dict(solver={"method": "sph"}),
                     "solver.sph.kernel"),
     "sph_free_surface": (dict(solver={"method": "sph", "sph": {"gradient": "plain"}}), dict(solver={"method": "sph"}),
@@ -101,6 +111,15 @@ def test_friction_that_disturbances_grow_in_is_named():
     assert found.key == "bodies.0 (sand)" and "cfl = 0.1" in found.cure
     for sound in (layer_of_sand(0.025, cfl=0.1), layer_of_sand(0.05), layer_of_sand(0.02, {"dilation_angle": 30.0})):
         assert "unstable_friction" not in entries(sound)
+
+
+@pytest.mark.parametrize(("diameter", "warned"), [(0.003, True), (0.08, False)])
+def test_friction_that_grows_with_the_rate_of_shear_cures_it_for_grains_coarse_enough(diameter, warned):
+    scene = layer_of_sand(0.02)
+    coarse = MuI(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, static_friction=0.5, limit_friction=0.76,
+                 grain_diameter=diameter, grain_density=2500.0)
+    found = entries(scene.model_copy(update={"materials": {"sand": coarse}}))
+    assert ("unstable_friction" in found) == warned
 
 
 @pytest.mark.parametrize("solver", [{"cfl": 0.1}, {"method": "sph"}])
