@@ -1,4 +1,5 @@
-"""Water in the pores of the snow, with method = "mpm" or "implicit" or, with scheme = "one_phase", "depth".
+"""Water in the pores of the snow, with method = "mpm" or "implicit" or, with scheme = "one_phase" or
+"two_phase", "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -12,6 +13,12 @@
     level = 0.8                 # depth of the water over that of the snow
     excess = 0.9                # 1: liquefied
     consolidation = 0.05        # m2/s
+
+    [water]
+    scheme = "two_phase"
+    grain_density = 2000.0      # kg/m3
+    consolidation = 0.05        # m2/s
+    drag = { law = "anderson", terminal_velocity = 1e-3 }
 
 The density of a material is then that of the dry skeleton, and stresses are effective stresses.
 """
@@ -130,20 +137,13 @@ class SeepingWater(Spec):
         return {name: kind == "drained" for name, kind in kinds.items()}
 
 
-class FlowingWater(Spec):
-    """Water that moves with the snow of a depth-averaged flow, and takes a part of its weight off the ground; method =
-    "depth" only."""
+class _Flowing(Spec):
+    """What depth-averaged flows with water have in common."""
 
     NEEDS: ClassVar = "flow_water"
 
-    scheme: Literal["one_phase"]
-    """one_phase: water moves with the snow, but for the excess pressure that drains over the depth"""
-    porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
-    """share of the pores [-]; 1 - density / 917 of each material when missing"""
     density: Positive = 1000.0
     """of water [kg/m3]"""
-    level: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """depth of the water over that of the snow [-]; snow above it is dry"""
     excess: Fraction = 0.0
     """pore pressure at the ground at the start, beyond the hydrostatic one, over the weight that the grains would bear
     without it [-]; 1: liquefied"""
@@ -159,11 +159,62 @@ class FlowingWater(Spec):
 
     @model_validator(mode="after")
     def _is_3d(self):
-        require_dimension(3, "water that moves with the snow")
+        require_dimension(3, "water in a flow over a terrain")
         return self
 
 
-SCHEMES = ("u_p", "one_phase")
+class FlowingWater(_Flowing):
+    """Water that moves with the snow of a depth-averaged flow, and takes a part of its weight off the ground; method =
+    "depth" only."""
+
+    scheme: Literal["one_phase"]
+    """one_phase: water moves with the snow, but for the excess pressure that drains over the depth"""
+    porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
+    """share of the pores [-]; 1 - density / 917 of each material when missing"""
+    level: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """depth of the water over that of the snow [-]; snow above it is dry"""
+
+
+class DarcyDrag(Spec):
+    """C = n² mu / K of the porosity n."""
+
+    law: Literal["darcy"]
+    permeability: Permeability
+    """K [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
+    viscosity: Positive = 1.792e-3
+    """mu of water [Pa s]; at 0 °C when missing"""
+
+    @field_validator("permeability")
+    @classmethod
+    def _moves(cls, value: Any) -> Any:
+        if getattr(value, "law", None) == "raster":
+            raise refuse("is not for water that moves: a number, or a law", "file", value.file)
+        return value
+
+
+class AndersonDrag(Spec):
+    """C = n (1 - n) (rho_s - rho_w) g / (V_T n^m) of the porosity n."""
+
+    law: Literal["anderson"]
+    terminal_velocity: Positive
+    """V_T at which a single grain sinks [m/s]"""
+    power: NonNegative = 1.0
+    """m [-]"""
+
+
+class MixedWater(_Flowing):
+    """Water and grains of a depth-averaged flow, each with columns of its own, which fill its depth together; method =
+    "depth" only."""
+
+    scheme: Literal["two_phase"]
+    """two_phase: water and grains have a velocity each, with drag between them"""
+    grain_density: Positive
+    """of the grains [kg/m3], above that of water; 1 - density / grain_density of a material is its porosity"""
+    drag: Annotated[DarcyDrag | AndersonDrag, Field(discriminator="law")]
+    """between water and grains"""
+
+
+SCHEMES = ("u_p", "one_phase", "two_phase")
 
 
 def _known_scheme(value: Any) -> Any:
@@ -179,6 +230,7 @@ def _which(value: Any) -> str:
 
 
 Water = Annotated[
-    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))],
+    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))]
+              | Annotated[MixedWater, Tag(tag("two_phase"))],
               Discriminator(_which)],
     BeforeValidator(_known_scheme)]

@@ -66,7 +66,8 @@ def demands(scene, later=False):
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        key = "split" if scene.water.scheme == "u_p" else "scheme"
+        able = METHODS[scene.solver.method].capabilities
+        key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
         yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
 
@@ -187,6 +188,13 @@ def _refuse_beside_water(scene):
                             scene.source)
     if scene.saw_test:
         raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
+    if scene.water.scheme == "two_phase":
+        terrain = scene.terrain
+        beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
+                  "obstacles": scene.obstacles}
+        if found := [name for name, there in beside.items() if there]:
+            raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
+                                ' "one_phase"', scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):
