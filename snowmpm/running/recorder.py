@@ -114,6 +114,7 @@ class Recorder:
                 "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
                 **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
                 **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),

@@ -9,6 +9,7 @@ import pytest
 import snowmpm
 from snowmpm.advice.report import advise
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.render.run_film import view_of
 from snowmpm.scenes import load_scene
 from snowmpm.setup.build import build
 from tests.handover.slab_in_zone import WALL, level, zoned
@@ -131,6 +132,9 @@ def test_one_run(whole):
     beyond = frame.points[:, 0] > 23.6  # columns again
     assert beyond.sum() > 5 and (frame.fields["depth"][beyond] > 0.0).all()
     assert (frame.fields["depth"] > 0.0).any() and (frame.fields["depth"] == 0.0).any()
+    assert run.provenance["zone_spacing"] == pytest.approx(0.4)
+    picture = view_of(run, (320, 180)).picture(len(run) - 1)  # of balls of two sizes
+    assert picture.shape == (180, 320, 3) and picture.std() > 0.0
     assert run.summary["particle_steps"] > 20 * run.summary["particles"]
 
 
