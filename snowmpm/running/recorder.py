@@ -84,6 +84,7 @@ class Recorder:
         scene = self._simulation.scene
         writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
                            **({"methods": self._simulation.relay.records} if scene.switch else {}),
+                           "settings": {**run.provenance.get("settings", {}), **scene.overrides},
                            "end_state": {}, "resumed": [*run.provenance.get("resumed", []), time]})
         return writer
 
@@ -111,7 +112,7 @@ class Recorder:
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,
-                "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
+                "scene": scene.to_toml(), "settings": scene.overrides, "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
                 **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
