@@ -116,6 +116,7 @@ class Scene(Glance, Spec):
     _base_dir: Path = PrivateAttr(default_factory=Path.cwd)
     _source: str | None = PrivateAttr(default=None)
     _choices: tuple[Choice, ...] = PrivateAttr(default=())
+    _overrides: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="wrap")
     @classmethod
@@ -142,6 +143,11 @@ class Scene(Glance, Spec):
     def source(self) -> str:
         """Source of the scene for messages: the TOML file, or the scene's name if there is no file."""
         return self._source or self.name
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """Values by dotted key that replaced those of the scene's file when it was loaded (`--set`)."""
+        return self._overrides
 
     @property
     def choices(self) -> tuple[Choice, ...]:

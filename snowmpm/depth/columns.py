@@ -34,6 +34,8 @@ class Columns(Particles):
         """water: `water.flow_water.FlowWater`, or None."""
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
+        if hasattr(water, "second"):  # of the grains, without the pores between them
+            self.materials.density = water.dry
         self.count = len(population.volumes)
         self.repeats = np.append(grid.repeats, False)
         order = np.argsort(population.starts, kind="stable")

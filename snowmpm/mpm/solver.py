@@ -9,6 +9,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
+from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -88,7 +89,8 @@ class MpmSolver(Solver):
         real = runtime.DTYPES[precision][0]
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
-        self._reports = self._impulses = None
+        self._reports = self._impulses = self._answered = None
+        self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
 
     @classmethod
@@ -122,7 +124,7 @@ class MpmSolver(Solver):
     @property
     def contact_work(self):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
-        between = self.grid.bodies.lost[0] if self.grid.bodies else 0.0
+        between = self.grid.bodies.lost if self.grid.bodies else 0.0
         return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
 
     @property
@@ -145,12 +147,17 @@ class MpmSolver(Solver):
         rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
         return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
 
+    @property
+    def between_bodies(self):
+        """Impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]."""
+        return self.grid.bodies.given if self.grid.bodies else None
+
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
         scatter = self._scatter[grid.listed]
         scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
+                grid.tiles, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -162,23 +169,34 @@ class MpmSolver(Solver):
             if self.sleep:
                 self.sleep.list_work()
         update, write_back = self._update[grid.listed]
-        update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+        update(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
-            grid.apply_contact(self.dx)
-            write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+            self._meet_surfaces(dt)
+            write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                        grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
                        grid.contact.n_work, grid.asleep, *self._held)
+
+    def _meet_surfaces(self, dt):
+        """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
+        rods = self.movers.get("structures")
+        if not (rods and rods.strong) or self.damping_factor < 1.0:
+            self.grid.apply_contact(self.dx)
+            return
+        if self._answered is None:
+            self._answered = StrongContact(self, rods)
+        self._answered.apply(dt)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        report = np.zeros(step_report.N_REPORT)
+        report = self._report
+        report.fill(0.0)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
-               grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+               grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
@@ -320,7 +338,7 @@ class MpmSolver(Solver):
         for surface in self.surfaces:
             surface.total[:] = 0.0
         if self.grid.bodies:
-            self.grid.bodies.lost[:] = 0.0
+            self.grid.bodies.totals[:] = 0.0
         if self.sleep:
             self.sleep.restart()
 
@@ -329,7 +347,7 @@ class MpmSolver(Solver):
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
         return {**super().state(), "surfaces": np.array([surface.total for surface in self.surfaces]),
-                "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1),
+                "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
                 **({"sleep": self.sleep.state()} if self.sleep else {})}
 
     def restore(self, state):
@@ -344,4 +362,4 @@ class MpmSolver(Solver):
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
         if self.grid.bodies:
-            self.grid.bodies.lost[:] = state["lost_between_bodies"]
+            self.grid.bodies.totals[:] = state["between_bodies"]

@@ -2,8 +2,8 @@
 
 Thalweg: the path of the flow in plan. It connects the centres of momentum, x = sum m |v| x / sum m |v|, of the frames
 with a total momentum above `LEAST_MOMENTUM` of its maximum, as long as they go on: down, or straight ahead. It begins
-at the top of the release and is extended straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
-nearest point of the thalweg.
+at the top of the release and is extended straight at its end. s [m] is its length in plan; every map cell belongs to
+the s of the nearest point of the thalweg.
 
 Run-out: the s before which `RUNOUT_SHARE` of the snow lies at the end, so that no single particle sets it. Travel angle
 (Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
@@ -104,8 +104,8 @@ def thalweg(top, path, momentum, step, reach, ground):
 def _direction(line, step):
     """From the last point of a line that is `STRAIGHT` steps before its end or more to its end (2,) [m]; 0 of a point.
 
-    When the front rests and the rear still moves, the centre of momentum moves back up. It does so in an arc if branches
-    of the flow come to rest one after the other.
+    When the front rests and the rear still moves, the centre of momentum moves back up. It does so in an arc if
+    branches of the flow come to rest one after the other.
     """
     for before in line[-2::-1]:
         if np.linalg.norm(line[-1] - before) >= STRAIGHT * step:

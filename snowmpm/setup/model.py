@@ -73,6 +73,12 @@ class Model:
                 raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
         return found
 
+    @property
+    def laws_of_phases(self):
+        """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
+        mixed = self.scene.water and self.scene.water.scheme == "two_phase"
+        return self.laws * 2 if mixed else self.laws
+
     @cached_property
     def map_grid(self):
         """Cells of the maps of a run in three dimensions (`snowmpm.results.map_grid`).
@@ -213,7 +219,8 @@ class Model:
         # By name: methods are slow to import, and a run has one of them
         build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
         options = getattr(chosen, entry.options) if entry.options else chosen
-        return build(self.population if population is None else population, self.laws, options, **self._setting())
+        seeds = self.population if population is None else population
+        return build(seeds, self.laws_of_phases, options, **self._setting())
 
     def _setting(self):
         """What a method is built with, by name (`MethodEntry`)."""

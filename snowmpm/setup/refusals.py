@@ -36,6 +36,9 @@ def demands(scene, later=False):
             yield "free_bodies", True, f"obstacles.{i}.free", "a table"
     if scene.structures:
         yield "structures", True, "structures.0.name", scene.structures[0].name
+    for i, structure in enumerate(scene.structures):
+        if structure.coupling == "strong":
+            yield "strong_coupling", True, f"structures.{i}.coupling", structure.coupling
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
@@ -54,15 +57,18 @@ def demands(scene, later=False):
     for i, event in enumerate(scene.events):
         if later and not (event.kind == "load" and event.stop is None):
             continue
-        yield event.NEEDS, True, f"events.{i}.kind", event.kind
+        soaked = event.kind == "drainage" and scene.water and scene.water.scheme == "u_p"
+        yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield "forcing", True, f"forces.{i}.kind", force.kind
+        yield "forces", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        yield scene.water.NEEDS, True, "water.scheme", scene.water.scheme
+        able = METHODS[scene.solver.method].capabilities
+        key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
+        yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
 
 def _of_friction(terrain):
@@ -182,6 +188,13 @@ def _refuse_beside_water(scene):
                             scene.source)
     if scene.saw_test:
         raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
+    if scene.water.scheme == "two_phase":
+        terrain = scene.terrain
+        beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
+                  "obstacles": scene.obstacles}
+        if found := [name for name, there in beside.items() if there]:
+            raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
+                                ' "one_phase"', scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):
