@@ -135,13 +135,20 @@ class TileGrid:
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start)[work] + NODE_BLOCK_COST))
         return self.contact.visit(reached)
 
-    def apply_contact(self, dx):
-        """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks."""
+    def apply_contact(self, dx, but=()):
+        """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks; but:
+        surfaces that are only found, in the order in which they are to act."""
         if self.bodies:
             self.bodies.apply_contact(self, dx)
         for surface, active in zip(self.surfaces, self.contact.active, strict=True):
             if active:
-                surface.apply_contact(self, dx)
+                surface.locate(self)
+                if surface not in but:
+                    surface.apply_contact(self, dx)
+
+    def acts(self, surface):
+        """Whether a surface is near any snow."""
+        return self.contact.active[self.surfaces.index(surface)]
 
     def _reserved(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""
