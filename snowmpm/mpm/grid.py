@@ -218,7 +218,7 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
             tile, step = tiles_at[e, 0], tiles_at[e, 1]
-            counts = active_nodes[tile, 6] & step == step  # two of three tiles around do not come here
+            counts = active_nodes[tile, 6] & step == step  # most tiles around do not come here
             if ti.static(sleeping):
                 counts = counts & (asleep[tile] == 0)
             if counts:
