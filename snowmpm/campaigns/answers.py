@@ -108,7 +108,9 @@ def sensitivity_table(plan, variant, records):
 CONSTANT = ("final", "flow_depth", "moving_share", "momentum_share", "runout_x", "runout_y", "runout_z", "steps", "dt")
 """Numbers that no share of variance is looked for."""
 
-MAIN = tuple(one.name for one in NUMBERS)
+FIRST = ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure")
+"""What an engineer asks for before all else."""
+MAIN = (*FIRST, *(one.name for one in NUMBERS if one.name not in FIRST))
 SAW = tuple(one.name for one in (*MEASURED, *PREDICTED))
 
 

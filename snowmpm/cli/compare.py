@@ -160,8 +160,8 @@ def _rows(found):
     yield from _set_up_rows(cases)
     # The front of the history is measured along a straight line. On real terrain run-out and reach are shown instead.
     straight = [] if found[0].profile.along == "s" else [("front", "", last("front"))]
-    for name, words, values in (*straight, ("max_speed", ", at most", largest("max_speed")),
-                                ("kinetic_energy", ", at most", largest("kinetic_energy")),
+    for name, words, values in (*straight, ("max_speed", ", at most in a frame", largest("max_speed")),
+                                ("kinetic_energy", ", at most in a frame", largest("kinetic_energy")),
                                 ("plastic_work", "", last("plastic_work"))):
         if not all(map(math.isnan, values)):
             one = quantity(name, dimension=cases[0].run.dimension)
