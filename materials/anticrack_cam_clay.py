@@ -22,7 +22,10 @@ class AnticrackCamClay(CriticalStateLaw):
         intact:     dζ = −α |dε_v^p|  until ζ = 0: complete softening, p₀ = 0        [G 58]
         collapsed:  dζ = −dε_v^p and β = 0, for good
 
-    [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity".
+    [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity";
+    the law is that of Gaume, Gast, Teran, van Herwijnen and Jiang (2018), Nature Communications 9, 3047,
+    doi:10.1038/s41467-018-05181-w. Keys of a scene: M `critical_slope`, β `cohesion`, ξ `hardening`, α `softening`,
+    p₀ at the start `p0`, t `reference_thickness`; K from `youngs_modulus` and `poisson_ratio`.
     ζ₀ = asinh(p₀/K)/ξ. Isotropic collapse takes the plastic compaction ζ₀/α, so the collapse height is that times the
     thickness t of the layer, and the fracture energy per area about half the peak stress times the collapse height.
 

@@ -14,8 +14,10 @@ class CohesiveCamClay(CriticalStateLaw):
         p₀ = K sinh(ξ max(z, 0)),  z = −ε_v^p = −ln det Fp                  [G 57]
 
     [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity";
-    the surface is that of Gaume et al. (2018), doi:10.1038/s41467-018-05181-w. An initial p₀ fixes
-    z₀ = asinh(p₀/K)/ξ. Compaction hardens; dilation softens until p₀ = 0 at z = 0, where the snow is separated:
+    the surface is that of Gaume, Gast, Teran, van Herwijnen and Jiang (2018), Nature Communications 9, 3047,
+    doi:10.1038/s41467-018-05181-w. Keys of a scene: M `critical_slope`, β `cohesion`, ξ `hardening`, p₀ at the start
+    `p0`; K from `youngs_modulus` and `poisson_ratio`. An initial p₀ fixes z₀ = asinh(p₀/K)/ξ.
+    Compaction hardens; dilation softens until p₀ = 0 at z = 0, where the snow is separated:
     stress-free while z <= 0, so a gap that opened must close before stress comes back. Critical state:
     p = (1 − β) p₀/2.
     Backward Euler, hardening included (see `ellipse.py`): admissible at the updated p₀ for a step of any size.

@@ -91,8 +91,9 @@ class Elastic(Law):
         ψ = ½ K (tr ε)² + G dev ε : dev ε,   τ = K tr(ε) I + 2 G dev ε
 
     Gaume et al., "Modeling snow and avalanches with the Material Point Method and finite strain elastoplasticity",
-    eqs. 4, 18-19, 22. Path-independent: a closed loop of deformation gives back all energy. Loses ellipticity beyond a
-    stretch of e in compression, far outside what snow carries elastically.
+    eqs. 4, 18-19, 22; the same in Gaume et al. (2018), doi:10.1038/s41467-018-05181-w.
+    Path-independent: a closed loop of deformation gives back all energy. Loses ellipticity beyond a stretch of e in
+    compression, far outside what snow carries elastically.
     """
 
     kind: Literal["elastic"] = "elastic"

@@ -77,6 +77,7 @@ class Law(BaseModel):
     youngs_modulus: Positive  # E [Pa]
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
     card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
+    card_source: str | None = None  # what a card of one's own says of the origin of its numbers
 
     if TYPE_CHECKING:  # of every law, its own
 

@@ -165,7 +165,8 @@ class StomakhinSnow(Law):
 
     [S] Stomakhin, Schroeder, Chai, Teran, Selle, "A material point method for snow simulation", ACM Trans. Graph. 32(4)
     (2013), doi:10.1145/2461912.2461948; [G] Gaume et al., "Modeling snow and avalanches with the Material Point Method
-    and finite strain elastoplasticity", whose (53) must read Fp = Fe⁻¹ F. E and ν are those of J_P = 1; J_P < 1:
+    and finite strain elastoplasticity" (no DOI known; its plasticity: Gaume et al. 2018,
+    doi:10.1038/s41467-018-05181-w), whose (53) must read Fp = Fe⁻¹ F. E and ν are those of J_P = 1; J_P < 1:
     compacted. A law made for pictures: thresholds of single stretches, so that strength depends on the Lode angle;
     no friction that grows with pressure; no gap to close: snow that was pulled apart carries stress as soon as it is
     pressed, with the small stiffness of its J_P.

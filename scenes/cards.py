@@ -6,8 +6,12 @@
 
 One file a card under library/materials, named after it. The law made from a card keeps the card's name as `card`, so a
 resolved scene holds every number and its origin.
+
+A card of one's own is such a file beside the scene (by its name, or with .toml) or anywhere (by its path). A resolved
+scene also keeps its `source` as `card_source`; it no longer reads the file.
 """
 
+import contextlib
 import functools
 from pathlib import Path
 from typing import Any
@@ -18,6 +22,7 @@ from snowmpm.errors import InputError, nearest
 from snowmpm.materials import Material
 from snowmpm.scenes.friction_cards import with_friction_card
 from snowmpm.scenes.messages import describe, shown
+from snowmpm.scenes.space import base_dir
 from snowmpm.scenes.spec import Spec, refuse
 from snowmpm.scenes.toml import parse
 
@@ -32,6 +37,19 @@ class MaterialCard(Spec):
     source: str
     """where every number is from, with the DOI"""
     validity: str
+    """range of validity and limits"""
+    material: Material
+    """the law"""
+
+
+class OwnCard(Spec):
+    """A card beside a scene: what is said of the numbers may be missing."""
+
+    description: str = ""
+    """one line"""
+    source: str = ""
+    """where the numbers are from"""
+    validity: str = ""
     """range of validity and limits"""
     material: Material
     """the law"""
@@ -80,7 +98,8 @@ def with_cards(data: Any) -> Any:
     if not isinstance(materials, dict):
         return data
     cards = material_cards()
-    named: dict[str, Any] = {name: {} for name in wanted if isinstance(name, str) and name in cards}
+    named: dict[str, Any] = {name: {} for name in wanted if isinstance(name, str) and (
+        name in cards or (name not in materials and _own_file(name)))}
     expanded = {name: expanded_material(name, table) for name, table in {**named, **materials}.items()}
     return {**data, "materials": expanded} if expanded or "materials" in data else data
 
@@ -88,14 +107,52 @@ def with_cards(data: Any) -> Any:
 def expanded_material(name: str, table: Any) -> Any:
     """The table of one material with its card written out, as `with_cards` does."""
     cards = material_cards()
-    if not isinstance(table, dict):
+    if not isinstance(table, dict) or "card_source" in table:  # the latter is of a resolved scene
         return table
-    card = table.get("card", name if name in cards and "kind" not in table else None)
+    card = table.get("card", name if "kind" not in table and (name in cards or _own_file(name)) else None)
     if not isinstance(card, str):
         return table
-    if card not in cards:
-        raise refuse(f"no such material card: {_hint(card)}", f"materials.{name}.card", card)
-    return {**cards[card].material.model_dump(exclude_none=True), **table}
+    if card in cards:
+        return {**cards[card].material.model_dump(exclude_none=True), **table}
+    if (path := _own_file(card)) is None:
+        raise refuse(f"no such material card: {_hint(card)}{_looked_for(card)}", f"materials.{name}.card", card)
+    return {**own_card(path), **table, "card": card}
+
+
+def own_card(path: Path) -> dict[str, Any]:
+    """Numbers of a card of one's own, with `card` and `card_source`. Raises InputError, which names its file."""
+    data = parse(path)
+    table = data.get("material")
+    begun = table.get("card") if isinstance(table, dict) else None
+    if isinstance(begun, str):  # the numbers began with a card of the library
+        if begun not in material_cards():
+            raise InputError(f"{path}: material.card = {shown(begun)}: no such material card: {_hint(begun)}")
+        data = {**data, "material": {**material_cards()[begun].material.model_dump(exclude_none=True), **table}}
+    try:
+        card = OwnCard.model_validate(data)
+    except ValidationError as error:
+        raise InputError(describe(error, data, OwnCard, path)) from None
+    source = card.source or f"file {path.name}, which names no source"
+    return {**card.material.model_dump(exclude_none=True), "card": path.stem, "card_source": source}
+
+
+def _own_file(card: str) -> Path | None:
+    """File of a card of one's own, by its name or path from the scene's folder; None where there is none."""
+    folder = base_dir()
+    if folder is None or "\0" in card or not card:
+        return None
+    named = card if card.endswith(".toml") else f"{card}.toml"
+    if named == card or Path(card).name == card:
+        path = folder / Path(named).expanduser()
+        with contextlib.suppress(OSError):  # a name too long
+            if path.is_file() and (named == card or "material" in parse(path)):
+                return path
+    return None
+
+
+def _looked_for(card: str) -> str:
+    folder = base_dir()
+    return f" (nor a file {folder / card})" if folder is not None and card.endswith(".toml") else ""
 
 
 def _hint(name: str) -> str:

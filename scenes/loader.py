@@ -37,10 +37,10 @@ def load_scene(name_or_path: PathLike, overrides: Mapping[str, Any] | None = Non
     data = parse(path)
     for key, value in (overrides or {}).items():
         override(data, key, value, path)
-    # Before validation, so that messages include the numbers of the card; validation reports errors of a card
-    with contextlib.suppress(PydanticCustomError):
-        data = with_cards(data)
     base_dir = path.resolve().parent
+    # Before validation, so that messages include the numbers of the card; validation reports errors of a card
+    with surroundings(base_dir=base_dir), contextlib.suppress(PydanticCustomError):
+        data = with_cards(data)
     try:
         with surroundings(base_dir=base_dir):
             scene = Scene.model_validate(data)

@@ -11,6 +11,7 @@ from snowmpm.scenes.cards import cards_near, expanded_material, material_cards
 from snowmpm.scenes.library import library
 from snowmpm.scenes.loader import find_scene, override
 from snowmpm.scenes.messages import describe, shown
+from snowmpm.scenes.space import surroundings
 from snowmpm.scenes.toml import parse
 
 
@@ -39,7 +40,8 @@ def load_material(source, overrides=None):
     for key, value in (overrides or {}).items():
         override(data, key, value, file)
     try:
-        data = expanded_material(name, data)
+        with surroundings(base_dir=Path(file).resolve().parent if isinstance(file, Path) else None):
+            data = expanded_material(name, data)
         return name, Named.model_validate({name: data}).root[name]
     except PydanticCustomError as error:
         raise InputError(f"{file}: {name}.card = {shown(data['card'])}: {error.context['allowed']}") from None

@@ -55,6 +55,11 @@ def dimension():
     return _surroundings.get().dimension
 
 
+def base_dir():
+    """Folder that file names of the scene under validation are relative to; None outside a scene file."""
+    return _surroundings.get().base_dir
+
+
 def require_dimension(wanted, what):
     """Raise an error for `what` (text of the message) unless the scene has `wanted` axes."""
     if dimension() not in (wanted, None):

@@ -27,7 +27,7 @@ def shown_numbers(campaign):
     table = campaign.table
     varied = [row[0] for row in summary(table) if row[3] > row[1]]
     first = SAW_SHOWN if is_saw_test(table) else SHOWN
-    return [name for name in (*first, *varied) if name in varied][: len(SHOWN)] if varied else []
+    return [name for name in dict.fromkeys((*first, *varied)) if name in varied][: len(SHOWN)] if varied else []
 
 
 def numeric_parameters(file):
@@ -54,8 +54,10 @@ def listed(campaign):
 def listing(campaign, most):
     """Lines of the table for reading, with units; of saw tests those that did not run to the end are marked."""
     names, table = listed(campaign), campaign.table
-    rows = [[_text(row.get(name)) for name in names] for row in table[:most].to_dict("records")]
-    marks = [MARK if row.get(WHOLE) is False else "" for row in table[:most].to_dict("records")]
+    inputs = set(campaign.file.parameters)
+    records = table[:most].to_dict("records")
+    rows = [[_text(row.get(name), 6 if name in inputs else 4) for name in names] for row in records]
+    marks = [MARK if row.get(WHOLE) is False else "" for row in records]
     heads = [_head(campaign, name) for name in names]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
     lines = [f"{'  '.join(map(str.rjust, row, widths))} {mark}".rstrip()
@@ -71,11 +73,11 @@ def _head(campaign, name):
     return f"{name.removeprefix(BEFORE)}{unit}"
 
 
-def _text(value):
+def _text(value, digits):
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g}" if math.isfinite(value) else "-"
+        return f"{value:.{digits}g}" if math.isfinite(value) else "-"
     return "-" if value is None or str(value) == "<NA>" else str(value)
 
 

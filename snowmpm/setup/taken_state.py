@@ -17,6 +17,8 @@ KEPT = "initial.npz"
 """File of a run folder with the state from the other run, so that the run can continue without it."""
 KEY = "initial.from"
 COLUMNS = ("velocity", "affine", "elastic", "stress", "state", "volume_ratio", "volume")
+CARD = ("card", "card_source")
+"""Where numbers of a material come from, which changes nothing."""
 
 
 @dataclass
@@ -133,14 +135,15 @@ def _check_law(body, was, now):
     """
     if was["kind"] != now["kind"]:
         raise InputError(f"{body.name} has the law {was['kind']} there, and {now['kind']} in this scene")
-    laws = [LAWS[table["kind"]].model_validate({k: v for k, v in table.items() if k != "card"}) for table in (was, now)]
+    laws = [LAWS[table["kind"]].model_validate({k: v for k, v in table.items() if k not in CARD})
+            for table in (was, now)]
     for name in ("density", "bulk_modulus", "shear_modulus"):
         before, after = (getattr(law, name) for law in laws)
         if not np.isclose(before, after, rtol=1e-9):
             raise InputError(f"{body.name} has {name} = {before:.6g} there, and {after:.6g} in this scene; only"
                              " strength may differ")
     return [f"materials.{body.material}.{key}: {was.get(key)} there, {now.get(key)} here"
-            for key in dict.fromkeys([*was, *now]) if key != "card" and was.get(key) != now.get(key)]
+            for key in dict.fromkeys([*was, *now]) if key not in CARD and was.get(key) != now.get(key)]
 
 
 def _particles(solver, dim, dx):

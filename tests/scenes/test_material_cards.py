@@ -142,7 +142,8 @@ def test_resolved_scene_holds_numbers_and_provenance(written, tmp_path):
 
 
 def test_numbers_of_a_resolved_scene_win_over_a_card_that_changed(written):
-    numbers = "\n".join(f"{key} = {value!r}" for key, value in material_card("ice").model_dump().items())
+    given = material_card("ice").model_dump(exclude_none=True)
+    numbers = "\n".join(f"{key} = {value!r}" for key, value in given.items())
     numbers = numbers.replace("'", '"').replace("917.0", "900.0")
     law = load_scene(written("ice", f"[materials.ice]\n{numbers}")).materials["ice"]
     assert (law.card, law.density) == ("ice", 900.0)
@@ -166,6 +167,62 @@ def test_a_material_of_the_scene_wins_over_a_card(written):
     lines = '[materials.ice]\nkind = "elastic"\ndensity = 1.0\nyoungs_modulus = 1.0\npoisson_ratio = 0.0'
     law = load_scene(written("ice", lines)).materials["ice"]
     assert (law.density, law.card) == (1.0, None)
+
+
+OWN = """
+description = "My weak layer"
+source = "Field book 7, page 12"
+
+[material]
+kind = "elastic"
+density = 130.0
+youngs_modulus = 4.0e5
+poisson_ratio = 0.25
+"""
+
+
+@pytest.mark.parametrize("card", ["mine.toml", "mine", "{folder}/mine.toml"])
+def test_a_card_of_ones_own_beside_the_scene(written, tmp_path, card):
+    """Like `element -m mine.toml`; the resolved scene keeps where the numbers are from and needs the file no more."""
+    own = tmp_path / "mine.toml"
+    own.write_text(OWN)
+    path = written("snow", f'[materials.snow]\ncard = "{card.format(folder=tmp_path)}"\ndensity = 140.0')
+    loaded = load_scene(path)
+    law = loaded.materials["snow"]
+    assert (law.kind, law.youngs_modulus, law.density, law.card_source) == ("elastic", 4e5, 140.0,
+                                                                          "Field book 7, page 12")
+    text, elsewhere = loaded.to_toml(), tmp_path / "run"
+    elsewhere.mkdir()
+    (elsewhere / "scene.toml").write_text(text)
+    own.unlink()
+    assert load_scene(elsewhere / "scene.toml").to_toml() == text and "Field book 7" in text
+    with pytest.raises(InputError, match="no such material card"):
+        load_scene(path)
+
+
+def test_a_body_names_a_card_of_ones_own(written, tmp_path):
+    (tmp_path / "mine.toml").write_text(OWN.replace('source = "Field book 7, page 12"', ""))
+    assert load_scene(written("mine")).materials["mine"].card_source == "file mine.toml, which names no source"
+    (tmp_path / "mine.toml").write_text("name = 'no card'")
+    assert "must be one of the materials" in message(written("mine"))
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("4.0e5", "-4.0e5", "mine.toml: material.youngs_modulus = -400000.0"),
+    ("elastic", "elastik", "mine.toml: material.kind"), ("[material]", "[metarial]", "mine.toml"),
+    ('kind = "elastic"', 'card = "other.toml"', "no such material card"), ("[material]", "[material", "not valid TOML"),
+])
+def test_errors_of_a_card_of_ones_own_name_its_file(written, tmp_path, old, new, said):
+    (tmp_path / "mine.toml").write_text(OWN.replace(old, new))
+    assert said in message(written("snow", '[materials.snow]\ncard = "mine.toml"'))
+
+
+def test_a_card_of_ones_own_begins_with_one_of_the_library(written, tmp_path):
+    (tmp_path / "mine.toml").write_text('[material]\ncard = "li_warm_shear"\np0 = 2e4')
+    law = load_scene(written("snow", '[materials.snow]\ncard = "mine"')).materials["snow"]
+    assert (law.p0, law.card) == (2e4, "mine")
+    assert law.critical_slope == material_card("li_warm_shear").critical_slope
+    assert load_material(str(tmp_path / "mine.toml"))[1].p0 == 2e4
 
 
 def test_cards_in_python():
