@@ -144,8 +144,8 @@ class _View:
         names = [] if self.scale is None else [self.scale.field]
         names += ["material"] if self.layer or self.cut else []
         names += ["depth"] if "depth" in self.run.field_names else []
-        known = "identity" in self.run.field_names
-        return self.run.frame(i, dict.fromkeys([*names, *(["identity"] if known else [])]))
+        known = "id" in self.run.field_names
+        return self.run.frame(i, dict.fromkeys([*names, *(["id"] if known else [])]))
 
     def _frame(self, i):
         """(time, what the drawing functions take of frame `i`: points, spacing, colours, identity)."""
@@ -159,11 +159,14 @@ class _View:
         elif self.scale is not None:
             share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
             colours = self.table[np.round(255 * share).astype(int)]
-        identity = frame.fields["identity"][good] if "identity" in frame.fields else None
+        identity = frame.fields["id"][good] if "id" in frame.fields else None
         points = frame.points[good]
         spacing = particle_spacing(self.run, frame.time)
         if "depth" in frame.fields:
-            points, colours, identity = piled(points, frame.fields["depth"][good], spacing, colours, identity)
+            depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
+            each = None if fine is None else np.where(depth.ravel() > 0.0, spacing, min(spacing, fine))
+            points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
+            spacing = spacing if each is None else each
         return frame.time, (points, spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):

@@ -53,7 +53,8 @@ MAY_IMPORT = {
     "micro": {*GROUND, "compiler", "seeding"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
-    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # MPM as well: the same splines and lines of contact
+    # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores
+    "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},

@@ -1,7 +1,9 @@
 """A run as binary glTF files (.glb), one a frame: snow, ground and obstacles, with all fields of the snow.
 
 https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html. Fields are attributes of the vertices, _VELOCITY and so on,
-as the standard has it for what it does not know; a tensor becomes one attribute a component.
+as the standard has it for what it does not know; a tensor becomes one attribute a component. The standard has no whole
+numbers of 32 bits for vertices: they are floats, and from 2^24 on, where floats skip some, two attributes of 16 bits,
+_ID_LOW and _ID_HIGH.
 """
 
 import json
@@ -19,6 +21,8 @@ VERTICES, INDICES = 34962, 34963
 Z_UP = [-float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5))]
 """Quaternion that turns z up into y up."""
 
+EXACT = 1 << 24
+"""Whole numbers up to this are exact as floats."""
 COLOURS = {"snow": [0.95, 0.97, 1.0, 1.0], "ground": [0.45, 0.42, 0.38, 1.0], "obstacle": [0.35, 0.35, 0.4, 1.0]}
 
 
@@ -95,6 +99,8 @@ class _Scene:
 
 def _attributes(values):
     """(end of the name, (n,) or (n, 2 to 4)) of a field."""
+    if values.dtype.kind in "iu" and values.ndim == 1 and values.max(initial=0) > EXACT:
+        return [("_LOW", values & 0xFFFF), ("_HIGH", values >> 16)]
     if values.ndim == 1 or values.shape[1] <= 4:
         return [("", values)]
     return [(f"_{axis}".upper(), values[:, k]) for k, axis in enumerate(AXES[values.shape[1]])]

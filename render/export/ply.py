@@ -68,7 +68,11 @@ def _code(values):
 
 
 def _storable(values):
-    """Values of a type that PLY has."""
+    """Values of a type that PLY has, which for whole numbers beyond 32 bits is double: exact to 9e15."""
     if _code(values) in KINDS:
         return values
-    return values.astype(np.int32 if values.dtype.kind in "iub" else np.float32)
+    if values.dtype.kind not in "iub":
+        return values.astype(np.float32)
+    held = np.iinfo(np.int32)
+    small = not values.size or (values.min() >= held.min and values.max() <= held.max)
+    return values.astype(np.int32 if small else np.float64)

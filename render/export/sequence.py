@@ -9,6 +9,8 @@ from snowmpm.errors import InputError
 from snowmpm.render.export.snow_surface import require_splashsurf, snow_surface
 from snowmpm.render.run_film import particle_spacing, piled
 
+IDENTITY = "id"
+"""Field with the number of each particle."""
 RIBBON = 20.0
 """Width of a section in plane strain, in particle spacings: lines of its ground become strips."""
 
@@ -16,18 +18,20 @@ RIBBON = 20.0
 @dataclass(frozen=True)
 class Shape:
     """points (n, 3) [m] float32; faces (m, 3) of a mesh, or None of particles; fields (n,) or (n, k) by name; radius
-    [m] of a particle."""
+    [m] of a particle; numbers (n,) of the particles, ascending, or None where they have none."""
 
     points: np.ndarray
     faces: np.ndarray | None
     fields: dict[str, Any]
     radius: float = 0.0
+    numbers: np.ndarray | None = None
 
 
 class Sequence:
     """Frames of a run.
 
-    name, origin (3,) [m] in map coordinates, indices of the frames, times [s], seconds of film.
+    name, origin (3,) [m] in map coordinates, indices of the frames, times [s], seconds of film; identified: whether
+    its particles keep their numbers and their order from frame to frame.
     """
 
     def __init__(self, run, *, surface=False, fields=None, every=1, speed=1.0, fps=25.0):
@@ -41,6 +45,7 @@ class Sequence:
         self.run, self.name, self.origin = run, run.name, run.origin
         self.fps, self.speed = fps, speed
         self._surface = surface
+        self.identified = not surface and IDENTITY in run.field_names and "depth" not in run.field_names
         self._names = list(run.field_names if fields is None else fields)
         self.indices = range(0, len(run), every)
 
@@ -57,16 +62,20 @@ class Sequence:
     def snow(self, i):
         """`Shape` of the snow in frame `i`."""
         in_plan = "depth" in self.run.field_names
-        frame = self.run.frame(i, dict.fromkeys([*self._names, *(["depth"] if in_plan else [])]))
+        extra = [*(["depth"] if in_plan else []), *([IDENTITY] if self.identified else [])]
+        frame = self.run.frame(i, dict.fromkeys([*self._names, *extra]))
         spacing = particle_spacing(self.run, frame.time)
-        good = np.isfinite(frame.points).all(axis=1)
-        points, fields = frame.points[good], {name: frame.fields[name][good] for name in self._names}
+        good = np.flatnonzero(np.isfinite(frame.points).all(axis=1))
+        # A run file holds particles in the order of its blocks, which changes as they move
+        kept = good[np.argsort(frame.fields[IDENTITY][good], kind="stable")] if self.identified else good
+        points, fields = frame.points[kept], {name: frame.fields[name][kept] for name in self._names}
         if in_plan:
             points, *values = piled(points, frame.fields["depth"][good], spacing, *fields.values())
             fields = dict(zip(fields, values, strict=True))
         points = np.ascontiguousarray(points, np.float32)
         if not self._surface:
-            return Shape(points, None, fields, 0.5 * spacing)
+            numbers = frame.fields[IDENTITY][kept] if self.identified else None
+            return Shape(points, None, fields, 0.5 * spacing, numbers)
         return Shape(*snow_surface(points, spacing, fields, flat=self.run.dimension == 2))
 
     def ground(self):

@@ -10,6 +10,8 @@ from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.stages import counted
 
+WIDE = ("u4", "i8", "u8")
+"""Whole numbers that 32 bits with a sign do not hold."""
 COLOURS = {"snow": (0.95, 0.97, 1.0), "ground": (0.45, 0.42, 0.38), "obstacle": (0.35, 0.35, 0.4)}
 
 
@@ -98,26 +100,30 @@ class _Part:
             widths = np.full(len(points), 2.0 * shape.radius, np.float32)
             self._prim.CreateWidthsAttr().Set(Vt.FloatArray.FromNumpy(widths), time)
             self._prim.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
+            if shape.numbers is not None:
+                numbers = np.ascontiguousarray(shape.numbers, np.int64)
+                self._prim.CreateIdsAttr().Set(Vt.Int64Array.FromNumpy(numbers), time)
         for name, values in shape.fields.items():
             self._field(name, values, time)
 
     def _field(self, name, values, time):
-        """A field as a primvar. Velocity and identity are what USD has attributes for, too."""
+        """A field as a primvar, whole numbers as such. Velocity is what USD has an attribute for, too."""
         from pxr import Sdf, UsdGeom, Vt
 
         types = Sdf.ValueTypeNames
-        kinds = {1: (types.FloatArray, Vt.FloatArray), 3: (types.Vector3fArray, Vt.Vec3fArray)}
+        kinds = {1: (types.FloatArray, Vt.FloatArray, np.float32), 3: (types.Vector3fArray, Vt.Vec3fArray, np.float32)}
+        if values.dtype.kind in "iub":
+            kinds = {1: (types.Int64Array, Vt.Int64Array, np.int64) if values.dtype in WIDE
+                     else (types.IntArray, Vt.IntArray, np.int32)}
         variables = UsdGeom.PrimvarsAPI(self._prim.GetPrim())
         columns = 1 if values.ndim == 1 else values.shape[1]
         if name == "velocity" and columns == 3:  # in metres a second of film: what blurs moving things
             blur = np.ascontiguousarray(values * self._speed, np.float32)
             self._prim.CreateVelocitiesAttr().Set(Vt.Vec3fArray.FromNumpy(blur), time)
-        if name == "identity" and not self._mesh:
-            self._prim.CreateIdsAttr().Set(Vt.Int64Array.FromNumpy(np.ascontiguousarray(values, np.int64)), time)
         parts = {"": values} if columns in kinds else {f"_{k}": values[:, k] for k in range(columns)}
         for end, part in parts.items():
-            kind, array = kinds[1 if part.ndim == 1 else part.shape[1]]
+            kind, array, number = kinds[1 if part.ndim == 1 else part.shape[1]]
             one = variables.CreatePrimvar(name + end, kind, UsdGeom.Tokens.vertex)
             if not one.GetAttr().HasAuthoredMetadata("customData") and self._units.get(name):
                 one.GetAttr().SetCustomDataByKey("units", self._units[name])
-            one.Set(array.FromNumpy(np.ascontiguousarray(part, np.float32)), time)
+            one.Set(array.FromNumpy(np.ascontiguousarray(part, number)), time)

@@ -23,6 +23,7 @@ from snowmpm.cli import (
     study,
 )
 from snowmpm.cli.errors import guarded
+from snowmpm.cli.help_text import PlainCommand, PlainGroup
 
 HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the deposit, in one model.
 
@@ -35,7 +36,7 @@ HELP = """Snow and avalanche mechanics: from the failure of a weak layer to the 
 Exit codes: 0 done, 1 the simulation failed, 2 bad input, 130 interrupted.
 """
 
-app = typer.Typer(help=HELP, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(help=HELP, cls=PlainGroup, no_args_is_help=True, pretty_exceptions_enable=False)
 
 
 def _version(wanted: bool):
@@ -55,25 +56,25 @@ def about(
     """Options that precede a command."""
 
 
-app.command("run")(guarded(run.run))
-app.command("new")(guarded(new.new))
-app.command("check")(guarded(check.check))
-app.command("list")(guarded(listing.list_library))
-app.command("render")(guarded(render.render))
-app.command("report")(guarded(report.report))
-app.command("plot")(guarded(plot.plot))
-app.command("maps")(guarded(maps.maps))
-app.command("export")(guarded(export.export))
-app.command("info")(guarded(info.info))
-app.command("compare")(guarded(compare.compare))
-app.command("gallery")(guarded(gallery.gallery))
-app.command("element")(guarded(element.element))
-app.command("micro")(guarded(micro.micro))
-app.command("study")(guarded(study.study))
-app.command("sweep")(guarded(campaign.sweep))
+app.command("run", cls=PlainCommand)(guarded(run.run))
+app.command("new", cls=PlainCommand)(guarded(new.new))
+app.command("check", cls=PlainCommand)(guarded(check.check))
+app.command("list", cls=PlainCommand)(guarded(listing.list_library))
+app.command("render", cls=PlainCommand)(guarded(render.render))
+app.command("report", cls=PlainCommand)(guarded(report.report))
+app.command("plot", cls=PlainCommand)(guarded(plot.plot))
+app.command("maps", cls=PlainCommand)(guarded(maps.maps))
+app.command("export", cls=PlainCommand)(guarded(export.export))
+app.command("info", cls=PlainCommand)(guarded(info.info))
+app.command("compare", cls=PlainCommand)(guarded(compare.compare))
+app.command("gallery", cls=PlainCommand)(guarded(gallery.gallery))
+app.command("element", cls=PlainCommand)(guarded(element.element))
+app.command("micro", cls=PlainCommand)(guarded(micro.micro))
+app.command("study", cls=PlainCommand)(guarded(study.study))
+app.command("sweep", cls=PlainCommand)(guarded(campaign.sweep))
 
 campaigns = typer.Typer(help="Many runs of one scene, and one answer: probability maps, sensitivities, calibration.",
-                        no_args_is_help=True)
+                        cls=PlainGroup, no_args_is_help=True)
 for made in (campaign.run, campaign.status, campaign.maps, campaign.plot, campaign.calibrate):
-    campaigns.command(made.__name__)(guarded(made))
+    campaigns.command(made.__name__, cls=PlainCommand)(guarded(made))
 app.add_typer(campaigns, name="campaign")

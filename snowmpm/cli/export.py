@@ -1,5 +1,6 @@
 """`snowmpm export`: a run for other programs."""
 
+import sys
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -44,5 +45,8 @@ def export(run: RunPath, output: Folder = None, kind: As = Kind.ply,
     folder = output or opened.path.with_name("export")
     names = [name.strip() for name in fields.split(",") if name.strip()] if fields is not None else None
     written = export_run(opened, folder, kind.value, surface=surface, fields=names, every=every, speed=speed, fps=fps)
+    if not surface and "id" not in opened.field_names:
+        print('note: the run did not record "id" (output.fields): nothing tells which particle is which from frame to'
+              " frame", file=sys.stderr)
     if not quiet:
         print(written[0] if len(written) == 1 else f"{folder}: {len(written)} files, {written[0].name} first")

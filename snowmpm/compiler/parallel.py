@@ -13,6 +13,13 @@ What workers found is added up in order on a CPU, so that sums do not depend on 
 a GPU, one of whose threads would take longer for it than all of them for the step:
 
     ti.loop_config(serialize=in_order())
+
+Where few of many items have work, and these lie together (tiles of a plan grid that hold snow), a worker takes every
+k-th item:
+
+    for i in range(strides(n)):
+        item = strided(i, n)
+        if item < n:
 """
 
 import numpy as np
@@ -25,6 +32,8 @@ CHUNKS_PER_THREAD = 12
 """Chunks each thread of a CPU gets on average: enough to even out blocks of unequal cost."""
 LITTLE_WORK = 4e-4
 """Time of a step [s] below which its loops are not worth handing out, to two threads or sixteen."""
+STRIDED = 31
+"""Workers at least that share such items on a CPU: a prime, so that no row of tiles falls to one of them."""
 GPU_WORKERS = 1 << 15
 """Chunks on a GPU: enough to hide the latency of its memory, few enough for a scratch block each."""
 
@@ -92,3 +101,23 @@ def chunk(i, chunk_bounds: ti.template()):
     """First and one-past-last block of the worker at iteration i."""
     k = worker(i)
     return chunk_bounds[k], chunk_bounds[k + 1]
+
+
+@ti.func
+def _strided_workers(n):
+    found = n
+    if ti.static(spread() > 1):
+        found = ti.max(STRIDED, (n - 1) // ti.static(spread()) + 1)
+    return found
+
+
+@ti.func
+def strides(n):
+    """Length of a loop over n items that workers take in turn."""
+    return _strided_workers(n) * ti.static(spread())
+
+
+@ti.func
+def strided(i, n):
+    """The item of iteration i of that loop; there is none if it is n or more."""
+    return i // ti.static(spread()) + i % ti.static(spread()) * _strided_workers(n)

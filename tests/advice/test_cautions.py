@@ -6,6 +6,7 @@ import pytest
 
 from snowmpm.advice import refinement
 from snowmpm.advice.report import advise
+from snowmpm.materials import MuI
 from snowmpm.scenes.schema import Scene
 
 SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
@@ -110,6 +111,15 @@ def test_friction_that_disturbances_grow_in_is_named():
     assert found.key == "bodies.0 (sand)" and "cfl = 0.1" in found.cure
     for sound in (layer_of_sand(0.025, cfl=0.1), layer_of_sand(0.05), layer_of_sand(0.02, {"dilation_angle": 30.0})):
         assert "unstable_friction" not in entries(sound)
+
+
+@pytest.mark.parametrize(("diameter", "warned"), [(0.003, True), (0.08, False)])
+def test_friction_that_grows_with_the_rate_of_shear_cures_it_for_grains_coarse_enough(diameter, warned):
+    scene = layer_of_sand(0.02)
+    coarse = MuI(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, static_friction=0.5, limit_friction=0.76,
+                 grain_diameter=diameter, grain_density=2500.0)
+    found = entries(scene.model_copy(update={"materials": {"sand": coarse}}))
+    assert ("unstable_friction" in found) == warned
 
 
 @pytest.mark.parametrize("solver", [{"cfl": 0.1}, {"method": "sph"}])

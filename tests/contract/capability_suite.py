@@ -184,6 +184,16 @@ def _flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
+def _tilted(method):
+    return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
+
+
+def _slides_along(simulation):
+    reach(simulation, 0.005)
+    v = simulation.particles["velocity"].mean(axis=0)
+    assert np.linalg.norm(v) == pytest.approx(given.G * simulation.time, rel=1e-6) and abs(v[0]) > 0.4 * abs(v[-1])
+
+
 def _two_bodies(method):
     dim = given.least_dimension(method)
     one = given.block(dim, (-1.0, 0.0))
@@ -237,6 +247,17 @@ def _holds_water(simulation):
     assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
 
 
+def _full(method):
+    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "split": "monolithic"})
+
+
+def _stays_full(simulation):
+    steps(simulation, 3)
+    row = simulation.audit()
+    assert simulation.particles["saturation"].min() > 0.999
+    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-10
+
+
 def _along(method):
     return more_accurate(given.scene(method))
 
@@ -257,8 +278,10 @@ CAPABILITIES = {
     "cuts": Asked(_cut, _bonds_gone),
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
-    "forcing": Asked(_blown_at, _flies_off),
+    "forces": Asked(_blown_at, _flies_off),
+    "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
+    "solved_water": Asked(_full, _stays_full),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
     "sleeping": Asked(_lying, _sleeps),

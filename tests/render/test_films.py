@@ -277,7 +277,7 @@ def test_order_of_the_particles_in_the_file_is_not_seen(tmp_path, dimension):
     with RunWriter(tmp_path, provenance={"particle_spacing": 0.05}, dimension=dimension) as writer:
         for _ in range(2):
             order = rng.permutation(3000)
-            writer.frame(0.0, points[order], {"identity": identity[order], "density": points[order, 0]})
+            writer.frame(0.0, points[order], {"id": identity[order], "density": points[order, 0]})
     first, second = (
         (SectionView if dimension == 2 else SpaceView)(Run(tmp_path), SIZE, "density", "auto").picture(i).astype(int)
         for i in range(2)

@@ -3,6 +3,7 @@
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
+    deep_release,
     ground_friction,
     layers,
     round_off,
@@ -14,6 +15,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     standing_things,
     time_steps,
     transfers,
+    zone,
 )
 from snowmpm.advice.cautions.caution import RULES, Caution
 

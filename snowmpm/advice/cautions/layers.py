@@ -10,6 +10,9 @@ from snowmpm.amounts import large, long_time
 from snowmpm.measured.borders import shipped
 
 AFLIP = 'solver.transfer = "aflip", flip_ratio = 0.99 and '
+VISCOUS = 0.09
+"""Growth of friction with the rate from which on mu(I) counts as in the atlas: grains of a thirteenth of the depth,
+mu from 0.5 to 0.76, I_0 = 0.279."""
 DRAWN_CELLS = 2.0
 """Cells across a weak layer of which a single row collapses first; with more cells, the fracture energy falls."""
 
@@ -114,8 +117,18 @@ def unstable_friction(facts):
     for body, spec in enumerate(facts.scene.bodies):
         if spec.shape.kind != "layer" or not facts.law(body).friction_exceeds_dilation:
             continue
-        if border := beyond("unstable_friction", _damping(solver), facts.model.depth / facts.dx):
+        setting = "mu(I)" if _viscous(facts.law(body), facts.model.depth) else _damping(solver)
+        if border := beyond("unstable_friction", setting, facts.model.depth / facts.dx):
             yield worded(border, f"bodies.{body} ({spec.name})", facts.model.depth / facts.dx)
+
+
+def _viscous(law, depth):
+    """Whether friction grows with the rate as much as in the atlas: b d / H sqrt(rho_s / rho), b = (mu_2 - mu_s) / I_0,
+    the viscosity over that of the depth [m] and of free fall through it."""
+    if law.kind != "mu_i":
+        return False
+    slope = (law.limit_friction - law.static_friction) / law.inertial_number
+    return slope * law.grain_diameter / depth * np.sqrt(law.grain_density / law.density) >= VISCOUS
 
 
 def _damping(solver):

@@ -20,7 +20,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
-from snowmpm.mpm.contact.contact_node import block_stride
+from snowmpm.mpm.node import block_nodes, node_vector
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -80,15 +80,14 @@ class BodyContact:
 @functools.cache
 def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
-    edge, stride = EDGE[dim], block_stride(dim, flip)
-    n_nodes = edge**dim
-    vec4 = ti.types.vector(4, real)
+    edge, n_nodes = EDGE[dim], block_nodes(dim)
+    of_node = node_vector(real, flip)
 
     @ti.func
     def mass_of(nodes: ti.template(), contact_offset, c, q):
         mass = ti.cast(0.0, real)
         if c >= 0:
-            mass = nodes[contact_offset + c * stride + q][3]
+            mass = nodes[contact_offset + c * n_nodes + q][3]
         return mass
 
     @ti.func
@@ -106,7 +105,7 @@ def body_contact_kernel(dim, real, flip, serial):
         return gradient
 
     @taichi_kernel
-    def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+    def exchange_momentum(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                           neighbours: ti.types.ndarray(), rows: ti.types.ndarray(), friction: ti.types.ndarray(),
                           density: ti.types.ndarray(), cell: real, part: ti.types.ndarray(), total: ti.types.ndarray(),
                           n_pairs: int, cut: ti.types.ndarray()):
@@ -121,7 +120,7 @@ def body_contact_kernel(dim, real, flip, serial):
                     second_density = ti.cast(density[rows[i, 3]], real)
                     taken = ti.Vector.zero(ti.f64, 1 + dim)
                     for q in range(n_nodes):
-                        one, two = nodes[contact_offset + c1 * stride + q], nodes[contact_offset + c2 * stride + q]
+                        one, two = nodes[contact_offset + c1 * n_nodes + q], nodes[contact_offset + c2 * n_nodes + q]
                         m1, m2 = one[3], two[3]
                         if m1 > LEAST_SHARE * cell * first_density and m2 > LEAST_SHARE * cell * second_density:
                             n = -mass_gradient(nodes, contact_offset, c1, q, neighbours) / first_density
@@ -142,8 +141,8 @@ def body_contact_kernel(dim, real, flip, serial):
                                     taken[1 + a] += ti.cast(shared * given[a], ti.f64)
                                     one[a] -= shared / m1 * given[a]
                                     two[a] += shared / m2 * given[a]
-                                nodes[contact_offset + c1 * stride + q] = one
-                                nodes[contact_offset + c2 * stride + q] = two
+                                nodes[contact_offset + c1 * n_nodes + q] = one
+                                nodes[contact_offset + c2 * n_nodes + q] = two
                     for t in ti.static(range(1 + dim)):
                         part[i, t] = taken[t]
         ti.loop_config(serialize=ti.static(in_order()))

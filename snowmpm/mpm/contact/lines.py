@@ -13,7 +13,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
-from snowmpm.mpm.contact.contact_node import block_stride
+from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
 
 REACH = {"quadratic": 3, "cubic": 4}
@@ -41,10 +41,10 @@ class Lines:
     (k, dim).
     """
 
-    def __init__(self, dim, real, kernel, flip, stored, serial):
+    def __init__(self, dim, real, kernel, stored, serial):
         self.dim, self._real, self._reach = dim, real, REACH[kernel]
         self.nodes = self.numbers = self.deep = self.deep_normals = self.start = self.deep_start = self._counts = None
-        self._count, self._fill = line_kernels(dim, real, kernel, flip, stored, serial)
+        self._count, self._fill = line_kernels(dim, real, kernel, stored, serial)
 
     def find(self, blocks, slots, walls, plane):
         """Follow the contact blocks, or a surface that has moved. plane: axis, sign and level of a `Plane`."""
@@ -117,14 +117,13 @@ def half_space_mass(kernel):
 
 
 @functools.cache
-def line_kernels(dim, real, kernel, flip, stored, serial):
+def line_kernels(dim, real, kernel, stored, serial):
     """`count` lines and deep nodes of each contact block, and `fill` their tables.
 
     stored: distance and normal of each node come from `walls`, where `slots[c]` >= 0; else the surface is the plane
     `x[axis] = level`, its normal along `sign`.
     """
-    edge, stride = EDGE[dim], block_stride(dim, flip)
-    n_nodes = edge**dim
+    edge, n_nodes = EDGE[dim], block_nodes(dim)
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
     mass_share = half_space_mass(kernel)
@@ -205,7 +204,7 @@ def line_kernels(dim, real, kernel, flip, stored, serial):
             wall, known = wall_at(cf, qf, slots, walls, coordinates, axis, sign, level)
             k_f, up_f, z_f = along(wall)
             if known == 1 and k_f == k and up_f == up and z_f <= 0.5 and steps_to_leader(z_f) == j + 1:
-                place, ratio = cf * stride + qf, wall[3] / d
+                place, ratio = cf * n_nodes + qf, wall[3] / d
         return place, ratio
 
     @taichi_kernel
@@ -246,7 +245,7 @@ def line_kernels(dim, real, kernel, flip, stored, serial):
                             wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
                             k, up, z = along(wall)
                             if leads(z):
-                                nodes[line, 0] = c * stride + q
+                                nodes[line, 0] = c * n_nodes + q
                                 full, touching = ti.cast(0.0, real), ti.cast(0.0, real)
                                 for a in ti.static(range(dim)):
                                     numbers[line, a] = wall[a]
@@ -265,7 +264,7 @@ def line_kernels(dim, real, kernel, flip, stored, serial):
                                 # and outside the solid there is no leader to look up
                                 if is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
                                           level) == 0:
-                                    deep[at_deep] = c * stride + q
+                                    deep[at_deep] = c * n_nodes + q
                                     for a in ti.static(range(dim)):
                                         deep_normals[at_deep, a] = wall[a]
                                     at_deep += 1

@@ -9,6 +9,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.mpm.node import block_nodes, node_size
 from snowmpm.mpm.node_copy import copy_kernel
 
 
@@ -19,7 +20,7 @@ class StrongContact:
         self._solver, self._rods, self._kept = solver, rods, None
         self._numbers = rods.segments_of_strong
         self._surfaces = [solver.obstacles[number] for number in self._numbers]
-        self._real = DTYPES[solver.precision][0]
+        self._of_node = node_size(solver.grid.flip), DTYPES[solver.precision][0]
 
     def apply(self, dt):
         """Contact of all surfaces in a step of dt [s]."""
@@ -28,9 +29,9 @@ class StrongContact:
         acting = [surface for surface in self._surfaces if grid.acts(surface)]
         if not acting:
             return
-        copy, n = copy_kernel(self._real), grid.contact.n * grid.block_stride
+        copy, n = copy_kernel(*self._of_node), grid.contact.n * block_nodes(grid.dim)
         if self._kept is None or self._kept.shape[0] < n:
-            self._kept = ti.ndarray(ti.types.vector(4, self._real), (int(1.25 * n) + 64,))
+            self._kept = ti.ndarray(ti.types.vector(*self._of_node), (int(1.25 * n) + 64,))
         copy(grid.nodes, grid.contact_offset, self._kept, 0, n)
         before, totals = self._given(), [surface.total.copy() for surface in acting]
 

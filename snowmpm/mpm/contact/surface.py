@@ -1,8 +1,10 @@
 """What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
 
 import numpy as np
+import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.launch import own_launches
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.joined_contact import joined_kernel
 from snowmpm.mpm.contact.joined_lines import JoinedLines
@@ -58,14 +60,14 @@ class Surface:
     def bind(self, real, kernel, flip, serial, lists=False):
         """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
         blocks."""
-        self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored, serial)
+        self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial)
         if self.moving:
             self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
-        self._resolve = [contact_kernel(*scheme, some) for some in (False, True)[: 1 + lists]]
-        self._kernel = kernel
+        self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + lists]]
+        self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
         if self.joinable:
-            self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
+            self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
 
     @property
     def joinable(self):
@@ -83,10 +85,10 @@ class Surface:
         geometry = self.geometry
         plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
         self._slots, lines = slots, self._lines
-        lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
+        lines.find(grid.contact, slots, geometry.array if geometry.stored else self._no_walls, plane)
         if self.joinable and grid.joins:
             others = [other.geometry.distance for other in grid.surfaces if other is not self and not other.moving]
-            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.flip, grid.precision)
+            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.precision)
             lines.release(rows)
 
     def move_to(self, time, origin, dx):

@@ -79,9 +79,9 @@ class Walls:
         first, end = self._used * self._n_nodes, (self._used + len(walls)) * self._n_nodes
         if end > self.array.shape[0]:
             old, self.array = self.array, self._allocate(2 * (self._used + len(walls)))
-            copy_kernel(self._real)(old, 0, self.array, 0, first)
+            copy_kernel(4, self._real)(old, 0, self.array, 0, first)
         if len(walls):
             fresh = ti.ndarray(ti.types.vector(4, self._real), (end - first,))
             fresh.from_numpy(walls.reshape(-1, 4))
-            copy_kernel(self._real)(fresh, 0, self.array, first, end - first)
+            copy_kernel(4, self._real)(fresh, 0, self.array, first, end - first)
         self._used += len(walls)

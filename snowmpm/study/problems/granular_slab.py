@@ -63,7 +63,11 @@ def exact_acceleration(sine, slope=STEEP):
 
 def acceleration(friction_angle, scheme, cells=20, offset=0.0, slope=STEEP, depth=0.4, per_axis=2):
     """Of the upper tenth of a granular slab [m/s2]; friction_angle [rad]."""
-    law = granular(friction_angle)
+    return acceleration_of(granular(friction_angle), scheme, cells, offset, slope, depth, per_axis)
+
+
+def acceleration_of(law, scheme, cells=20, offset=0.0, slope=STEEP, depth=0.4, per_axis=2):
+    """Of the upper tenth of a slab of a law [m/s2]."""
     height = lattice([0.0, 0.0], [8 * depth / cells, depth], depth / cells, per_axis)[0][:, 1]
     state, volume_ratio = pressed(law, height, depth, slope)
     solver = slab(law, scheme, depth, cells, slope, G, offset, per_axis, **state)
