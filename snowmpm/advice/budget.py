@@ -18,7 +18,7 @@ PARALLEL = ("particles", "blocks", "nodes", "contact")
 """Stages of a step that run on several threads."""
 EFFICIENCY = 0.9
 """Of each thread but the first."""
-PYTHON = ("calls", "output", "start")
+PYTHON = ("calls", "movers", "output", "start")
 """Parts whose time scales with the speed of Python rather than that of kernels."""
 
 
@@ -49,8 +49,9 @@ class Budget:
         self.n = sum(self.particles.values())
         work = facts.solver.workload
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
-                                 work.moving, len(scene.obstacles),
-                                 scene.initial.stress == "settle" or bool(scene.saw_test))
+                                 work.moving, len(facts.model.obstacles),
+                                 scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
+                                 work.strong)
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
@@ -132,6 +133,10 @@ class Budget:
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
         if scheme.water:
             rows.append(("water", "pressure in the pores", stages["water"]))
+        if crowd.free or crowd.segments:
+            what = [words for n, words in ((crowd.free, f"{crowd.free} free bodies"),
+                                           (crowd.segments, f"{crowd.segments} segments")) if n]
+            rows.append(("bodies and structures", " and ".join(what), stages["movers"]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))

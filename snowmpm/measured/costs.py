@@ -106,6 +106,10 @@ class Crowd:
     obstacles: int = 0
     rests: bool = False
     """whether it lies at rest until it is triggered: hardly anything of it yields, then or later"""
+    free: int = 0
+    segments: int = 0
+    strong: int = 0
+    """rigid bodies; segments of structures; those of structures that answer within the step"""
 
     @property
     def n(self):
@@ -115,18 +119,19 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests)
+                     self.obstacles, self.rests, self.free, self.segments, self.strong)
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, calls of kernels. Nothing moves far enough to be sorted while an initial state settles."""
+    water in the pores, free bodies and structures, calls of kernels. Nothing moves far enough to be sorted while an
+    initial state settles."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             "water": pore_water(scheme, crowd.n), "calls": 1e9 * call(scheme)}
+             "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd), "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
@@ -154,6 +159,12 @@ def pore_water(scheme, n):
         return 0.0
     particle, fixed = (row(what, scheme.dimension, scheme.precision, scheme.water) for what in ("water", "water call"))
     return n * scheme.layers * particle + fixed
+
+
+def movers(scheme, crowd):
+    """ns of a step that free bodies and structures take, beside their contact with snow as moving obstacles."""
+    counts = {"free": crowd.free, "segment": crowd.segments, "strong": crowd.strong}
+    return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 
 
 def _of(scheme, what, name):

@@ -174,12 +174,12 @@ class MpmSolver(Solver):
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
-            self._meet_surfaces(dt)
+            self.meet_surfaces(dt)
             write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                        grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
                        grid.contact.n_work, grid.asleep, *self._held)
 
-    def _meet_surfaces(self, dt):
+    def meet_surfaces(self, dt):
         """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
         rods = self.movers.get("structures")
         if not (rods and rods.strong) or self.damping_factor < 1.0:
@@ -330,7 +330,7 @@ class MpmSolver(Solver):
     def workload(self):
         """`Workload` of a step."""
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
-                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial)
+                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial, **self.moved)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -89,7 +89,7 @@ class SolidShape:
         if self.dim == 2:
             ring = _square() if self.kind == BOX else _circle()
             number = np.arange(len(ring))
-            return self.origin + ring * self.size, np.column_stack([number, np.roll(number, -1)])
+            return self.origin + (ring * self.size) @ self.axes, np.column_stack([number, np.roll(number, -1)])
         import trimesh  # slow to import, and needed only for drawing
 
         mesh = {BOX: lambda: trimesh.creation.box(extents=[2.0] * 3),

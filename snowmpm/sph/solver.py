@@ -253,7 +253,7 @@ class SphSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces))
+        return Workload(len(self.particles.blocks), surfaces=len(self.surfaces), **self.moved)
 
     @property
     def memory(self):

@@ -62,7 +62,8 @@ class Workload:
     """What a step has to do beside its particles, for the forecast of its cost.
 
     blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
-    surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all.
+    surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
+    rigid bodies; segments: of structures, strong: of those that answer within the step.
     """
 
     blocks: int
@@ -71,6 +72,9 @@ class Workload:
     surfaces: int = 0
     moving: int = 0
     serial: bool = False
+    free: int = 0
+    segments: int = 0
+    strong: int = 0
 
 
 class Method(ABC):

@@ -81,6 +81,14 @@ class Solver(Method):
         self.movers[name] = mover
         mover.begin()
 
+    @property
+    def moved(self):
+        """What moves obstacles, for `stepping.contract.Workload`."""
+        rigid, rods = self.movers.get("rigid"), self.movers.get("structures")
+        return {"free": len(rigid.bodies) if rigid else 0,
+                "segments": sum(each.rod.n for each in rods.rods) if rods else 0,
+                "strong": len(rods.segments_of_strong) if rods else 0}
+
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""
         self.gravity = np.asarray(gravity, float)

@@ -31,6 +31,7 @@ from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
 from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.build import build
+from snowmpm.study.atlas import standing
 
 FIGURES = Path(__file__).parent / "figures"
 PLAIN = {"particles": ("250047", "250000"), "threads": "1", "basis": "quadratic", "transfer": "apic",
@@ -38,10 +39,10 @@ PLAIN = {"particles": ("250047", "250000"), "threads": "1", "basis": "quadratic"
 LEAST_STEPS, SMALL = 20, 6000
 FIELD, FASTEST_OF = 250, 50
 """Side [cells] of a sheet of many columns; steps of which the fastest counts."""
-PLAIN_STEP, PAIRS = "quadratic affine apic", 41
+PLAIN_STEP, PAIRS, WARM_UP = "quadratic affine apic", 41, 6
 STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
-IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "sort",
-             "call", "frame", "start")
+IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "mover",
+             "sort", "call", "frame", "start")
 """Rows that come from runs of the library."""
 TEXTS = ("scene", "settings", "machine", "precision")
 
@@ -215,20 +216,30 @@ def in_scenes():
     found |= fitted(runs, lambda run: run.ns("grid"), {
         "call": lambda run: 1.0,
         **{("node block", dim, name): lambda run, dim=dim, flip=flip: (run.dim == dim and run.flip == flip)
-           * run.crowd.node_blocks for dim in (2, 3) for name, flip in (("apic", False), ("flip", True))}})
+           * run.crowd.node_blocks for dim in (2, 3) for name, flip in (("apic", False), ("flip", True))},
+        **{("carried", dim): lambda run, dim=dim: (run.dim == dim) * run.crowd.moving for dim in (2, 3)}})
     del found["call"]
+    carried = {dim: found.pop(("carried", dim)) for dim in (2, 3)}
     found |= fitted(runs, lambda run: run.ns("contact"), {
-        "surface": lambda run: run.crowd.surfaces, "moving": lambda run: run.crowd.moving,
+        "surface": lambda run: run.crowd.surfaces, "strong": lambda run: run.crowd.strong,
+        **{("moving", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.moving for dim in (2, 3)},
         **{("contact block", dim, ""): lambda run, dim=dim: (run.dim == dim) * run.crowd.contact_blocks
            for dim in (2, 3)}})
-    found |= fitted(runs, lambda run: run.ns("rest"), {"call": lambda run: 1.0, "watched": lambda run: run.watched})
+    for dim in (2, 3):
+        found["moving", dim, ""] += carried[dim]
+    found |= fitted(runs, lambda run: run.ns("rest"), {
+        "call": lambda run: 1.0, "watched": lambda run: run.watched,
+        "free": lambda run: (run.dim == 2) * run.crowd.free, "segment": lambda run: run.crowd.segments})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
     for dim in (2, 3):
         for (what, of, name), ns in ((key, ns) for key, ns in found.items() if isinstance(key, tuple)):
             if of == dim:
                 yield what, dim, "f32", name, ns
-        for what in ("surface", "moving", "watched"):
+        yield "mover", dim, "f32", "free", found["free"] * (1.0 if dim == 2 else stacks())
+        yield "mover", dim, "f32", "segment", found["segment"]
+        yield "mover", dim, "f32", "strong", found["strong"]
+        for what in ("surface", "watched"):
             yield what, dim, "f32", "", found[what]
         yield "more", dim, "f32", "flip", found["more", dim, "aflip"]
         own = [run for run in runs if run.dim == dim]
@@ -255,7 +266,7 @@ class Run:
         model = build(scene)
         budget = Budget(SceneFacts(scene, model, model.solver()))
         self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, TRANSFERS[scene.solver.transfer].flip
-        self.watched = float(bool(scene.obstacles))
+        self.watched = float(bool(model.obstacles))
         plain = replace(budget.scheme, transfer="apic")
         self.bulk = costs.bulk(plain, budget.crowd)
         self.row = {key: float(value) for key, value in row.items() if key not in TEXTS}
@@ -268,11 +279,23 @@ class Run:
         return (found["bulk", dim, ""] * self.bulk + found["home block", dim, ""] * crowd.blocks
                 + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
                 + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
-                + found["moving"] * crowd.moving + found["watched"] * self.watched + self.ns("sort"))
+                + found["moving", dim, ""] * crowd.moving + found["watched"] * self.watched + self.ns("sort")
+                + found["free"] * crowd.free * (dim == 2) + found["segment"] * crowd.segments)
 
     def ns(self, *stages, a="steps"):
         """Of some stages a step, or `a` frame."""
         return 1e9 * sum(self.row[stage] for stage in stages) / self.row[a] / self.slow
+
+
+def stacks():
+    """Time of a step of six free blocks on each other in 3-D over that in 2-D."""
+    worlds, spent = {dim: standing.stack(6, 1.0, dim) for dim in (2, 3)}, {2: 0.0, 3: 0.0}
+    for k in range(WARM_UP + PAIRS):
+        for dim, world in worlds.items():
+            start = time.process_time()
+            world.advance(2e-3 * k, 2e-3, -9.81 * np.eye(dim)[-1], np.zeros((6, 4 if dim == 2 else 7)))
+            spent[dim] += (k >= WARM_UP) * (time.process_time() - start)
+    return spent[3] / spent[2]
 
 
 def fitted(runs, cost, terms):

@@ -65,24 +65,29 @@ def struck(ratio, coupling, contact):
     return max(0.0, (kinetic + made[0].energy) / start - 1.0)
 
 
-def stacked(ratio, blocks):
-    """Largest overlap, over the height of a block, in a stack of so many blocks after 0.2 s, the uppermost of which has
-    `ratio` times the mass of the others."""
-    g, made = 9.81, []
+def stack(blocks, ratio, dim=2):
+    """`World` of a stack of blocks of 1 m, the uppermost of which has `ratio` times the mass of the others."""
+    made, box = [], {"kind": "box", "min": [4.0] * (dim - 1) + [0.0], "max": [5.0] * (dim - 1) + [1.0]}
     for i in range(blocks):
+        place = {"kind": "box", "min": [0.0] * (dim - 1) + [float(i)], "max": [1.0] * (dim - 1) + [i + 1.0]}
         spec = Scene.model_validate({
-            "name": "stack", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.5}, "materials": {"snow": SNOW},
-            "domain": {"min": [-9.0, 0.0], "max": [9.0, 9.0]},
-            "bodies": [{"name": "snow", "material": "snow",
-                        "shape": {"kind": "box", "min": [4.0, 0.0], "max": [5.0, 1.0]}}],
-            "obstacles": [{"name": "block", "shape": {"kind": "box", "min": [0.0, float(i)], "max": [1.0, i + 1.0]},
+            "name": "stack", "dimension": dim, "end_time": 1.0, "solver": {"dx": 0.5}, "materials": {"snow": SNOW},
+            "domain": {"min": [-9.0] * (dim - 1) + [0.0], "max": [9.0] * dim},
+            "bodies": [{"name": "snow", "material": "snow", "shape": box}],
+            "obstacles": [{"name": "block", "shape": place,
                            "free": {"density": ratio * 1e3 if i == blocks - 1 else 1e3}}]}).obstacles[0]
-        made.append(Body(i, Obstacle.of(spec, 2), 0.5))
-    world = World(made, ground=lambda x: (x[:, 1], np.tile([0.0, 1.0], (len(x), 1))))
+        made.append(Body(i, Obstacle.of(spec, dim), 0.5))
+    world = World(made, ground=lambda x: (x[:, -1], np.tile(np.eye(dim)[-1], (len(x), 1))))
     world.begin()
+    return world
+
+
+def stacked(ratio, blocks):
+    """Largest overlap, over the height of a block, in a `stack` of so many after 0.2 s."""
+    world = stack(blocks, ratio)
     for k in range(40):
-        world.advance(0.005 * k, 0.005, np.array([0.0, -g]), np.zeros((blocks, 4)))
-    levels = [0.0, *(body.motion.centre[1] + 0.5 for body in made)]
+        world.advance(0.005 * k, 0.005, np.array([0.0, -9.81]), np.zeros((blocks, 4)))
+    levels = [0.0, *(body.motion.centre[1] + 0.5 for body in world.bodies)]
     return max(low - high + 1.0 for low, high in itertools.pairwise(levels))
 
 
