@@ -48,7 +48,7 @@ def load_scene(name_or_path: PathLike, overrides: Mapping[str, Any] | None = Non
         raise InputError(describe(error, data, Scene, path)) from None
     except RecursionError:
         raise InputError(f"{path}: nested too deeply") from None
-    scene._base_dir, scene._source = base_dir, str(path)
+    scene._base_dir, scene._source, scene._overrides = base_dir, str(path), dict(overrides or {})
     return scene
 
 
@@ -63,6 +63,7 @@ def with_overrides(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     except ValidationError as error:
         raise InputError(describe(error, data, Scene, scene.source)) from None
     changed._base_dir, changed._source = scene.base_dir, scene.source
+    changed._overrides = {**scene.overrides, **overrides}
     return changed
 
 

@@ -80,6 +80,8 @@ class Capabilities:
     plan: bool = False
     """particles are columns in plan, over a ground that the builder gets as it is; they fill a cell in plan, and maps
     are as fine as the grid, since each column counts in all the cells that it covers"""
+    receives: bool = False
+    """takes in snow from another method while it runs (`Method.receive`)"""
     usual_filling: int | None = None
     """particles in a full cell of a scene that does not choose"""
     solves: bool = False
@@ -126,7 +128,7 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
+        receives=True, sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
         free_bodies=True, structures=True, strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
@@ -137,7 +139,7 @@ METHODS = {entry.name: entry for entry in (
         deposition=True, thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
-        plan=True, usual_filling=4), options="depth", words="depth-averaged"),
+        plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
         sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),

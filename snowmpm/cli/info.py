@@ -126,7 +126,7 @@ def _audit(run):
     from snowmpm.quantities.table import RENAMED, quantity, renamed
 
     last = renamed(run.summary.get("last", {}), RENAMED)
-    found = {name: quantity(name, run.units.get(name, "")) for name in last}
+    found = {name: quantity(name, run.units.get(name, ""), run.dimension) for name in last}
     return {found[name].label: found[name].text(value) for name, value in last.items()}
 
 

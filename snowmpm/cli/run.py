@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import shlex
 import sys
 import warnings
 from pathlib import Path
@@ -27,7 +28,10 @@ from snowmpm.cli.options import (
 from snowmpm.cli.render import draw
 from snowmpm.cli.table import print_json
 from snowmpm.cli.wording import count, duration
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, WriteError
+
+GOES_ON = "--resume goes on from there"
+"""End of messages about a run that can be continued."""
 
 
 def run(
@@ -40,7 +44,9 @@ def run(
     precision: PrecisionOption = None,
     threads: Threads = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a run that is already in DIR.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the last checkpoint in DIR, with the run's own settings.")
+    ] = False,
     render: Annotated[bool, typer.Option("--render", help="Draw a film of the run to DIR/film.mp4.")] = False,
     fast: Fast = False,
     accurate: Accurate = False,
@@ -56,7 +62,8 @@ def run(
     """Run a scene to its run file.
 
     Writes DIR/run.vtkhdf (opens in ParaView, even during the run), DIR/scene.toml (the resolved scene),
-    DIR/summary.json and DIR/checkpoint.npz, from which --resume continues after Ctrl-C or a crash.
+    DIR/summary.json and DIR/checkpoint.npz, from which --resume continues after Ctrl-C or a crash. What --set, --fast
+    and --precision changed when the run began need not be given again.
 
     On a terminal, a live display shows time, step and what limits it, speed, front, energies and the time left.
     Elsewhere, a line is printed to stderr every ten seconds.
@@ -66,14 +73,18 @@ def run(
     from snowmpm.scenes import load_scene
 
     overrides = scene_overrides(settings, precision)
-    loaded = load_scene(scene, overrides)
+    loaded = given = load_scene(scene, overrides)
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
+    if resume and (begun := _begun_with(folder, scene)):
+        overrides = begun | overrides
+        loaded = load_scene(scene, overrides)
     start_taichi(backend, threads)
     if fast or accurate:
-        loaded = load_scene(scene, overrides | along_the_front(loaded, fast, accurate, quiet))
+        loaded = load_scene(scene, overrides | along_the_front(given, fast, accurate, quiet))
+    again = _command(scene, folder, backend, threads, {"--render": render, "--accept-cost": accept_cost})
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
-                      accept_cost=accept_cost)
+                      accept_cost=accept_cost, again=again)
     told = not quiet and not as_json
     if told:
         simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
@@ -87,6 +98,27 @@ def run(
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
+
+
+def _begun_with(folder, scene):
+    """Settings with which the run in a folder began, {} where none are known or they are not of this scene."""
+    from snowmpm.io import Run
+    from snowmpm.scenes import load_scene
+
+    try:
+        settings = dict(Run(folder).provenance.get("settings") or {})
+        load_scene(scene, settings)
+    except InputError:  # no run, or of another scene: what is wrong is said where the checkpoint is read
+        return {}
+    return settings
+
+
+def _command(scene, folder, backend, threads, flags):
+    """The command that continues a run."""
+    words = ["snowmpm", "run", scene, "-o", str(folder), "--resume"]
+    words += [] if backend is Backend.auto else ["--backend", backend.value]
+    words += [] if threads is None else ["--threads", str(threads)]
+    return shlex.join([*words, *(flag for flag, given in flags.items() if given)])
 
 
 def along_the_front(scene, fast, accurate, quiet):
@@ -126,9 +158,10 @@ def _check_folder(folder, overwrite, resume):
         raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder with -o")
 
 
-def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False):
+def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, accept_cost=False, again=None):
     """Run a scene with its progress shown as `snowmpm.cli.progress.display` does; -> `snowmpm.io.Run`.
 
+    again: the command that continues it.
     Raises InputError for a run of unaffordable cost (`snowmpm.advice.affordability`), unless accept_cost.
     """
     import snowmpm
@@ -149,10 +182,17 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
             return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve)
     except KeyboardInterrupt as interruption:
         if interruption.args:
-            raise
+            raise KeyboardInterrupt(_with_command(interruption, again)) from None
         written = (folder / "run.vtkhdf").exists()
         kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
         raise KeyboardInterrupt(f"interrupted{kept}") from None
+    except WriteError as error:
+        raise WriteError(_with_command(error, again)) from error
+
+
+def _with_command(error, again):
+    """The message of an error, with the command that continues the run where it says that one can."""
+    return f"{error}:\n{again}" if again and str(error).endswith(GOES_ON) else str(error)
 
 
 def _tell_saw_test(result):

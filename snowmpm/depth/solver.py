@@ -163,7 +163,7 @@ class DepthSolver(Method):
 
     def _shares(self):
         """Bounds of the segments of columns that each worker takes, and an empty report of them."""
-        segments = max(1, -(-self.particles.count // scatter.SEGMENT))
+        segments = max(1, -(-self.particles.rows // scatter.SEGMENT))
         if len(self._report) != segments:
             workers = segments if self._shared else min(segments, scatter.WORKERS)
             self._bounds = int_array(np.linspace(0, segments, workers + 1).round())
@@ -180,7 +180,7 @@ class DepthSolver(Method):
         with runtime.precision(self.precision):
             scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial, self._phases)(
                 store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, store.material,
-                self._phase, 0.5 * dt, 1.0 / grid.dx, self.unit, self._phases * grid.n_nodes, store.count)
+                self._phase, 0.5 * dt, 1.0 / grid.dx, self.unit, self._phases * grid.n_nodes, store.rows)
             sizes = grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist()
             for phase in range(self._phases):  # one after the other, since both may take from the same snow cover
                 node_kernel(real, cover.law is not None, self._serial)(
@@ -301,6 +301,23 @@ class DepthSolver(Method):
     def sever(self, line, radius, numbers, state):
         """Refused before."""
         raise NotImplementedError("columns have no bonds")
+
+    def receive(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no column has yet."""
+        store, before = self.particles, self._momentum()
+        store.add(population, numbers)
+        self._start = self._start + self._momentum() - before
+        self.extremes = Extremes(speed=max(self.extremes.speed, float(
+            np.linalg.norm(population.velocities, axis=1).max(initial=0.0))))
+        self._wave = self._wave or self._first_wave()
+
+    def invite(self, population):
+        """Let a `Population` press on the columns in the next step."""
+        self.particles.invite(population)
+
+    def pull(self, plan):
+        """Acceleration (k, 3) [m/s2] that the depth of the columns gives snow at places in plan (k, 2) [m]."""
+        return self.particles.snapshot().pull(plan, -float(self.gravity[2]))
 
     def remove(self, gone):
         """Take columns out."""

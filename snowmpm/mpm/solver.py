@@ -38,7 +38,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0):
+                 sleeping=0.0, expected=0):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -50,7 +50,8 @@ class MpmSolver(Solver):
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
-        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps.
+        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
+        be, of a solver that receives some.
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -79,7 +80,7 @@ class MpmSolver(Solver):
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
             period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
-        self._serial = runs_serially(PARTICLE_TIME[dim] * len(population.volumes))
+        self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         if sleeping and (self.atomic or bodies):
@@ -220,6 +221,20 @@ class MpmSolver(Solver):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
         self._rebuild_for_blocks()
+
+    def receive(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no particle has yet."""
+        self.particles.add(population, numbers)
+        self.extremes = replace(self.extremes, speed=max(self.extremes.speed, float(
+            np.linalg.norm(population.velocities, axis=1).max(initial=0.0))))
+        self._rebuild_for_blocks()
+
+    def accelerate(self, gain):
+        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
+        self.add_impulse(self.particles.masses() @ gain)
+        self.particles.accelerate(gain)
+        self.extremes = replace(self.extremes, speed=self.extremes.speed + float(
+            np.linalg.norm(gain, axis=1).max(initial=0.0)))
 
     def _rebuild_for_blocks(self):
         blocks = self.particles.blocks

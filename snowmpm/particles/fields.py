@@ -54,7 +54,7 @@ class ParticleFields:
         sizes = particles.sizes
         self._holds_water, self.water_density = sizes.get("water", 0) > 0, particles.water_density
         self._holds_excess = "excess_pressure" in sizes
-        self._body_starts = np.asarray(body_starts)
+        self._body_starts, self._bodies = np.asarray(body_starts), particles.bodies
 
     def __repr__(self) -> str:
         return f"ParticleFields({len(self.snapshot.labels)} particles: {', '.join(sorted(field_units()))})"
@@ -107,6 +107,8 @@ class ParticleFields:
 
     def bodies(self) -> NDArray[np.intp]:
         """Index of the body of each particle (n,)."""
+        if self._bodies is not None:
+            return self._bodies[self["id"]]
         return np.searchsorted(self._body_starts, self["id"], side="right") - 1
 
     def _of_laws(self, name: str) -> Floats:

@@ -3,9 +3,12 @@
 Histories, logs, summary.json, maps, plots, reports, comparisons and vector files take names, units and words from here.
 """
 
+from dataclasses import replace
+
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
-from snowmpm.quantities.quantity import Quantity
+from snowmpm.quantities.quantity import Quantity, per_width
+from snowmpm.quantities.saw import SAW_TEST
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
@@ -191,13 +194,15 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT)}
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT, *SAW_TEST)}
 """All quantities by name."""
 
 
-def quantity(name, unit=""):
-    """The quantity of this name; if the table lacks it, one without definition, labelled by its name."""
-    return QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
+def quantity(name, unit="", dimension=3):
+    """The quantity of this name; if the table lacks it, one without definition, labelled by its name. dimension: of the
+    run; in 2-D amounts are per metre of width."""
+    found = QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
+    return found if dimension == 3 else replace(found, unit=per_width(found.unit))
 
 
 def units_of(quantities):

@@ -84,6 +84,7 @@ class Recorder:
         scene = self._simulation.scene
         writer.provenance({"scene": scene.to_toml(), "end_time": scene.end_time, "complete": False,
                            **({"methods": self._simulation.relay.records} if scene.switch else {}),
+                           "settings": {**run.provenance.get("settings", {}), **scene.overrides},
                            "end_state": {}, "resumed": [*run.provenance.get("resumed", []), time]})
         return writer
 
@@ -111,9 +112,10 @@ class Recorder:
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,
-                "scene": scene.to_toml(), "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
+                "scene": scene.to_toml(), "settings": scene.overrides, "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
                 "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
                 **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
                 **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),
@@ -127,7 +129,7 @@ class Recorder:
         """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
         self._note_methods()
-        self.particle_steps += simulation.n_particles
+        self.particle_steps += simulation.solver.updates
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)

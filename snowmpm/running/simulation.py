@@ -195,6 +195,8 @@ class Simulation(Glance):
                "dt": self.dt}
         if self.scene.switch:
             row.update(method=self.relay.index, handover_energy=self.relay.past.handover_energy)
+        if self.scene.zone:
+            row.update(handover_energy=self.solver.totals.handover_energy)
         return row
 
     @property

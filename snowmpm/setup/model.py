@@ -58,6 +58,8 @@ class Model:
     shares: dict = field(default_factory=dict)
     taken: object = None
     rods: list = field(default_factory=list)
+    expected: int = 0
+    """particles to come, of a method that receives them while the scene runs"""
 
     @cached_property
     def laws(self):
@@ -198,6 +200,8 @@ class Model:
 
     def solver(self, population=None):
         """The solver of this scene at time zero. population: in place of its particles."""
+        if self.scene.zone:
+            return pkgutil.resolve_name("snowmpm.handover.nesting:nested")(self, population)
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
@@ -243,6 +247,8 @@ class Model:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
             if METHODS[chosen.method].capabilities.flow_water and scene.water:
                 contact["flow_water"] = flow_water(self)
+        if self.expected:
+            contact["expected"] = self.expected
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                 "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                 "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

@@ -5,6 +5,7 @@ from snowmpm.methods import METHODS, who_can
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
+from snowmpm.scenes.zone import within
 
 
 def demands(scene, later=False):
@@ -105,10 +106,45 @@ def refuse_beyond(scene):
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
     for i, switch in enumerate(scene.switch):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
+    if scene.zone:
+        _refuse_zone(scene)
     if scene.water:
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
     _refuse_free(scene)
+
+
+OF_THE_RELEASE = ("delays", "thickness_rasters")
+"""Capabilities that a zone's method need not have: its snow comes from the columns."""
+
+
+def _refuse_zone(scene):
+    """Raise InputError for a region in three dimensions that cannot be."""
+    able, inner = METHODS[scene.solver.method].capabilities, METHODS[scene.zone.solver.method].capabilities
+    columns, others = ([f'"{name}"' for name in who_can("receives") if METHODS[name].capabilities.plan == plan]
+                       for plan in (True, False))
+    if not (able.plan and able.receives):
+        raise InputError.at("solver.method", scene.solver.method, f"must be {' or '.join(columns)} around a zone",
+                            scene.source)
+    if inner.plan or not inner.receives:
+        raise InputError.at("zone.solver.method", scene.zone.solver.method, f"must be {' or '.join(others)}",
+                            scene.source)
+    if scene.zone.solver.sleeping > 0.0:
+        raise InputError.at("zone.solver.sleeping", scene.zone.solver.sleeping, "must be 0 in a zone", scene.source)
+    beside = {"switch.0.to": scene.switch and scene.switch[0].to, "water.scheme": scene.water and scene.water.scheme,
+              "initial.from": scene.initial.from_run}
+    for key, value in beside.items():
+        if value:
+            raise InputError.at(key, value, "does not go with zone, which hands over all the time", scene.source)
+    if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", "does not go with zone", scene.source)
+    part = within(scene)
+    for capability, wanted, key, value in demands(part, later=True):
+        if capability not in OF_THE_RELEASE:
+            try:
+                require(part, capability, key, value, wanted)
+            except InputError as error:
+                raise InputError(f"{error}; zone computes with it") from None
 
 
 def _refuse_free(scene):

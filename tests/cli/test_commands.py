@@ -61,6 +61,23 @@ def test_resume_goes_on(call, block):
     assert list(snowmpm.Run("runs/block").times) == [0.0, 0.01, 0.02, 0.03]
 
 
+def test_resume_takes_the_settings_of_the_run(call, block):
+    """What was set when the run began, or in between, is not asked for again; another value, or scene, is refused."""
+    assert call("run", block, "--set", "solver.dx=0.2", "--precision", "f32").code == 0
+    went_on = call("run", block, "--resume", "--set", "end_time=0.03")
+    assert went_on.code == 0, went_on.err
+    run = snowmpm.Run("runs/block")
+    assert (run.times[-1], run.scene["solver"]["dx"]) == (0.03, 0.2)
+    assert run.provenance["settings"] == {"solver.dx": 0.2, "solver.precision": "f32", "end_time": 0.03}
+    once_more = call("run", block, "--resume")
+    assert once_more.code == 0, once_more.err
+    other = call("run", block, "--resume", "--set", "solver.dx=0.1")
+    assert (other.code, "solver.dx = 0.1: was 0.2" in other.err) == (2, True)
+    block.write_text(block.read_text().replace("300.0", "310.0"))
+    edited = call("run", block, "--resume")
+    assert (edited.code, "density = 310.0: was 300.0" in edited.err) == (2, True)
+
+
 def test_progress_in_plain_lines(call, block):
     result = call("run", block, "--lines")
     last = result.err.strip().split("\n")[-1]
@@ -194,8 +211,9 @@ def test_termination_closes_the_run_file(call, block):
         done.set()
         watcher.join()
     assert result.code == 130
-    for word in ("interrupted at t = ", "checkpoint.npz", "--resume"):
+    for word in ("interrupted at t = ", "checkpoint.npz", "--resume goes on"):
         assert word in result.err
+    assert result.err.splitlines()[-1] == f"snowmpm run {block} -o runs/block --resume"
     assert len(snowmpm.Run("runs/block")) >= 1
     resumed = call("run", block, "--set", "end_time=100", "--resume", "--set", "solver.dx=0.2")
     assert (resumed.code, "solver.dx = 0.2: was 0.1" in resumed.err) == (2, True)

@@ -57,8 +57,9 @@ def test_what_is_ignored_stays_ignored_and_sigterm_writes_a_checkpoint(tmp_path)
     finally:
         process.kill()
     assert process.returncode == 130
-    last = message.splitlines()[-1]  # after the lines of its progress
+    last, command = message.splitlines()[-2:]  # after the lines of its progress
     assert last.startswith("interrupted at t = ") and "checkpoint.npz" in last and "Traceback" not in message
+    assert command == f"snowmpm run {SCENE} -o {tmp_path} --resume --backend cpu --threads 1"
     assert (tmp_path / "checkpoint.npz").exists() and not snowmpm.Run(tmp_path).complete
 
 

@@ -94,6 +94,11 @@ def test_usd_moves_at_the_speed_of_the_film(space, tmp_path):
     assert len(mast.GetFaceVertexIndicesAttr().GetTimeSamples()) == 1  # it never changes
 
 
+def at(points, time):
+    """Points that move along x at 1 m/s."""
+    return points + np.array([time, 0.0, 0.0])
+
+
 @pytest.fixture(scope="module")
 def shuffled(tmp_path_factory):
     """A run whose particles change their order with every frame; one of them leaves."""
@@ -104,7 +109,7 @@ def shuffled(tmp_path_factory):
     with RunWriter(path, provenance={"particle_spacing": 0.1}) as writer:
         for time in (0.0, 1.0, 2.0):
             order = rng.permutation(50 if time < 2.0 else 49).astype(np.int32)
-            writer.frame(time, points[order] + [time, 0.0, 0.0], {"id": order, "density": 100.0 * points[order, 0]})
+            writer.frame(time, at(points[order], time), {"id": order, "density": 100.0 * points[order, 0]})
     return Run(path), points
 
 
@@ -119,7 +124,7 @@ def test_usd_points_keep_their_ids_and_order(shuffled, tmp_path):
     assert str(snow.GetIdsAttr().GetTypeName()) == "int64[]"
     for code, time, count in zip(snow.GetIdsAttr().GetTimeSamples(), run.times, (50, 50, 49), strict=True):
         np.testing.assert_array_equal(snow.GetIdsAttr().Get(code), np.arange(count))
-        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), points[:count] + [time, 0.0, 0.0], rtol=1e-6)
+        np.testing.assert_allclose(snow.GetPointsAttr().Get(code), at(points[:count], time), rtol=1e-6)
     (path,) = export_run(run, tmp_path / "all", "usd")
     stage = Usd.Stage.Open(str(path))
     field = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/run/snow")).GetPrimvar("id")
@@ -133,7 +138,7 @@ def test_files_keep_one_order_of_the_particles(kind, shuffled, tmp_path):
     for path, time, count in zip(paths, run.times, (50, 50, 49), strict=True):
         snow = trimesh.load(path, process=False)
         snow = snow.geometry["snow"] if kind == "gltf" else snow
-        np.testing.assert_allclose(snow.vertices, points[:count] + [time, 0.0, 0.0], rtol=1e-6)
+        np.testing.assert_allclose(snow.vertices, at(points[:count], time), rtol=1e-6)
     if kind == "ply":
         numbers = snow.metadata["_ply_raw"]["vertex"]["data"]["id"]
         assert numbers.dtype == np.int32 and np.array_equal(np.ravel(numbers), np.arange(49))
