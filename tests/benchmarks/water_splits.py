@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from snowmpm.compiler import runtime
 from snowmpm.study.problems import mandel, soaked_column
@@ -112,6 +113,8 @@ def draw(found, file):
             if points:
                 axes.loglog(*zip(*points, strict=True), "osd^v"[k] + "-", color=f"C{k}", label=way.replace("_", "-"))
         axes.set(xlabel="processor time [s]", title=f"{problem}, ten cells")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlim(0.1, 20.0)
         axes.grid(True, which="both", alpha=0.3)
         axes.legend()
     figure.axes[0].set_ylabel("largest error of the pressure, over its start")
