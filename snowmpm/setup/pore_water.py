@@ -29,8 +29,10 @@ def pore_water(model):
     ground = None if model.distance is None else (lambda points, time: model.distance.query(points)[0] < 0.0)
     obstacles = model.obstacles
     solid = (lambda points, time: inside_any(obstacles, points, time)) if obstacles else None
+    sides = scene.domain.sides(scene.dimension) if scene.domain else {}
     outlets = Outlets(scene.dimension, spec.drained(scene.dimension), ground, solid,
-                      any(not obstacle.still for obstacle in obstacles))
+                      any(not obstacle.still for obstacle in obstacles),
+                      [name for name, boundary in sides.items() if boundary == "open"])
     if spec.solved:
         return SolvedWater(fluid, _permeability(model), outlets, Coupling(spec.split, spec.alpha, spec.tolerance))
     solver = scene.solver

@@ -18,13 +18,15 @@ class Outlets:
     """Which of them let water out.
 
     ground, obstacles: functions points (k, dim) [m], time [s] -> (k,) bool, whether they are inside; None without any.
-    drained: {name: bool} of `names`, which events may change; moving: whether obstacles move.
+    drained: {name: bool} of `names`, which events may change; moving: whether obstacles move. gaping: names of the
+    sides that hold nothing back, so that snow there may give way as at the free surface.
     """
 
-    def __init__(self, dim, drained, ground=None, obstacles=None, moving=False):
+    def __init__(self, dim, drained, ground=None, obstacles=None, moving=False, gaping=()):
         self.names = names(dim)
         self.drained = {name: bool(drained.get(name, name == "surface")) for name in self.names}
         self.moving = moving
+        self._free = np.array([name == "surface" or name in gaping for name in self.names])
         self._solids = [(GROUND, ground), (OBSTACLES, obstacles)]
 
     def codes(self, cells, frame, time):
@@ -40,6 +42,10 @@ class Outlets:
         out = np.where(upper, place > frame.upper[axis], place < frame.lower[axis])
         found[out] = FIRST_SIDE + 2 * axis[out] + upper[out]
         return found
+
+    def free(self, codes):
+        """Where nothing holds the snow."""
+        return self._free[codes]
 
     def open(self, codes):
         """Which faces of these codes let water out."""

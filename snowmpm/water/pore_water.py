@@ -135,7 +135,7 @@ class PoreWater:
                     before=cells.mean(water[:, PRESSURE], pores), drained=self.outlets.open(codes),
                     permeability=self.permeability(places, in_pores / bulk), gravity=solver.gravity,
                     density=cells.sums(volume * dry + mass) / bulk, share=self._share_of(solver, dt),
-                    free=codes == SURFACE, yielded=cells.sums(volume * water[:, YIELDED]))
+                    free=self.outlets.free(codes), yielded=cells.sums(volume * water[:, YIELDED]))
         self.rounds = done.rounds
         self.budget.drained += self.fluid.density * float(done.out.sum())
         new = (self.fluid.density * done.water / in_pores)[cells.of] * pores

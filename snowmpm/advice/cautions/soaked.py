@@ -9,14 +9,20 @@ from snowmpm.schemes import TRANSFERS
 LARGEST_REYNOLDS = 10.0
 """Of grains, up to which Darcy's law holds (Bear 1972, Dynamics of Fluids in Porous Media, section 5.3)."""
 
-SOAKING = [name for name, entry in METHODS.items() if entry.capabilities.water]
+SOAKING = [name for name, entry in METHODS.items()
+           if entry.capabilities.water or entry.capabilities.solved_water]
 
 
 @rule(*SOAKING)
 def coupling(facts):
     """Steps too long for the coupling of water and skeleton, or shorter than they need be."""
     water, solver = facts.scene.water, facts.solver
-    if water is None or water.solved:
+    if water is None:
+        return
+    if water.solved:
+        border = beyond("weak_alpha", water.split, 2.0 * water.alpha) if water.split == "fixed_stress" else None
+        if border:
+            yield worded(border, "water.alpha", 2.0 * water.alpha)
         return
     critical = solver.critical_elastic_dt()
     if water.split == "explicit":

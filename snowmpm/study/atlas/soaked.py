@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm.errors import SimulationError
 from snowmpm.study.atlas.entry import WORST, Entry
 from snowmpm.study.problems.soaked_column import E_OED, LOAD, pressure_error, soaked_column
+from snowmpm.water.drag import relaxed
 
 STEPS, DRAINED = 200, 0.05
 """Steps of a column whose motion is watched, and the time [s] of one whose pressure is."""
@@ -53,6 +54,31 @@ def delayed(size, transfer):
     return pressure_error(simulation)
 
 
+def passes_of(alpha, split):
+    """Passes of the coupling of a column between walls in a step of 1 ms; alpha: over 1 / E_oed."""
+    at_rest = {"implicit": {"time": "quasi_static", "dt": 1e-3}}
+    # In the plane K_dr is half of E_oed here
+    simulation = soaked_column(solver=at_rest, split=split, alpha=0.5 * alpha, tolerance=1e-4)
+    try:
+        simulation.solver.step(1e-3)
+    except SimulationError:
+        return WORST
+    return simulation.solver.water.passes
+
+
+def slip_left(size, way):
+    """Slip of water and skeleton after 50 steps of drag alone, over its start; size: dt times drag (1 / m_s + 1 /
+    m_w)."""
+    v, w = np.zeros(1), np.ones(1)
+    for _ in range(50):
+        if way == "exact":
+            v, w = relaxed(v, w, np.zeros(1), np.zeros(1), (np.ones(1), np.ones(1)), np.full(1, 0.5), size)
+        else:
+            pull = 0.5 * size * (w - v)
+            v, w = v + pull, w - pull
+    return float(np.abs(w - v)[0])
+
+
 TRANSFERS = {"apic": {"transfer": "apic"}, "pic": {"transfer": "pic"}}
 
 ENTRIES = (
@@ -81,4 +107,21 @@ ENTRIES = (
         parameter="dt over the critical step", unit="", values=(0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95),
         settings=TRANSFERS, symptom="error of the pressure", limit=0.03, measure=delayed, shown="apic",
         resolution=0.05),
+    Entry(
+        name="weak_alpha", title="Too small an alpha of the fixed-stress split",
+        scene="Terzaghi's column of ten cells between walls, one implicit step of 1 ms at rest",
+        seen="The skeleton answers a change of pressure by more than the split assumed: passes overshoot, and below"
+             " half of the true answer they run away", cure='water.split = "monolithic", or a larger water.alpha',
+        parameter="alpha over 1 / E_oed", unit="", values=(0.3, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0),
+        settings={"fixed_stress": {"split": "fixed_stress"}, "monolithic": {"split": "monolithic"}},
+        symptom="passes to 1e-4", limit=40.0, measure=passes_of, shown="fixed_stress", cured="monolithic",
+        fails="below", resolution=0.05),
+    Entry(
+        name="stiff_drag", title="Drag between water and skeleton that is stiff for a step",
+        scene="Water that moves against a skeleton, with nothing but drag between them",
+        seen="A step beyond twice the time of the drag, 1e-4 s in wet sand, lets the slip change its sign and grow",
+        cure="drag that is integrated exactly, as the program does", parameter="dt over the time of the drag", unit="",
+        values=(0.5, 1.0, 1.5, 1.9, 2.5, 10.0, 1000.0),
+        settings={"explicit": {"way": "explicit"}, "exact": {"way": "exact"}}, symptom="slip over its start", limit=1.0,
+        measure=slip_left, shown="explicit", cured="exact"),
 )

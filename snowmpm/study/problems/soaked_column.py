@@ -14,13 +14,13 @@ C_V = PERMEABILITY / VISCOSITY / (1.0 / E_OED + POROSITY / K_W)
 DX, WIDE = HEIGHT / CELLS, 4
 
 
-def soaked_column(transfer="apic", **water):
-    """`Simulation` of the column in plane strain; water: keys of its table `[water]`."""
+def soaked_column(transfer="apic", solver=None, **water):
+    """`Simulation` of the column in plane strain; water: keys of its table `[water]`, solver: more of its solver's."""
     corner = [WIDE * DX, HEIGHT]
     walls = dict.fromkeys(("x_min", "x_max", "z_min"), "slip")
     return Simulation(Scene.model_validate({
         "name": "soaked_column", "dimension": 2, "end_time": 1.0, "gravity": 0.0,
-        "solver": {"dx": DX, "precision": "f64", "transfer": transfer},
+        "solver": {"dx": DX, "precision": "f64", "transfer": transfer, **(solver or {})},
         "domain": {"min": [0.0, 0.0], "max": [WIDE * DX, HEIGHT + 2.0 * DX], "boundary": walls},
         "materials": {"soil": {"kind": "elastic", "density": 1600.0, "youngs_modulus": E_OED, "poisson_ratio": 0.0}},
         "bodies": [{"name": "column", "material": "soil",
