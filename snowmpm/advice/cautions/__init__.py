@@ -13,6 +13,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     standing,
     time_steps,
     transfers,
+    weak_layers,
 )
 from snowmpm.advice.cautions.caution import RULES, Caution
 
