@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from snowmpm.annotations import Floats, PathLike
 from snowmpm.quantities.quantity import digits
@@ -12,11 +13,16 @@ from snowmpm.quantities.table import quantity
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 BLUE, RED, GREY, PALE = "#2457a4", "#c1121f", "#6b7280", "#b9c6dc"
+COLOURS = (BLUE, RED, "#3a8a5c", "#7d1c6d", "#c9a227", "#0f766e")
+DASHES = ("--", ":", "-.")
+
+Line = tuple[str, Floats, Floats, NDArray[np.bool_], bool]
+"""(label, x (n,), values (n,), which runs are whole (n,), whether it is a theory)"""
 
 
-def label(name: str) -> str:
-    """A number of the table, with its unit."""
-    one = quantity(name)
+def label(name: str, dimension: int = 3) -> str:
+    """A number of the table, with its unit; in 2-D amounts are per metre of width."""
+    one = quantity(name, dimension=dimension)
     unit = "" if one.unit in ("1", "share") else f" [{one.unit}]"
     return f"{one.label}{unit}"
 
@@ -55,7 +61,7 @@ def render_tornado(number: str, rows: Sequence[Mapping[str, float | str]], outpu
 
 
 def render_scatter(table: Mapping[str, Floats], parameters: Sequence[str], numbers: Sequence[str], output: PathLike,
-                   dpi: float = 130) -> Path:
+                   dpi: float = 130, dimension: int = 3) -> Path:
     """Each number over each parameter, a point a run. table: columns (runs,)."""
     check_ending(output)
     figure = Figure(figsize=(2.6 * len(parameters) + 0.6, 2.1 * len(numbers) + 0.5), layout="constrained")
@@ -65,13 +71,40 @@ def render_scatter(table: Mapping[str, Floats], parameters: Sequence[str], numbe
             axes.plot(table[parameter], table[number], ".", ms=4.0, color=BLUE, alpha=0.6, mew=0)
             plain(axes)
             axes.tick_params(labelsize=7)
-        row[0].set_ylabel(label(number), fontsize=8)
+        row[0].set_ylabel(label(number, dimension), fontsize=8)
     for axes, parameter in zip(panels[-1], parameters, strict=True):
         axes.set_xlabel(parameter, fontsize=9)
     return save(figure, output, dpi)
 
 
-def render_distribution(number: str, values: Floats, output: PathLike, dpi: float = 150) -> Path:
+def render_curves(number: str, across: str, lines: Sequence[Line], output: PathLike, dpi: float = 150,
+                  dimension: int = 3) -> Path:
+    """A number of a grid of runs over one of its parameters. lines: `Line`s; runs that are not whole are hollow,
+    theories dashed."""
+    check_ending(output)
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    runs = [one for one in lines if not one[4]]
+    for i, (words, x, values, whole, theory) in enumerate(lines):
+        colour = COLOURS[sum(not one[4] for one in lines[:i + 1]) % len(COLOURS) - 1]
+        if theory:
+            dashes = DASHES[i % len(DASHES)]
+            axes.plot(x, values, ls=dashes, lw=1.2, color=GREY if len(runs) == 1 else colour, label=words)
+            continue
+        axes.plot(x, values, "-", lw=1.6, color=colour, label=words if words != "computed" or len(lines) > 1 else None)
+        axes.plot(x[whole], values[whole], "o", ms=5, color=colour)
+        axes.plot(x[~whole], values[~whole], "o", ms=5, color=colour, mfc="white")
+    if any((~one[3] & np.isfinite(one[2])).any() for one in lines):
+        axes.plot([], [], "o", ms=5, color=GREY, mfc="white", label="did not run to the end")
+    plain(axes)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=8, frameon=False)
+    titled(axes, f"{sum(int(np.isfinite(one[2]).sum()) for one in runs)} runs", across, label(number, dimension))
+    return save(figure, output, dpi)
+
+
+def render_distribution(number: str, values: Floats, output: PathLike, dpi: float = 150, dimension: int = 3) -> Path:
     """Share of runs with at least this value of a number."""
     check_ending(output)
     ordered = np.sort(values[np.isfinite(values)])
@@ -81,11 +114,11 @@ def render_distribution(number: str, values: Floats, output: PathLike, dpi: floa
     for share in (0.95, 0.5, 0.05):
         value = float(np.quantile(ordered, 1.0 - share))
         axes.plot([value, value], [0.0, share], color=GREY, lw=0.8, ls=(0, (4, 3)))
-        axes.annotate(f"{100 * share:g} %: {quantity(number).text(value)}", (value, share), (4, 2), fontsize=8,
-                      color=INK, textcoords="offset points")
+        axes.annotate(f"{100 * share:g} %: {quantity(number, dimension=dimension).text(value)}", (value, share), (4, 2),
+                      fontsize=8, color=INK, textcoords="offset points")
     plain(axes)
     axes.set_ylim(0.0, 1.02)
-    titled(axes, f"{len(ordered)} runs", label(number), "share of runs at or above")
+    titled(axes, f"{len(ordered)} runs", label(number, dimension), "share of runs at or above")
     return save(figure, output, dpi)
 
 

@@ -1,5 +1,6 @@
 """Flow through the pores of a sample: a slice along each axis of the flow, ice and speeds."""
 
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,17 @@ from snowmpm.annotations import Numbers, PathLike
 from snowmpm.render.figure import check_ending, save, titled
 
 
-def render_flow(ice: Numbers, speeds: dict[int, Numbers], voxel_size: float, output: PathLike, title: str = "") -> Path:
+def render_flow(ice: Numbers, speeds: dict[int, Numbers], voxel_size: float, output: PathLike, title: str = "",
+                note: str = "") -> Path:
     """Draw the middle slice of a sample for each flow. Returns the path.
 
-    ice (nx, ny, nz): True where there is ice; speeds: {axis of the flow: |u| (nx, ny, nz)}, any unit; voxel_size [m].
+    ice (nx, ny, nz): True where there is ice; speeds: {axis of the flow: |u| (nx, ny, nz)}, any unit; voxel_size [m];
+    note: below the picture.
     """
     check_ending(output)
     figure = Figure(figsize=(4.6 * max(1, len(speeds)), 4.6), layout="constrained")
+    if note:
+        figure.supxlabel(textwrap.fill(note, 64 * max(1, len(speeds))), fontsize=8)
     for place, (axis, speed) in enumerate(sorted(speeds.items()), 1):
         across = (axis + 1) % 3  # the slice holds the axis of the flow, drawn upwards
         other = 3 - axis - across

@@ -84,7 +84,7 @@ def _document(run, view, folder, interactive, now):
         Section("Numbers of hazard mapping", list(_hazard(run))),
         Section("Areas by class", list(_areas(run))),
         Section("Impact", list(_impacts(run))),
-        Section("Audit at the end", [_table(_last_row(run), run.units)]),
+        Section("Audit at the end", [_table(_last_row(run), run.units, run.dimension)]),
         Section("What the numbers mean", [Definitions(_told(run))]),
         Section("Settings", [Listing(run.provenance.get("scene", "not known"), "the resolved scene")]),
         Section("How to make it again", list(_reproduction(run))),
@@ -228,9 +228,9 @@ def _last_row(run):
     return {name: values[-1] for name, values in run.history.items() if len(values) and name != "time"}
 
 
-def _table(values, units=None):
+def _table(values, units=None, dimension=3):
     """Values by quantity name as a table that leads to their definitions."""
-    named = {name: quantity(name, (units or {}).get(name, "")) for name in values}
+    named = {name: quantity(name, (units or {}).get(name, ""), dimension) for name in values}
     return Table({one.label: one.text(values[name]) for name, one in named.items()},
                  {one.label: one for one in named.values()})
 

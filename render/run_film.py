@@ -185,7 +185,10 @@ class _View:
         points = frame.points[good]
         spacing = particle_spacing(self.run, frame.time)
         if "depth" in frame.fields:
-            points, colours, identity = piled(points, frame.fields["depth"][good], spacing, colours, identity)
+            depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
+            each = None if fine is None else np.where(depth.ravel() > 0.0, spacing, min(spacing, fine))
+            points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
+            spacing = spacing if each is None else each
         return frame.time, (points, spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from snowmpm.annotations import PathLike
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import THEORIES, compared
+from snowmpm.io.saw_words import SPREADS
 from snowmpm.render.figure import DASHES, INK, check_ending, plain, save, titled
 from snowmpm.render.history_plot import LEGEND, colour_of
 from snowmpm.render.saw_test_plot import USUAL, local_speed
@@ -96,7 +97,9 @@ def _numbers(axes, tests):
         for i, (test, value) in enumerate(zip(tests, values, strict=True)):
             y = k + 0.7 * ((i + 0.5) / len(tests) - 0.5)
             if value:
-                axes.barh(y, value / largest, height=0.6 / len(tests), color=colour_of(i))
+                near = test.found.get(SPREADS.get(name))
+                axes.barh(y, value / largest, height=0.6 / len(tests), color=colour_of(i),
+                          xerr=near / largest if near else None, error_kw={"lw": 1.2, "ecolor": INK, "capsize": 3})
                 axes.text(0.01, y, f"{scale * value:.3g} {unit}", fontsize=8, va="center", color="white",
                           fontweight="bold")
             for one in compared(test.found, test.run.saw_test.about["slope_angle"]):

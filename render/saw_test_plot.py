@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-from snowmpm.io.saw_theories import FLAT, compared
-from snowmpm.io.saw_words import outcome, set_up
+from snowmpm.io.saw_theories import FLAT, THEORIES, compared
+from snowmpm.io.saw_words import not_to_the_end, outcome, set_up, spread
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227")
@@ -51,10 +51,11 @@ def saw_test_figure(run, dpi=130, theories=None):
     figure = Figure(figsize=(17.5, 7.6), dpi=dpi, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     about, found = test.about, run.summary.get("saw_test", {})
-    found = {**found, "theory": {**found.get("theory", {}), **(theories or {})}}
+    found = {**found, "theory": {**about.get("theory", {}), **found.get("theory", {}), **(theories or {})}}
     words = f"\n{outcome(found, test)}" if "crack_length" in found else ""
     title = run.name.replace("_", " ")
-    figure.suptitle(f"{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
+    unfinished = "" if run.complete else f"UNFINISHED, up to {test['time'][-1]:.3g} s: "
+    figure.suptitle(f"{unfinished}{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
                     f" weak layer {1e3 * about['weak_layer_thickness']:g} mm{words}",
                     fontsize=12, fontweight="bold", color=INK)
     cells = figure.subplots(2, 4).ravel()
@@ -87,7 +88,9 @@ def _space_time(figure, axes, test, found):
     axes.plot(x, arrival, ".", ms=2.2, color=TIP, label="weak layer broken")
     axes.plot(test["saw"], time, color=SAW, lw=1.4, label=f"saw, {test.about['saw_speed']:g} m/s")
     if found.get("critical_length"):
-        axes.axvline(found["critical_length"], color=TIP, lw=1.0, ls="--", label="critical length")
+        length, near = found["critical_length"], found.get("critical_length_resolution") or 0.0
+        axes.axvspan(length - near, length + near, color=TIP, lw=0, alpha=0.15)
+        axes.axvline(length, color=TIP, lw=1.0, ls="--", label="critical length, ± a bin")
     if test.about["notch"] > 0.0:
         axes.axvspan(0.0, test.about["notch"], color="0.6", lw=0, alpha=0.5, label="notch")
     axes.set_xlim(0.0, test.about["length"])
@@ -104,6 +107,10 @@ def _speed(figure, axes, test, found):
     for window, style in ((0.5 * D, {"color": "0.7", "lw": 1.0, "label": "over half a slab thickness"}),
                           (2.0 * D, {"color": TIP, "lw": 2.0, "label": "over two"})):
         axes.plot(*local_speed(x[own], arrival[own], window), **style)
+    if found.get("crack_speed"):
+        v, near = found["crack_speed"], found.get("crack_speed_spread") or 0.0
+        axes.axhspan(v - near, v + near, color=TIP, lw=0, alpha=0.15,
+                     label=f"crack speed: {v:.0f}{spread(found, 'crack_speed', 0)} m/s")
     theory = {**{name: test.about[name] for name in ("shear_wave_speed", "plate_wave_speed")},
               **found.get("theory", {})}
     # Where two cracks meet, or one leaves at the free end, the last bins break almost at once: that is no speed
@@ -152,20 +159,21 @@ def _energy(figure, axes, test, found):
 
 def _lengths(figure, axes, test, found):
     """The critical length, and what theories say of it."""
-    pairs = [one for one in compared(found, test.about["slope_angle"]) if one.theory.measured == "critical_length"]
     length = found.get("critical_length")
-    said = {one.theory.label: one.predicted for one in pairs}
+    said = {one.label: found["theory"].get(one.predicted) for one in THEORIES if one.measured == "critical_length"}
+    said = {label: value for label, value in said.items() if value}
     rows = {**({"measured": length} if length else {}), **said}
     for k, (label, value) in enumerate(rows.items()):
         colour = TIP if label == "measured" else "0.55"
         axes.barh(k, value, height=0.32, color=colour)
         axes.text(0.0, k - 0.26, label, fontsize=8, va="bottom")
-        axes.text(value, k, f" {value:.2f} m", fontsize=8, va="center")
+        known = spread(found, "critical_length", 2) if label == "measured" else ""
+        axes.text(value, k, f" {value:.2f}{known} m", fontsize=8, va="center")
     if length:
         axes.axvline(length, color=TIP, lw=1.0, ls="--")
     else:
         words = "no crack ran by itself" if "crack_length" in found else "known when the run has ended"
-        axes.text(0.5, 0.5, words, fontsize=9, ha="center", transform=axes.transAxes)
+        axes.text(0.5, 0.05 if rows else 0.5, words, fontsize=9, ha="center", transform=axes.transAxes)
     axes.set_yticks([])
     axes.set_ylim(max(len(rows), 1) - 0.5, -0.7)
     axes.set_xlim(0.0, 1.25 * max([*rows.values(), 1e-3]))
@@ -180,6 +188,7 @@ def _words(figure, axes, test, found):
         above = "above: a collapse can run" if about["normal_stress"] > maxwell else "below: no collapse runs"
         rows["Maxwell's load"] = f"{maxwell:.0f} Pa normal; the load lies {above} on the flat"
     lines = [f"{what}: {words}" for what, words in rows.items()]
+    lines += [line for line in [not_to_the_end(found, test)] if line]
     lines += [one.remark for one in compared(found, about["slope_angle"]) if one.remark]
     axes.axis("off")
     axes.set_title("how it was made and read", loc="left", fontsize=10)

@@ -24,16 +24,18 @@ HOLLOWS = ((2.5, 0.30), (7.0, 0.25), (18.0, 0.15))  # widths in those of the sur
 def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None):
     """Picture (height, width, 3) in linear light: `ground` with the particles at `points` (n, 3) over it.
 
-    spacing   [m] between particles;  colours (n, 3) in linear light, or None for plain snow
+    spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or None for plain snow
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
     """
     x, y, depth = camera.project(points)
-    radius = BALL * spacing
-    radius_px = radius * camera.pixels_per_metre(depth) * np.where(_lonely(points, spacing), SPRAY, 1.0)
-    number, front = splat_balls(x, y, depth, radius, radius_px, camera.size)
+    radii = BALL * np.broadcast_to(spacing, len(points))
+    radius = float(np.median(radii)) if len(radii) else BALL
+    radius_px = radii * camera.pixels_per_metre(depth) * np.where(_lonely(points, np.max(spacing)), SPRAY, 1.0)
+    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
     # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
     # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
-    hidden = front > ground.depth + 2.0 * radius * ground.slack
+    own = radii[number] if len(radii) else radius
+    hidden = front > ground.depth + 2.0 * own * ground.slack
     number[hidden], front[hidden] = -1, np.inf
     hit = number >= 0
     if not hit.any():

@@ -10,7 +10,7 @@ BATCH = 4_000_000  # disc pixels at a time: bounds the memory
 def splat_balls(x, y, depth, radius, radius_px, size):
     """Nearest ball of each pixel: (particle number or -1, depth of its surface), both (height, width).
 
-    x, y, depth  (n,) centres [px, px, m];  radius [m];  radius_px (n,) [px]
+    x, y, depth  (n,) centres [px, px, m];  radius [m], one or (n,);  radius_px (n,) [px]
     """
     width, height = size
     best = np.full(width * height, np.iinfo(np.int64).max, np.int64)
@@ -19,9 +19,10 @@ def splat_balls(x, y, depth, radius, radius_px, size):
     drawn = np.clip(radius_px[number], SMALLEST, LARGEST)
     # Radii in steps of a tenth of a pixel and coarser: particles of one radius are drawn together.
     level = np.where(drawn < 4.0, np.round(drawn * 4.0) / 4.0, np.round(drawn))
+    radius = np.broadcast_to(radius, len(x))
     for r in np.unique(level):
         chosen = number[level == r]
-        _splat_level(x[chosen], y[chosen], depth[chosen], chosen, radius, float(r), size, best)
+        _splat_level(x[chosen], y[chosen], depth[chosen], chosen, radius[chosen], float(r), size, best)
     hit = best < np.iinfo(np.int64).max
     ids = np.where(hit, best & 0xFFFFFFFF, -1)
     front = np.where(hit, (best >> 32).astype(np.int32).view(np.float32), np.inf)
@@ -39,7 +40,7 @@ def _splat_level(x, y, depth, number, radius, r, size, best):
             distance = (dx * dx + dy * dy) / r**2
             if distance > 1.0:
                 continue
-            surface = np.maximum(depth - np.float32(radius * np.sqrt(1.0 - distance)), 1e-6).astype(np.float32)
+            surface = np.maximum(depth - (radius * np.sqrt(1.0 - distance)).astype(np.float32), 1e-6).astype(np.float32)
             key = (surface.view(np.int32).astype(np.int64) << 32) | number
             if dx or dy:
                 c, w = column + dx, row + dy

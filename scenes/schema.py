@@ -27,6 +27,7 @@ from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
 from snowmpm.scenes.water import Water
+from snowmpm.scenes.zone import Zone, with_zone
 
 
 class Initial(Spec):
@@ -103,6 +104,8 @@ class Scene(Glance, Spec):
     """when a run ends before end_time"""
     switch: Annotated[tuple[Switch, ...], Field(max_length=4)] = ()
     """hand-over to another method while the scene runs, one table each, in their order"""
+    zone: Zone | None = None
+    """region in which a depth-averaged flow is computed in three dimensions"""
     saw_test: SawTest | None = None
     """a propagation saw test, which creates bodies and domain; x and z are then along the slope and normal to it"""
     reference: Reference | None = None
@@ -121,7 +124,7 @@ class Scene(Glance, Spec):
         dimension = data.get("dimension") if isinstance(data, dict) else None
         known = type(dimension) is int and dimension in (2, 3)
         with surroundings(dimension=dimension if known else None):
-            scene = validate(with_switches(with_cards(_with_saw_test(data, dimension) if known else data)))
+            scene = validate(with_zone(with_switches(with_cards(_with_saw_test(data, dimension) if known else data))))
         return _with_choices(scene)
 
     @model_validator(mode="after")
@@ -174,13 +177,14 @@ class Scene(Glance, Spec):
                  "events": ", ".join(f"{event.kind} {getattr(event, 'body', '')}".strip() for event in self.events),
                  "saw test": f"{self.saw_test.slope_angle:g} degrees" if self.saw_test else "",
                  "switches": ", ".join(f"to {switch.to} when {switch.when}" for switch in self.switch),
+                 "zone": f"{self.zone.solver.method}, dx = {self.zone.solver.dx:g} m" if self.zone else "",
                  "initial stress": self.initial.stress}
         return f"Scene {self.name} ({self.dimension}-D)", {name: text for name, text in facts.items() if text}
 
     def to_toml(self) -> str:
         """The resolved scene, every default written out and every file name absolute: loads to the same scene."""
-        # As written before there were switches and structures
-        unused = [key for key in ("switch", "structures") if not getattr(self, key)]
+        # As written before there were switches, zones and structures
+        unused = [key for key in ("switch", "zone", "structures") if not getattr(self, key)]
         return to_toml(self, leave_out=(*(MADE if self.saw_test else ()), *unused))
 
 

@@ -35,8 +35,9 @@ class Structure(Touching):
     """share of the critical damping of its first mode [-]"""
     segments: Annotated[int, Field(strict=True, ge=2, le=32)] = 8
     """straight pieces"""
-    coupling: Literal["weak", "one_way"] = "weak"
-    """weak: the snow meets it as it is bent; one_way: as it stood at the start"""
+    coupling: Literal["weak", "strong", "one_way"] = "weak"
+    """weak: the snow meets it as it is bent; strong: with the velocity that it has at the end of the step, so that it
+    may be lighter than the snow around it; one_way: as it stood at the start"""
 
     @model_validator(mode="after")
     def _is_slender(self):

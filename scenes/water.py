@@ -1,4 +1,5 @@
-"""Water in the pores of the snow, with method = "mpm" or, with scheme = "one_phase", "depth".
+"""Water in the pores of the snow, with method = "mpm" or "implicit" or, with scheme = "one_phase" or
+"two_phase", "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -12,6 +13,12 @@
     level = 0.8                 # depth of the water over that of the snow
     excess = 0.9                # 1: liquefied
     consolidation = 0.05        # m2/s
+
+    [water]
+    scheme = "two_phase"
+    grain_density = 2000.0      # kg/m3
+    consolidation = 0.05        # m2/s
+    drag = { law = "anderson", terminal_velocity = 1e-3 }
 
 The density of a material is then that of the dry skeleton, and stresses are effective stresses.
 """
@@ -49,14 +56,17 @@ class WaterSides(Spec):
 class SeepingWater(Spec):
     """Water that fills the pores, or a part of them, and flows through them."""
 
-    NEEDS: ClassVar = "water"
-    """capability of the method"""
-
     scheme: Literal["u_p"] = "u_p"
     """u_p: one velocity and a pore pressure; water moves through the skeleton by Darcy's law"""
-    split: Literal["semi_implicit", "explicit"] = "semi_implicit"
+    split: Literal["semi_implicit", "explicit", "monolithic", "fixed_stress"] = "semi_implicit"
     """semi_implicit: the step is that of the drained skeleton; explicit: it must follow waves in undrained snow, for
-    comparison"""
+    comparison. method = "implicit" has monolithic: skeleton and water are solved for at once; fixed_stress: in turn,
+    until both fit"""
+    alpha: Positive = 1.0
+    """fixed_stress: the skeleton's assumed answer to a change of pressure, over 1 / K_dr of equal compression along all
+    axes of the scene [-]; below a half of the true one it does not settle"""
+    tolerance: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
+    """fixed_stress: water left without place over that of the first pass [-] at which a step is solved"""
     permeability: Permeability
     """intrinsic permeability [m2]: a number, a raster { file = "..." }, or a table with law = "calonne" (snow) or
     "kozeny_carman" (grains) and grain_size [m]; times 5.5e6 it is the hydraulic conductivity at 0 °C [m/s]"""
@@ -95,6 +105,9 @@ class SeepingWater(Spec):
 
     @model_validator(mode="after")
     def _goes_together(self):
+        if self.solved and self.suction is not None:
+            raise refuse(f'does not go with split = "{self.split}", which needs pores that are always full', "suction",
+                         self.suction)
         if self.saturation < 1.0 and self.suction is None:
             raise refuse("below 1 needs suction, the largest that pores hold before air enters", "saturation",
                          self.saturation)
@@ -106,6 +119,16 @@ class SeepingWater(Spec):
             raise refuse("needs pores that are full: saturation = 1", "pressure", self.pressure)
         return self
 
+    @property
+    def solved(self) -> bool:
+        """Whether the pressure is among the unknowns of the method's steps."""
+        return self.split in ("monolithic", "fixed_stress")
+
+    @property
+    def NEEDS(self) -> str:
+        """Capability of the method."""
+        return "solved_water" if self.solved else "water"
+
     def drained(self, dimension: int) -> dict[str, bool]:
         """Whether each border lets water out, by name (`snowmpm.water.outlets`)."""
         sides = {f"{axis}_{end}": getattr(self.sides, f"{axis}_{end}") for axis in AXES[dimension]
@@ -114,20 +137,13 @@ class SeepingWater(Spec):
         return {name: kind == "drained" for name, kind in kinds.items()}
 
 
-class FlowingWater(Spec):
-    """Water that moves with the snow of a depth-averaged flow, and takes a part of its weight off the ground; method =
-    "depth" only."""
+class _Flowing(Spec):
+    """What depth-averaged flows with water have in common."""
 
     NEEDS: ClassVar = "flow_water"
 
-    scheme: Literal["one_phase"]
-    """one_phase: water moves with the snow, but for the excess pressure that drains over the depth"""
-    porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
-    """share of the pores [-]; 1 - density / 917 of each material when missing"""
     density: Positive = 1000.0
     """of water [kg/m3]"""
-    level: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
-    """depth of the water over that of the snow [-]; snow above it is dry"""
     excess: Fraction = 0.0
     """pore pressure at the ground at the start, beyond the hydrostatic one, over the weight that the grains would bear
     without it [-]; 1: liquefied"""
@@ -143,11 +159,62 @@ class FlowingWater(Spec):
 
     @model_validator(mode="after")
     def _is_3d(self):
-        require_dimension(3, "water that moves with the snow")
+        require_dimension(3, "water in a flow over a terrain")
         return self
 
 
-SCHEMES = ("u_p", "one_phase")
+class FlowingWater(_Flowing):
+    """Water that moves with the snow of a depth-averaged flow, and takes a part of its weight off the ground; method =
+    "depth" only."""
+
+    scheme: Literal["one_phase"]
+    """one_phase: water moves with the snow, but for the excess pressure that drains over the depth"""
+    porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
+    """share of the pores [-]; 1 - density / 917 of each material when missing"""
+    level: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """depth of the water over that of the snow [-]; snow above it is dry"""
+
+
+class DarcyDrag(Spec):
+    """C = n² mu / K of the porosity n."""
+
+    law: Literal["darcy"]
+    permeability: Permeability
+    """K [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
+    viscosity: Positive = 1.792e-3
+    """mu of water [Pa s]; at 0 °C when missing"""
+
+    @field_validator("permeability")
+    @classmethod
+    def _moves(cls, value: Any) -> Any:
+        if getattr(value, "law", None) == "raster":
+            raise refuse("is not for water that moves: a number, or a law", "file", value.file)
+        return value
+
+
+class AndersonDrag(Spec):
+    """C = n (1 - n) (rho_s - rho_w) g / (V_T n^m) of the porosity n."""
+
+    law: Literal["anderson"]
+    terminal_velocity: Positive
+    """V_T at which a single grain sinks [m/s]"""
+    power: NonNegative = 1.0
+    """m [-]"""
+
+
+class MixedWater(_Flowing):
+    """Water and grains of a depth-averaged flow, each with columns of its own, which fill its depth together; method =
+    "depth" only."""
+
+    scheme: Literal["two_phase"]
+    """two_phase: water and grains have a velocity each, with drag between them"""
+    grain_density: Positive
+    """of the grains [kg/m3], above that of water; 1 - density / grain_density of a material is its porosity"""
+    drag: Annotated[DarcyDrag | AndersonDrag, Field(discriminator="law")]
+    """between water and grains"""
+
+
+SCHEMES = ("u_p", "one_phase", "two_phase")
 
 
 def _known_scheme(value: Any) -> Any:
@@ -163,6 +230,7 @@ def _which(value: Any) -> str:
 
 
 Water = Annotated[
-    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))],
+    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))]
+              | Annotated[MixedWater, Tag(tag("two_phase"))],
               Discriminator(_which)],
     BeforeValidator(_known_scheme)]

@@ -43,6 +43,8 @@ class Capabilities:
     """obstacles with mass, which snow, weight and contact move (`snowmpm.rigid`)"""
     structures: bool = False
     """masts that bend (`snowmpm.structures`)"""
+    strong_coupling: bool = False
+    """masts that answer within the step (`snowmpm.structures.quasi_newton`)"""
     contacts: tuple[str, ...] = ("stick", "slip", "separate")
     """values of terrain.contact"""
     sides: tuple[str, ...] = ("open", "slip", "symmetric", "stick", "separate", "periodic")
@@ -58,12 +60,16 @@ class Capabilities:
     """events that push particles"""
     removal: bool = True
     """events that take particles out"""
+    forces: bool = True
+    """accelerations and pressures in space and time (`snowmpm.forcing`)"""
     forcing: bool = True
-    """forces, damping and gravity that changes (`snowmpm.forcing`)"""
+    """damping and gravity that changes"""
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
+    solved_water: bool = False
+    """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
     """water that moves with the snow, and excess pore pressure over its depth (`snowmpm.depth.pore_pressure`)"""
     separate_bodies: bool = False
@@ -74,6 +80,8 @@ class Capabilities:
     plan: bool = False
     """particles are columns in plan, over a ground that the builder gets as it is; they fill a cell in plan, and maps
     are as fine as the grid, since each column counts in all the cells that it covers"""
+    receives: bool = False
+    """takes in snow from another method while it runs (`Method.receive`)"""
     usual_filling: int | None = None
     """particles in a full cell of a scene that does not choose"""
     solves: bool = False
@@ -120,8 +128,8 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
-        free_bodies=True, structures=True,
+        receives=True, sleeping=True, water=True, separate_bodies=True, saw_test=True, grid=True, presets=True,
+        free_bodies=True, structures=True, strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
@@ -130,12 +138,13 @@ METHODS = {entry.name: entry for entry in (
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         deposition=True, thickness_rasters=True, delays=True, flow_water=True,
         contacts=("slip", "separate"), sides=("open", "slip", "symmetric", "periodic"), moving_obstacles=False,
-        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forcing=False,
-        plan=True, usual_filling=4), options="depth", words="depth-averaged"),
+        initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
+        plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
         sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True), words="implicit MPM"),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        words="implicit MPM"),
 )}
 
 

@@ -44,7 +44,7 @@ MAY_IMPORT = {
     "seeding": {*GROUND, "terrain"},
     "solids": {*GROUND, "compiler", "stepping", "seeding", "terrain"},
     "rigid": {*GROUND, "compiler", "solids"},
-    "structures": {*GROUND, "solids"},
+    "structures": {*GROUND, "compiler", "solids"},
     "forcing": {*GROUND, "compiler", "particles", "seeding", "terrain"},
     "water": {*GROUND, "compiler", "particles"},
     "gis": {*GROUND, "io", "seeding", "terrain"},
@@ -53,7 +53,8 @@ MAY_IMPORT = {
     "micro": {*GROUND, "compiler", "seeding"},
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
-    "implicit": {*GROUND, *SHARED, "mpm", "materials"},  # MPM as well: the same splines and lines of contact
+    # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores
+    "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -84,7 +85,7 @@ FORBIDDEN = {
     "ground": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "seeding": PICTURES - {"PIL"} | {"h5py", "typer", "rich"},  # images of microstructures come in as .tif
     "solids": PICTURES | {"h5py", "typer", "rich"},
-    "structures": PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"},
+    "structures": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "rigid": PICTURES | {"h5py", "trimesh", "typer", "rich"},
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }

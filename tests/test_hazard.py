@@ -62,8 +62,27 @@ def test_the_way_does_not_turn_back_with_what_still_moves_behind():
     """When the front has come to rest and the rear still creeps, the middle of the motion goes back up the slope."""
     path = np.column_stack([np.concatenate([np.linspace(45.0, 300.0, 40), np.linspace(290.0, 60.0, 20)]),
                             np.full(60, 102.5)])
-    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(60, 1e6), CELL, 100.0)
+    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(60, 1e6), CELL, 100.0, lambda plan: -0.5 * plan[:, 0])
     assert (np.diff(way.points[:, 0]) > 0.0).all()
+    assert way.points[-1, 0] == pytest.approx(400.0, abs=3.0 * CELL)
+
+
+def test_the_way_does_not_turn_back_in_an_arc():
+    """As one branch after the other comes to rest, the middle of the motion goes round and up again."""
+    around = np.linspace(-np.pi / 2.0, np.pi / 2.0, 12)
+    arc = np.column_stack([300.0 + 30.0 * np.cos(around), 132.5 + 30.0 * np.sin(around)])
+    back = np.column_stack([np.linspace(290.0, 60.0, 20), np.full(20, 162.5)])
+    path = np.concatenate([np.column_stack([np.linspace(45.0, 300.0, 40), np.full(40, 102.5)]), arc, back])
+    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(len(path), 1e6), CELL, 100.0,
+                         lambda plan: -0.5 * plan[:, 0])
+    assert way.points[:, 0].max() > 310.0 and way.points[-1, 0] > 250.0
+
+
+def test_the_way_climbs_where_the_snow_does():
+    """Straight on up a slope that faces the path."""
+    path = np.column_stack([np.linspace(45.0, 300.0, 40), np.full(40, 102.5)])
+    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(40, 1e6), CELL, 100.0,
+                         lambda plan: np.abs(plan[:, 0] - 200.0))
     assert way.points[-1, 0] == pytest.approx(400.0, abs=3.0 * CELL)
 
 

@@ -33,7 +33,8 @@ def refuse_unaffordable(simulation, folder, threads=1, option="--accept-cost"):
 def _facts(simulation):
     """`SceneFacts` of each method of the run, or of a resumed one of that which is at work."""
     relay, solver = simulation.relay, simulation.solver
-    if not simulation.scene.switch or relay.index:
+    scene = simulation.scene
+    if not (scene.switch or scene.zone) or relay.index or (scene.zone and solver.steps):
         return [SceneFacts(relay.scene, relay.model, solver)]
     return [SceneFacts(leg.scene, leg.model, leg.solver, leg.begin, leg.end) for leg in legs(relay.model, solver)]
 

@@ -41,9 +41,10 @@ class Budget:
     def __init__(self, facts, threads=1, speed=None):
         self.facts, scene = facts, facts.scene
         self.scheme = costs.Scheme.of(scene)
-        kinds = list(dict.fromkeys(law.kind for law in facts.model.laws))
-        counts = np.bincount(facts.model.population.material, minlength=len(facts.model.laws))
-        self.particles = {kind: int(sum(n for n, law in zip(counts, facts.model.laws, strict=True) if law.kind == kind))
+        laws = facts.model.laws_of_phases
+        kinds = list(dict.fromkeys(law.kind for law in laws))
+        counts = np.bincount(facts.model.population.material, minlength=len(laws))
+        self.particles = {kind: int(sum(n for n, law in zip(counts, laws, strict=True) if law.kind == kind))
                           for kind in kinds}
         self.n = sum(self.particles.values())
         work = facts.solver.workload

@@ -35,6 +35,9 @@ def in_columns(facts):
     if not thin(facts):
         return None
     dx = max(facts.dx, float(f"{CELL_DEPTHS * facts.model.depth:.1g}"))
+    lattice = facts.model.surface.lattice
+    if lattice is not None:  # the raster knows no more than its cells do
+        dx = float(f"{max(1, round(dx / lattice[1])) * lattice[1]:.6g}")
     overrides = {"solver.method": PLAN, "solver.dx": dx}
     if "particles_per_cell" in facts.scene.solver.model_fields_set:
         overrides["solver.particles_per_cell"] = METHODS[PLAN].capabilities.usual_filling

@@ -15,6 +15,9 @@ from snowmpm.setup.build import build
 from snowmpm.stages import stage
 from snowmpm.stepping.step_check import check_step
 
+ZONE = "zone."
+"""Table of the scene that holds a zone's solver."""
+
 
 @dataclass(frozen=True)
 class Alternative:
@@ -66,20 +69,30 @@ def advise(scene):
         said = {**describe(model, solver), **_switches(scene, facts, later), "run_time": budget.total + sum(seconds)}
         if later:
             said["steps"] = int(facts.steps)
-        warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in cautions(one))]))
+        warned = list(dict.fromkeys([*cautions(facts), *(found for one in later for found in _cautions(one, scene))]))
         return Advice(said, _all_payments(budget, later, seconds), warned, savings(budget),
                       alternatives(scene, budget), unaffordable(budget, "runs"))
+
+
+def _cautions(facts, scene):
+    """`Caution`s of a method that comes later; of that of a zone with the zone's keys."""
+    return [replace(one, key=ZONE + one.key, cure=one.cure.replace("solver.", f"{ZONE}solver."))
+            if scene.zone and one.key.startswith("solver.") else one for one in cautions(facts)]
 
 
 def _switches(scene, facts, later):
     """Facts, in words, of the hand-overs of a scene; facts of its methods but the first."""
     said = []
-    for switch, one in zip(scene.switch, later, strict=True):
+    for switch, one in zip(scene.switch, later, strict=False):
         entry = METHODS[switch.to]
         when = f"when {switch.when}" if switch.time is None else f"at t = {switch.time:g} s"
         about = "" if switch.time is not None else f", about at t = {one.begin:.2g} s"
         said.append(f"to {entry.title} {when}{about}: {one.budget.n} {entry.particles}, cells of {one.dx:g} m, then"
                     f" about {one.steps:.0f} steps")
+    if scene.zone:
+        entry, one = METHODS[scene.zone.solver.method], later[-1]
+        return {"zone": f"by {entry.title}, at most {one.budget.n} {entry.particles}, cells of {one.dx:g} m, from about"
+                        f" t = {one.begin:.2g} s on, then about {one.steps:.0f} steps"}
     return {"hand_over": "; ".join(said)} if said else {}
 
 

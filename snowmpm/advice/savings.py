@@ -14,6 +14,9 @@ from snowmpm.methods import METHODS
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
 
+ON_A_PATH = 0.56
+"""What depth-averaging added to the affected area on avaGar (`docs/depth_averaged.md`)."""
+
 WORTH_SAYING = 0.05
 """Share of the run time below which a saving is not mentioned."""
 LEAST_FRAMES = 20
@@ -165,8 +168,9 @@ def _columns(budget):
         overrides, facts = found
         saved = budget.total - facts.budget.total
         says = (f'"{PLAN}", with solver.dx = {facts.dx:g}: the flow is thin, and could be depth-averaged. In the valley'
-                f" of avalanche_on_raster that changed: {in_words()}. Lost: all that happens within the depth, the laws"
-                " of the snow, and forces on obstacles")
+                f" of avalanche_on_raster that changed: {in_words()}; on a real path with a gully, the affected area by"
+                f" {100.0 * ON_A_PATH:+.0f} %. Lost: all that happens within the depth, the laws of the snow, and what"
+                " obstacles do to the flow; the loads on them follow from depth and speed")
         if saved > WORTH_SAYING * budget.total:
             yield Saving("solver.method", says, saved, saved / budget.total, overrides)
 

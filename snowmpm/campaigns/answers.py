@@ -9,6 +9,7 @@ from snowmpm.campaigns.distributions import Choices, Drawn
 from snowmpm.campaigns.members import ONLY
 from snowmpm.campaigns.table import frame_of, rows_of, write_tables
 from snowmpm.draft import write_text
+from snowmpm.quantities.saw import MEASURED, PREDICTED
 from snowmpm.quantities.table import NUMBERS
 
 SENSITIVITY, CONVERGENCE = "sensitivity.csv", "convergence.csv"
@@ -107,7 +108,19 @@ def sensitivity_table(plan, variant, records):
 CONSTANT = ("final", "flow_depth", "moving_share", "momentum_share", "runout_x", "runout_y", "runout_z", "steps", "dt")
 """Numbers that no share of variance is looked for."""
 
-MAIN = tuple(one.name for one in NUMBERS)
+FIRST = ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure")
+"""What an engineer asks for before all else."""
+MAIN = (*FIRST, *(one.name for one in NUMBERS if one.name not in FIRST))
+SAW = tuple(one.name for one in (*MEASURED, *PREDICTED))
+
+
+def is_saw_test(table):
+    """Whether the runs of a table are saw tests."""
+    return SAW_LENGTH in table
+
+
+SAW_LENGTH = "saw_crack_length"
+"""A number that every saw test has."""
 
 
 def plan_rows(plan):
@@ -126,10 +139,13 @@ def _share(parameter, value):
 
 
 def summary(table):
-    """[(number, 5 %, median, 95 %)] of the runs that are done, of the numbers of hazard mapping, else of all."""
+    """[(number, 5 %, median, 95 %)] of the runs that are done, of the numbers of hazard mapping or of a saw test, else
+    of all that are no parameters."""
     done = table[table.status == "done"] if "status" in table else table
-    names = [name for name in MAIN if name in table and name not in CONSTANT]
-    names = names or [name for name in table.columns if table[name].dtype == float and name not in CONSTANT]
+    main = SAW if is_saw_test(table) else MAIN
+    names = [name for name in main if name in table and name not in CONSTANT]
+    names = names or list(table.columns)[list(table.columns).index("status") + 1 if "status" in table else 0 :]
+    names = [name for name in names if table[name].dtype == float and name not in CONSTANT]
     found = []
     for name in names:
         values = done[name].to_numpy(float)

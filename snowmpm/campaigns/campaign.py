@@ -15,6 +15,7 @@ from snowmpm.campaigns.table import records_of
 from snowmpm.errors import InputError
 from snowmpm.glance import Glance
 from snowmpm.io import Run
+from snowmpm.reading.toml_text import tables
 
 if TYPE_CHECKING:  # of extras
     import pandas
@@ -107,6 +108,12 @@ class Campaign(Glance):
             if self.records.get(member.hash, {}).get("status") == "done" and self.plan.run(member).is_dir():
                 return Run(self.plan.run(member))
         return None
+
+    @cached_property
+    def dimension(self) -> int:
+        """Axes of the scene: in 2-D amounts are per metre of width."""
+        path = self.plan.base(self.variant)
+        return 2 if tables(path.read_text(encoding="utf-8"), path).get("dimension") == 2 else 3
 
     def values(self, name: str) -> Floats:
         """Values (runs,) of a column of the table; NaN of failed runs."""

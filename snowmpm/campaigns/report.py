@@ -3,13 +3,14 @@
 import numpy as np
 
 from snowmpm.campaigns import convergence
-from snowmpm.campaigns.answers import samples_the_parameters, summary
-from snowmpm.campaigns.distributions import Choices
+from snowmpm.campaigns.answers import is_saw_test, samples_the_parameters, summary
+from snowmpm.campaigns.listing import curves, listing, numeric_parameters, shown_numbers
 from snowmpm.campaigns.probability import QUANTITIES
 from snowmpm.quantities.table import quantity
 from snowmpm.render.campaign_plot import (
     render_convergence,
     render_corner,
+    render_curves,
     render_distribution,
     render_scatter,
     render_tornado,
@@ -19,17 +20,9 @@ from snowmpm.render.page import page_of, write_page
 from snowmpm.render.probability_map import render_probability
 from snowmpm.stages import stage
 
-SHOWN = ("runout", "affected_area", "largest_flow_speed", "largest_flow_pressure")
-"""Numbers with pictures of their own, of those that a campaign has."""
-
 MOST = 4
-
-
-def shown_numbers(campaign):
-    """Names of the numbers that are drawn."""
-    table = campaign.table
-    varied = [row[0] for row in summary(table) if row[3] > row[1]]
-    return [name for name in (*SHOWN, *varied) if name in varied][: len(SHOWN)] if varied else []
+MOST_LISTED = 200
+"""Runs on the page."""
 
 
 def write_pictures(campaign, folder=None):
@@ -79,20 +72,25 @@ def _numbers(campaign, folder, prefix):
     section, names = Section("Numbers, and what they depend on", []), shown_numbers(campaign)
     if not names:
         return section
+    dimension, numeric = campaign.dimension, numeric_parameters(campaign.file)
     for name in names:
-        path = render_distribution(name, campaign.values(name), folder / f"{prefix}{name}.png")
-        section.blocks.append(Picture(path, f"{quantity(name).label}: share of runs at or above"))
+        output = folder / f"{prefix}{name}.png"
+        if campaign.file.design == "grid" and numeric:  # its values are chosen: how many lie above says nothing
+            across, lines = curves(campaign, name)
+            path = render_curves(name, across, lines, output, dimension=dimension)
+            section.blocks.append(Picture(path, f"{quantity(name).label} over {across}"))
+        else:
+            path = render_distribution(name, campaign.values(name), output, dimension=dimension)
+            section.blocks.append(Picture(path, f"{quantity(name).label}: share of runs at or above"))
     rows = campaign.sensitivities.to_dict("records")
     for name in names:
         own = [row for row in rows if row["number"] == name]
         if own:
             path = render_tornado(name, own, folder / f"{prefix}{name}_tornado.png")
             section.blocks.append(Picture(path, f"{quantity(name).label}: what it depends on"))
-    numeric = [name for name, one in campaign.file.parameters.items()
-               if not isinstance(one, Choices) or all(isinstance(value, int | float) for value in one.values)]
     if numeric:
         table = {name: campaign.values(name) for name in (*numeric, *names)}
-        path = render_scatter(table, numeric[:5], names, folder / f"{prefix}scatter.png")
+        path = render_scatter(table, numeric[:5], names, folder / f"{prefix}scatter.png", dimension=dimension)
         section.blocks.append(Picture(path, "Every run"))
     return section
 
@@ -115,20 +113,24 @@ def _convergence(campaign, folder, prefix):
 def _document(campaign, sections):
     file = campaign.file
     n = len(campaign.members)
-    rows = {quantity(name).label: f"{quantity(name).text(middle)}, 5 to 95 %: {quantity(name).text(low)} to"
-                                  f" {quantity(name).text(high)}"
-            for name, low, middle, high in summary(campaign.table)}
+    rows = {}
+    for name, low, middle, high in summary(campaign.table):
+        one = quantity(name, dimension=campaign.dimension)
+        rows[one.label] = f"{one.text(middle)}, 5 to 95 %: {one.text(low)} to {one.text(high)}"
     counts = {"runs done": f"{campaign.done} of {n}", "failed": str(len(campaign.failures)),
               "parameters": str(len(file.parameters)), "design": file.design.replace("_", " ")}
     first = [Numbers(counts), *(Note(f"{name} failed: {reason}") for name, reason in
                                 list(campaign.failures.items())[:MOST])]
     not_final = int((~campaign.table["final"].fillna(True).astype(bool)).sum()) if "final" in campaign.table else 0
     if not_final:
-        first.append(Note(f"{not_final} runs are not final: still moving at their end, or mass left the model."))
+        why = ("the crack did not come to the end of the column" if is_saw_test(campaign.table) else
+               "still moving at their end")
+        first.append(Note(f"{not_final} runs are not final: {why}, or mass left the model."))
     parameters = {name: _words(one) for name, one in file.parameters.items()}
     again = f"snowmpm campaign run {campaign.folder.name}/campaign.toml -o again"
     return Document(file.name.replace("_", " "), f"{n} runs of {file.scene}", [
         Section("", first), Section("Parameters", [Table(parameters)]), *sections,
+        Section("Run by run", [Listing("\n".join(listing(campaign, MOST_LISTED)))]),
         Section("Median and range of the numbers", [Table(rows)]),
         Section("How to make it again", [Paragraph(f"seed {file.seed}"), Listing(again),
                                          Listing((campaign.folder / "campaign.toml").read_text(encoding="utf-8"),

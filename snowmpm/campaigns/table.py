@@ -9,6 +9,8 @@ from snowmpm.draft import draft, write_text
 
 FILE, CSV, WORK = "table.parquet", "table.csv", "work.csv"
 MISSING = "missing"
+TRUTHS = ("final", "saw_runs_to_the_end", "saw_stopped")
+"""Columns of truth values."""
 
 
 def rows_of(plan, records):
@@ -32,12 +34,13 @@ def records_of(plan):
 
 
 def frame_of(rows):
-    """The rows as a `pandas.DataFrame`; numbers as float64, `final` as a boolean that may be missing."""
+    """The rows as a `pandas.DataFrame`; numbers as float64, truth values as booleans that may be missing."""
     import pandas
 
     table = pandas.DataFrame(rows)
-    if "final" in table:
-        table["final"] = table["final"].astype("boolean")
+    for name in TRUTHS:
+        if name in table:
+            table[name] = table[name].astype("boolean")
     return table
 
 

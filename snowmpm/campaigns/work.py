@@ -135,14 +135,19 @@ def start_quietly(backend, threads):
 
 
 def numbers_of(run):
-    """Numbers of a `Run` by name: of hazard mapping, else the last row of its history; also those of a saw test."""
-    from snowmpm.io.status import status_of
+    """Numbers of a `Run` by name: of hazard mapping, else the last row of its history; also those of a saw test, its
+    theories and truth values among them."""
+    from snowmpm.io.status import cautions, status_of
+    from snowmpm.quantities.saw import BEFORE, THEORY
 
     found = dict(run.hazard.get("numbers") or run.summary.get("last") or {})
-    found |= {f"saw_{name}": value for name, value in (run.summary.get("saw_test") or {}).items()}
-    numbers = {name: float(value) for name, value in found.items()
-               if isinstance(value, int | float) and not isinstance(value, bool)}
-    return {"final": bool(status_of(run).final), "end": float(run.summary.get("time", run.times[-1])), **numbers}
+    saw = run.summary.get("saw_test") or {}
+    found |= {f"{BEFORE}{name}": value for name, value in saw.items()}
+    found |= {f"{BEFORE}{THEORY}{name}": value for name, value in (saw.get("theory") or {}).items()}
+    numbers = {name: value if isinstance(value, bool) else float(value) for name, value in found.items()
+               if isinstance(value, int | float)}
+    final = not cautions(run) if saw else status_of(run).final  # a saw test ends in motion
+    return {"final": bool(final), "end": float(run.summary.get("time", run.times[-1])), **numbers}
 
 
 def _write_maps(path, run):

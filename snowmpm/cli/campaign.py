@@ -66,15 +66,10 @@ def sweep(scene: SceneName,
 
 def _print_rows(found):
     """The parameters and main numbers of each run, a row a run."""
-    from snowmpm.campaigns.report import shown_numbers
+    from snowmpm.campaigns.listing import listing
 
-    table = found.table
-    names = [*found.file.parameters, *shown_numbers(found)]
-    rows = [[f"{row[name]:.6g}" if isinstance(row[name], float) else str(row[name]) for name in names]
-            for row in table[:MOST].to_dict("records")]
-    widths = [max(map(len, column)) for column in zip(names, *rows, strict=True)]
-    for row in (names, *rows):
-        print("  " + "  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)))
+    for line in listing(found, MOST):
+        print(f"  {line}")
 
 
 def _conduct(file, output, workers, scheduler, again, quiet, as_json):
@@ -139,7 +134,7 @@ def _tell(found):
         print(f"  failed: {name}: {reason}")
     rows = {}
     for name, low, middle, high in summary(found.table)[:12]:
-        one = quantity(name)
+        one = quantity(name, dimension=found.dimension)
         rows[one.label] = f"{one.text(middle)}  (5 to 95 %: {one.text(low)} to {one.text(high)})"
     if rows:
         print_facts("median of the runs", rows)

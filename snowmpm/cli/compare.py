@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from snowmpm.cli.table import print_facts
+from snowmpm.cli.table import print_definitions, print_facts
 from snowmpm.cli.wording import count, duration
 from snowmpm.errors import InputError, shown_line
 from snowmpm.stages import counted, stage
@@ -24,13 +24,28 @@ LineText = Annotated[
     typer.Option("--line", metavar="AXIS=M", help="Line of the stresses: x=0.2 vertical, z=0.1 horizontal; the vertical"
                                                   " through the centre of mass by default."),
 ]
+
+
+def _definitions(wanted: bool):
+    if wanted:
+        from snowmpm.quantities.saw import SAW_TEST
+
+        print_definitions({"saw test: names in a campaign's table; without saw_ in compare and summary.json": SAW_TEST})
+        raise typer.Exit
+
+
+Definitions = Annotated[
+    bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number of a saw test"
+                                                                                   " means.")
+]
 MOST_RUNS = 12
 COMPARED = ("runout", "reach_of_flow", "travel_angle", "affected_area", "area_above_1_kPa", "area_above_10_kPa",
             "largest_flow_speed", "largest_flow_pressure", "deposit_volume")
 """Numbers of hazard mapping in the table."""
 
 
-def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = None, line: LineText = None):
+def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = None, line: LineText = None,
+            definitions: Definitions = False):
     """Compare runs with each other and with a reference: profile, front, energies, stress along a line, cost.
 
     The runs may differ in method, resolution or law, but must have the same dimension. The table [reference] of a scene
@@ -145,11 +160,12 @@ def _rows(found):
     yield from _set_up_rows(cases)
     # The front of the history is measured along a straight line. On real terrain run-out and reach are shown instead.
     straight = [] if found[0].profile.along == "s" else [("front", "", last("front"))]
-    for name, words, values in (*straight, ("max_speed", ", at most", largest("max_speed")),
-                                ("kinetic_energy", ", at most", largest("kinetic_energy")),
+    for name, words, values in (*straight, ("max_speed", ", at most in a frame", largest("max_speed")),
+                                ("kinetic_energy", ", at most in a frame", largest("kinetic_energy")),
                                 ("plastic_work", "", last("plastic_work"))):
         if not all(map(math.isnan, values)):
-            yield quantity(name).label + words, [quantity(name).text(value) for value in values], values
+            one = quantity(name, dimension=cases[0].run.dimension)
+            yield one.label + words, [one.text(value) for value in values], values
     for one in NUMBERS:
         values = [case.run.hazard.get("numbers", {}).get(one.name, math.nan) for case in cases]
         if one.name in COMPARED and any(map(math.isfinite, values)):

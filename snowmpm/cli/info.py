@@ -40,8 +40,11 @@ def print_avalanche(run):
 
     if run.hazard:
         status = status_of(run)
-        print_facts(f"\navalanche, {status.text}",
-                    {quantity(name).label: quantity(name).text(value) for name, value in run.hazard["numbers"].items()})
+        chosen = run.summary.get("friction_class")
+        facts = {"friction": f"{chosen}, by the volume of the release"} if chosen else {}
+        for name, value in run.hazard["numbers"].items():
+            facts[quantity(name).label] = quantity(name).text(value)
+        print_facts(f"\navalanche, {status.text}", facts)
         print("  (what each of them means: snowmpm maps --definitions)")
 
 
@@ -123,7 +126,7 @@ def _audit(run):
     from snowmpm.quantities.table import RENAMED, quantity, renamed
 
     last = renamed(run.summary.get("last", {}), RENAMED)
-    found = {name: quantity(name, run.units.get(name, "")) for name in last}
+    found = {name: quantity(name, run.units.get(name, ""), run.dimension) for name in last}
     return {found[name].label: found[name].text(value) for name, value in last.items()}
 
 

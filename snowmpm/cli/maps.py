@@ -1,6 +1,5 @@
 """`snowmpm maps`: maps and numbers of an avalanche."""
 
-import textwrap
 import warnings
 from pathlib import Path
 from typing import Annotated
@@ -8,26 +7,19 @@ from typing import Annotated
 import typer
 
 from snowmpm.cli.options import Quiet, RunPath
-from snowmpm.cli.table import line_length, print_facts
+from snowmpm.cli.table import print_definitions, print_facts
 from snowmpm.errors import InputError
 from snowmpm.stages import counted
 
 
 def _definitions(wanted: bool):
     if wanted:
+        from snowmpm.quantities.saw import SAW_TEST
         from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, RASTERS
 
-        for title, group in (("maps", RASTERS), ("numbers", NUMBERS), ("impact", IMPACT), ("history", HISTORY)):
-            print(f"\n{title}")
-            for one in group:
-                print(f"  {one.name}: {one.label}{_unit(one)}")
-                print(textwrap.fill(one.definition, line_length(), initial_indent="      ", subsequent_indent="      ",
-                                    break_on_hyphens=False))
+        print_definitions({"maps": RASTERS, "numbers": NUMBERS, "impact": IMPACT, "history": HISTORY,
+                           "saw test": SAW_TEST})
         raise typer.Exit
-
-
-def _unit(one):
-    return "" if one.unit == "1" else f" [{one.unit}]"
 
 
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]

@@ -30,26 +30,35 @@ def micro(sample: SampleFile, voxel_size: VoxelSize,
 
     The permeability is that of slow flow through the pores that lead from side to side (lattice Boltzmann, two
     relaxation times). It comes with the fit of Calonne et al. (2012) for snow of the same density and grain size.
-    Writes micro.json and a picture of the flow.
+    Writes micro.json, with units and sources, and a picture of the flow.
     """
+    from snowmpm import __version__
     from snowmpm.cli.run import start_taichi
+    from snowmpm.micro.permeability import CALONNE
     from snowmpm.micro.sample import Sample
-    from snowmpm.micro.study import examine
+    from snowmpm.micro.study import UNITS, anisotropy_remark, examine
     from snowmpm.render.flow_plot import render_flow
 
     chosen = _axes(axes)
     one = Sample.read(sample, voxel_size, phase, _counts(counts))
     start_taichi(backend, threads)
     record, found = examine(one, chosen, walls)
+    remark = anisotropy_remark(record)
     folder = output or Path("runs") / f"micro_{one.name}"
     folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "micro.json", json.dumps({"sample": str(sample), "voxel_size": voxel_size, **record}, indent=1,
-                                                 default=str))
-    picture = render_flow(one.ice, found.speeds, voxel_size, folder / "flow.png", one.name)
+    program = f"snowmpm {__version__}"
+    about = {"sample": str(sample), "program": program, "voxel_size": voxel_size}
+    notes = {"remarks": [remark] if remark else [], "units": {"voxel_size": "m", **UNITS},
+             "sources": {"permeability_calonne": CALONNE}}
+    write_text(folder / "micro.json", json.dumps({**about, **record, **notes}, indent=1, default=str))
+    picture = render_flow(one.ice, found.speeds, voxel_size, folder / "flow.png", one.name,
+                          f"{_in_short(record, chosen)}. {program}")
     if as_json:
         print_json(record)
     elif not quiet:
         print_facts(one.name, _told(record, chosen))
+        if remark:
+            print(f"  remark: {remark}")
         print(picture)
 
 
@@ -68,19 +77,33 @@ def _counts(text):
     return tuple(int(part) for part in parts)
 
 
+def _in_short(record, axes):
+    """One line for the picture."""
+    from snowmpm.micro.permeability import CALONNE
+
+    along = ", ".join(f"k_{'xyz'[a]} = {record['permeability'][a][a]:.3g} m²" for a in axes)
+    return (f"density {record['density']:.0f} kg/m³, equivalent radius {1e3 * record['equivalent_radius']:.3g} mm;"
+            f" {along}; fit: {record['permeability_calonne']:.3g} m², samples scatter by a factor of"
+            f" {record['permeability_calonne_scatter']:g} ({CALONNE})")
+
+
 def _told(record, axes):
     """The record as facts with units."""
+    from snowmpm.micro.permeability import CALONNE
+
     names = "xyz"
     facts = {"voxels": " x ".join(map(str, record["voxels"])),
              "density": f"{record['density']:.4g} kg/m³", "porosity": f"{record['porosity']:.4g}",
              "connected porosity": {names[a]: f"{record['connected_porosity'][a]:.4g}" for a in axes},
-             "specific surface": f"{record['surface_per_mass']:.4g} m²/kg, {record['surface_per_volume']:.4g} 1/m",
+             "specific surface": f"{record['surface_per_mass']:.4g} m²/kg of ice;"
+                                 f" {record['surface_per_volume']:.4g} m²/m³ of snow",
              "equivalent sphere radius": f"{1e3 * record['equivalent_radius']:.4g} mm",
              "permeability": {names[b]: "  ".join(f"{row[b]:.3e}" for row in record["permeability"]) + " m²"
                               for b in axes},
              "mean of the diagonal": f"{record['permeability_mean']:.3e} m²",
-             "fit for snow": f"{record['permeability_calonne']:.3e} m² (Calonne et al. 2012);"
-                             f" the sample has {record['permeability_over_calonne']:.3g} times that",
+             "fit for snow": f"{record['permeability_calonne']:.3e} m² ({CALONNE}), whose samples scatter by a"
+                             f" factor of {record['permeability_calonne_scatter']:g}; this one has"
+                             f" {record['permeability_over_calonne']:.3g} times that",
              "tortuosity": {names[a]: f"{record['tortuosity'][a]:.4g}" for a in axes}}
     if "asymmetry" in record:
         facts["asymmetry of the tensor"] = f"{100.0 * record['asymmetry']:.2g} %"

@@ -89,6 +89,8 @@ def run(
     if told:
         simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
         print(f"{simulated}{_ended(result)}{_wall(result)}: {result.path}")
+    if told and (chosen := result.summary.get("friction_class")):
+        print(f"friction {chosen}, chosen by the volume of the release")
     if told and result.saw_test:
         _tell_saw_test(result)
     for remark in remarks(result):

@@ -8,6 +8,7 @@ import textwrap
 
 from snowmpm.cli.wording import count, duration, memory
 from snowmpm.errors import shown_line
+from snowmpm.quantities.quantity import per_width
 
 FORMATS = {"memory": memory, "run_file": memory, "checkpoint": memory,
            "run_time": duration, "wall_time": duration, "processor_time": duration, "size": memory}
@@ -28,6 +29,16 @@ def print_facts(title, values):
 def line_length():
     """Characters of a line of text: width of the terminal, at most `LONGEST`."""
     return min(shutil.get_terminal_size((LONGEST, 24)).columns, LONGEST)
+
+
+def print_definitions(groups):
+    """Print `snowmpm.quantities.Quantity`s with their definitions. groups: {title: quantities}."""
+    for title, group in groups.items():
+        print(f"\n{title}")
+        for one in group:
+            print(f"  {one.name}: {one.label}{'' if one.unit == '1' else f' [{one.unit}]'}")
+            print(textwrap.fill(one.definition, line_length(), initial_indent="      ", subsequent_indent="      ",
+                                break_on_hyphens=False))
 
 
 def print_json(values):
@@ -53,6 +64,7 @@ def _styled(text, code, styled):
 
 def _lines(values, indent, width, styled, inner=False):
     names = max((len(str(name)) for name in values), default=0)
+    per = per_width if values.get("dimension") == 2 else str
     for name, value in values.items():
         # Names of facts are words; names inside a fact are a scene's own.
         shown = shown_line(name if inner else name.replace("_", " "), LONGEST)
@@ -61,7 +73,7 @@ def _lines(values, indent, width, styled, inner=False):
             yield _styled(label.rstrip(), "2", styled)
             yield from _lines(value, indent + "  ", width, styled, inner=True)
         else:
-            unit = f" {UNITS[name]}" if name in UNITS else ""
+            unit = f" {per(UNITS[name])}" if name in UNITS else ""
             text = f"{_text(name, value)}{unit}"
             room = max(width - len(label) - 2, 30)
             rows = _wrapped(text, room) if isinstance(value, list | tuple) else [text]

@@ -8,16 +8,18 @@ This is the patch `launch` (`snowmpm.compiler.patches`): without it kernels are 
 """
 
 import contextlib
+import copy
 import functools
 import gc
 import operator
+from types import SimpleNamespace
 
 import numpy as np
 import taichi as ti
 from taichi.lang import impl
 from taichi.types import ndarray_type, primitive_types
 
-from snowmpm.compiler import lifetime, patches
+from snowmpm.compiler import lifetime, patches, relaunch
 
 
 def taichi_kernel(function):
@@ -29,6 +31,16 @@ def taichi_kernel(function):
     if None in setters or kernel._primal.return_type is not None:
         return kernel
     return functools.wraps(function)(Launcher(kernel, setters))
+
+
+def own_launches(kernel):
+    """The same kernel, compiled once, for one of several who launch it in turn, each with arguments of its own: so it
+    is told what changed since its owner's last launch."""
+    if not isinstance(kernel, Launcher):
+        return kernel
+    own = copy.copy(kernel)
+    own._again = None
+    return own
 
 
 def _look():
@@ -56,26 +68,38 @@ class Launcher:
         self._plain, self._kernel = kernel, kernel._primal
         self._setters = [((i,), setter) for i, setter in enumerate(setters)]
         self._arrays = [i for i, setter in enumerate(setters) if setter is _set_array]
-        self._start, self._compiled = None, {}
+        self._start, self._compiled, self._again = None, {}, None
 
     def __call__(self, *args):
         if not patches.is_applied("launch"):
             return self._plain(*args)
         start = impl.get_runtime()
-        key = tuple([_kind(args[i]) for i in self._arrays])
-        known = self._start is start and start.prog is not None and key in self._compiled
-        if not known and not self._compile(key, args):
-            return self._plain(*args)
-        kernel, code = self._compiled[key]
-        context = kernel.make_launch_context()
-        for (place, setter), value in zip(self._setters, args, strict=True):
-            setter(context, place, value)
+        runs = self._start is start and start.prog is not None
+        again = self._again if runs else None
+        if again is None or not again.take(args, _kind):
+            key = tuple([_kind(args[i]) for i in self._arrays])
+            if not (runs and key in self._compiled) and not self._compile(key, args):
+                return self._plain(*args)
+            again = self._told(key, args)
         try:
-            start.prog.launch_kernel(code, context)
+            start.prog.launch_kernel(again.code, again.context)
         except TypeError as error:  # of another Taichi, whose compiled kernels are launched in another way
             patches.leave_out("launch", error)
             return self._plain(*args)
         return None
+
+    def _told(self, key, args):
+        """A launch that has been told all arguments."""
+        kernel, code = self._compiled[key]
+        context = kernel.make_launch_context()
+        if self._stays:
+            again = relaunch.Relaunch(code, context, dict(zip(self._arrays, key, strict=True)), self._setters)
+            if again.take(args, _kind):
+                self._again = again
+                return again
+        for (place, setter), value in zip(self._setters, args, strict=True):
+            setter(context, place, value)
+        return SimpleNamespace(code=code, context=context)
 
     def _compile(self, key, args):
         """Compile for the kinds of these arguments; -> whether what was compiled is where it is looked for."""
@@ -85,7 +109,8 @@ class Launcher:
                 lifetime.check(lifetime.start_of(args[i]), "this array")
         lifetime.check(start, "this kernel")
         if self._start is not start:
-            self._start, self._compiled = start, {}
+            self._start, self._compiled, self._again = start, {}, None
+            self._stays = relaunch.applied(start)
         program = start.prog
         with _no_collection():
             compiled = self._kernel.ensure_compiled(*args)
@@ -143,9 +168,7 @@ def _set_integer(context, place, value):
 
 def _set_array(context, place, array):
     if isinstance(array, np.ndarray):
-        if not array.flags.c_contiguous:
-            raise ValueError("a kernel takes arrays without gaps, see numpy.ascontiguousarray")
-        address = array.__array_interface__["data"][0]
-        context.set_arg_external_array_with_shape(place, address, array.nbytes, array.shape, 0)
+        address, shape = relaunch.memory_of(array)
+        context.set_arg_external_array_with_shape(place, address, array.nbytes, shape, 0)
     else:
         context.set_arg_ndarray(place, array.arr)

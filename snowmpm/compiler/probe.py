@@ -55,6 +55,8 @@ def probe(backend, threads, folder):
     if backend == "cpu":
         try_array_memory()
     try_launch()
+    if backend == "cpu":
+        try_relaunch()
     if backend == "cpu" and threads > 1 and not two_threads_meet():
         warnings.warn(f"Taichi {_version()} does not hand {2 * SPREAD} iterations of a loop to two threads:\nthe"
                       " program runs on one of them, slower, with the same results", stacklevel=4)
@@ -169,6 +171,25 @@ def try_launch():
         _expect(_doubled(kernel), [3.0, 5.0], "a launched kernel")
 
     _try("launch", check)
+
+
+def try_relaunch():
+    """What changed since the last launch arrives, an array or a number, and so does what stayed."""
+
+    kernel = launch.taichi_kernel(_double())
+
+    def check():
+        if not patches.is_applied("launch"):
+            return
+        array, other = ti.ndarray(ti.f64, 2), ti.ndarray(ti.f64, 3)
+        array.from_numpy(np.array([1.0, 2.0]))
+        other.from_numpy(np.array([1.0, 2.0, 3.0]))
+        for values, more in ((array, 1.0), (array, 1.0), (array, 2.0), (other, 2.0), (array, 2.0)):
+            kernel(values, more, 2)
+        _expect(array.to_numpy(), [34.0, 50.0], "a kernel launched again")
+        _expect(other.to_numpy(), [4.0, 6.0, 8.0], "a kernel launched again with another array")
+
+    _try("relaunch", check)
 
 
 def two_threads_meet():

@@ -2,11 +2,12 @@
 
 import taichi as ti
 
-EFFECTIVE, LOAD, DRAINED, BUOYANT, OVERBURDEN, WATER, NOW = range(7)
+EFFECTIVE, LOAD, DRAINED, BUOYANT, OVERBURDEN, WATER, NOW, LIGHTNESS = range(8)
 """Numbers of a column: effective stress at the ground [Pa] and W [Pa] as of the last step, whether its ground is
-drained, rho' of W = rho' N h [kg/m3], u [-], density of water times d / h [kg/m3], W of this step. Before the first
-step W is below 0 and EFFECTIVE the share of W that the skeleton bears."""
-PORE = 7
+drained, rho' of W = rho' N h [kg/m3], u [-], density of water times d / h [kg/m3], W of this step,
+density of water over that of the mixture around a column of one phase (`depth.two_phase`). Before the first step W is
+below 0 and EFFECTIVE the share of W that the skeleton bears."""
+PORE = 8
 
 
 @ti.func

@@ -9,9 +9,10 @@ from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth import pore_pressure
 from snowmpm.depth.deposit import CROWD, EMPTY, ENERGY, MASS, MOMENTUM
 from snowmpm.depth.plan_sums import plan_sums
-from snowmpm.depth.snapshot import REACH, ColumnProbe, ColumnSnapshot
+from snowmpm.depth.snapshot import REACH, ColumnSnapshot
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.material_table import MaterialTable
+from snowmpm.particles.snapshot_probe import SnapshotProbe
 
 SIZES = {"position": 2, "velocity": 2, "volume": 1, "depth": 1, "climb": 1, "intake": 1}
 """Numbers of a column: offset from the node of its cell [cells], velocity in plan [m/s], volume [m3], thickness of the
@@ -25,12 +26,16 @@ class Columns(Particles):
     """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
     material, identity (n,): index of the material, number for life. starts (n,): when each may move [s], in rising
     order; flowing: how many may, the first rows. The others lie still: they press on their neighbours, and the ground
-    holds them. density (materials,): of snow with its water [kg/m3]; wet: `PorePressure` of the water, or None."""
+    holds them. guests: rows behind all others, of snow that another method holds: they press on the columns in the next
+    step, and count in nothing. density (materials,): of snow with its water [kg/m3]; wet: `PorePressure` of the water,
+    or None."""
 
     def __init__(self, population, laws, grid, bed, precision, water=None):
         """water: `water.flow_water.FlowWater`, or None."""
         self.grid, self.bed, self.precision = grid, bed, precision
         self.materials = MaterialTable(laws, precision)
+        if hasattr(water, "second"):  # of the grains, without the pores between them
+            self.materials.density = water.dry
         self.count = len(population.volumes)
         self.repeats = np.append(grid.repeats, False)
         order = np.argsort(population.starts, kind="stable")
@@ -63,15 +68,60 @@ class Columns(Particles):
         drained = self.grid.flat(water.drained(self.grid.places().reshape(-1, 2)).reshape(self.grid.shape))
         return pore_pressure.PorePressure(water, material, drained[self.grid.number(*cell.T)], drained, self.precision)
 
-    def _fill(self, cells, reals, material, identity):
+    def _fill(self, cells, reals, material, identity, guests=0):
         real, numpy_real = DTYPES[self.precision]
-        self.count, self._seen = len(reals), None
+        self.count, self.guests, self._seen = len(reals) - guests, guests, None
         self.material, self.identity = int_array(material), int_array(identity)
-        self.cells = ti.Vector.ndarray(2, ti.i32, max(1, self.count))
-        self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, self.count))
-        if self.count:
+        self.cells = ti.Vector.ndarray(2, ti.i32, max(1, len(reals)))
+        self.reals = ti.Vector.ndarray(sum(SIZES.values()), real, max(1, len(reals)))
+        if len(reals):
             self.cells.from_numpy(np.ascontiguousarray(cells, np.int32))
             self.reals.from_numpy(np.ascontiguousarray(reals, numpy_real))
+
+    @property
+    def waiting(self):
+        """Columns that may not move yet, the last ones."""
+        return self.count - self.flowing
+
+    @property
+    def rows(self):
+        """Columns and guests."""
+        return self.count + self.guests
+
+    def _rows_of(self, population):
+        """Cells (n, 2), numbers (n, 8) and materials (n,) of a `Population`."""
+        cell, offset = self.grid.cells(population.positions[:, :2])
+        reals = np.zeros((len(cell), sum(SIZES.values())))
+        reals[:, :2], reals[:, 2:4] = offset, population.velocities[:, :2]
+        reals[:, OFFSETS["volume"]] = population.volumes
+        return cell, reals, population.material
+
+    def add(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no column has yet, before those that wait."""
+        cell, reals, material = self._rows_of(population)
+        at, labels, own = self.flowing, self._labels(), (self.cells.to_numpy()[: self.count], self._table())
+        begun = self.starts[at - 1] if at else 0.0
+        self.starts = np.insert(self.starts, at, np.full(len(cell), begun))
+        self.flowing += len(cell)
+        columns = [np.concatenate([old[:at], new, old[at:]])
+                   for old, new in zip((*own, *labels.T), (cell, reals, material, numbers), strict=True)]
+        self._fill(*columns)
+        now = self.snapshot()
+        new = slice(at, at + len(cell))
+        columns[1][new, OFFSETS["climb"]] = now.column("velocity")[new, 2]
+        columns[1][new, OFFSETS["depth"]] = now.thickness()[new]
+        self._fill(*columns)
+        self.mass += float(population.volumes @ self.density[population.material])
+        self.sorts += 1
+
+    def invite(self, population):
+        """Let a `Population` press on the columns as guests, in place of those before."""
+        if not self.guests and not len(population.volumes):
+            return
+        own = self.cells.to_numpy()[: self.count], self._table(), *self._labels().T
+        cell, reals, material = self._rows_of(population)
+        self._fill(*(np.concatenate(pair) for pair in zip(
+            own, (cell, reals, material, np.full(len(cell), -1)), strict=True)), guests=len(cell))
 
     def take(self, keep, gravity, taken=False, laid=False):
         """Keep the columns with keep (n,) true; the others count as removed, as `taken` those that did not leave, as
@@ -194,8 +244,8 @@ class Columns(Particles):
         return self.snapshot().positions()
 
     def probe(self, chosen, total):
-        """`ColumnProbe` of the columns with the numbers `chosen` (k,) of `total`."""
-        return ColumnProbe(self, chosen)
+        """`SnapshotProbe` of the columns with the numbers `chosen` (k,) of `total`."""
+        return SnapshotProbe(self, chosen)
 
     def sums_in_plan(self, lower, cell, shape):
         """Sums over plan cells (`particles.contract.Particles`), each column spread like the spline of its cell."""

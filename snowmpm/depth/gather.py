@@ -21,11 +21,12 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
-from snowmpm.depth.bearing import BUOYANT, NOW, effective_stress
+from snowmpm.depth.bearing import BUOYANT, LIGHTNESS, LOAD, NOW, WATER, effective_stress
 from snowmpm.depth.nodes import NODE
 from snowmpm.depth.plan_grid import MARGIN
 from snowmpm.depth.scatter import INTAKE, SEGMENT, moved
 from snowmpm.depth.spline import first_derivatives, second_derivatives, weights
+from snowmpm.depth.two_phase import APART, HEAVY, LEAST_SHARE, LIGHT, LOOSE, OWN
 from snowmpm.materials.parameters import named
 
 SPEED2, WAVE2, LEFT, FRICTION_WORK, IMPULSE, ENTRAINED, HEIGHT = 0, 1, 2, 3, 4, 6, 7
@@ -38,11 +39,12 @@ LEAST_DEPTH = 1e-3
 
 
 @functools.cache
-def gather_kernel(real, law, entrains, wet, serial):
+def gather_kernel(real, law, entrains, wet, serial, mixed=False):
     """Kernel that takes all columns through the second half of a step.
 
     law: class of the friction law (`snowmpm.ground`); entrains: class of the law of entrainment, or None; wet: whether
-    there is water in the pores, whose pressure takes a part of the normal stress off the friction.
+    there is water in the pores, whose pressure takes a part of the normal stress off the friction; mixed: whether the
+    water has columns of its own (`depth.two_phase`), with nodes phase[material] further on.
     """
     stress, names = law.stress, law.PARAMETERS
     intake, cover_names = (entrains.intake, entrains.PARAMETERS) if entrains else (None, law.PARAMETERS)
@@ -55,7 +57,7 @@ def gather_kernel(real, law, entrains, wet, serial):
                bed: ti.types.ndarray(), place: ti.types.ndarray(), friction: ti.types.ndarray(),
                cover: ti.types.ndarray(), cover_place: ti.types.ndarray(),
                report: ti.types.ndarray(), bounds: ti.types.ndarray(), walls: ti.types.ndarray(),
-               pores: ti.types.ndarray(), stride: int, dt: real,
+               pores: ti.types.ndarray(), phase: ti.types.ndarray(), stride: int, dt: real,
                inverse_dx: real, g: real, centrifugal: real, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
@@ -73,11 +75,15 @@ def gather_kernel(real, law, entrains, wet, serial):
                         ddx, ddy = second_derivatives(f[0]), second_derivatives(f[1])
                         s, push, mean = ti.Vector.zero(real, 2), ti.Vector.zero(real, 2), ti.Vector.zero(real, 2)
                         bend = ti.Vector.zero(real, 3)
+                        own, alone, light = 0, ti.cast(0.0, real), ti.cast(0.0, real)
+                        press, loose, apart = ti.Vector.zero(real, 2), ti.cast(0.0, real), ti.cast(0.0, real)
+                        if ti.static(mixed):
+                            own = phase[material[p]]
                         under = (cell[0] + MARGIN) * stride + cell[1] + MARGIN
                         middle = bed[under]
                         depth, rate, level = ti.cast(0.0, real), ti.cast(0.0, real), ti.cast(0.0, real)
                         for i in ti.static(range(3)):
-                            row = lookup[0, cell[0] + (i - 1 + MARGIN)]
+                            row = own + lookup[0, cell[0] + (i - 1 + MARGIN)]
                             # sums along y first: b, b', b'' of the ground, phi and phi', depth, beta, beta u
                             ground, phi = ti.Vector.zero(real, 3), ti.Vector.zero(real, 2)
                             snow, beta = ti.cast(0.0, real), ti.Vector.zero(real, 3)
@@ -87,6 +93,12 @@ def gather_kernel(real, law, entrains, wet, serial):
                                 ground += b * ti.Vector([wy[j], dy[j], ddy[j]])
                                 phi += values[0] * ti.Vector([wy[j], dy[j]])
                                 snow += values[1] * wy[j]
+                                if ti.static(mixed):
+                                    alone += values[OWN] * wx[i] * wy[j]
+                                    light += values[LIGHT] * wx[i] * wy[j]
+                                    loose += values[LOOSE] * wx[i] * wy[j]
+                                    apart += values[APART] * wx[i] * wy[j]
+                                    press += values[HEAVY] * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                                 beta += wy[j] * ti.Vector([values[2], values[3], values[4]])
                             level += wx[i] * ground[0]
                             s += ti.Vector([dx[i] * ground[0], wx[i] * ground[1]])
@@ -95,6 +107,13 @@ def gather_kernel(real, law, entrains, wet, serial):
                             depth += wx[i] * snow
                             rate += wx[i] * beta[0]
                             mean += wx[i] * ti.Vector([beta[1], beta[2]])
+                        if ti.static(mixed):
+                            lightness = pores[p][LIGHTNESS]
+                            lightness += (1.0 - ti.exp(-loose)) * (light - lightness)
+                            if pores[p][LOAD] < 0.0:
+                                lightness = light
+                            pores[p][LIGHTNESS] = lightness
+                            push += lightness * press
                         s, push, bend = s * inverse_dx, push * inverse_dx, bend * inverse_dx**2
                         metric = 1.0 + s.dot(s)
                         cosine = 1.0 / ti.sqrt(metric)
@@ -116,22 +135,41 @@ def gather_kernel(real, law, entrains, wet, serial):
                         if at < 0:
                             left, at = left + 1, 0
                         numbers = ti.Vector([ti.cast(friction[at, k], real) for k in ti.static(range(n_numbers))])
+                        # Of two phases the ground feels the mixture; own_rho: density of a phase over all of the depth
+                        own_rho, own_share, dry_part = rho, ti.cast(1.0, real), ti.cast(1.0, real)
+                        if ti.static(mixed):
+                            own_share = ti.min(1.0, ti.max(LEAST_SHARE, alone / ti.max(depth, 1e-30)))
+                            own_rho = rho * own_share
+                            solid, water = own_share, rho - pores[p][BUOYANT]
+                            if own > 0:
+                                solid, water = 1.0 - own_share, rho
+                            apart = ti.min(1.0, apart)
+                            dry_part = 1.0 - apart
+                            rho = water + solid * pores[p][BUOYANT]
+                            if own == 0:
+                                dry_part += apart * rho / own_rho
+                            pores[p][WATER] = water / ti.max(LEAST_SHARE, solid)
                         sigma = rho * normal * thickness
                         if ti.static(wet):
                             bearing = pores[p][BUOYANT] * normal * thickness
+                            if ti.static(mixed):
+                                bearing *= 1.0 - alone / ti.max(depth, 1e-30) if own > 0 else own_share
                             sigma = effective_stress(pores[p], sigma, bearing)
                             pores[p][NOW] = bearing
                         tau = stress(named(names, numbers), rho, sigma, before, thickness)
                         load = rho * thickness
+                        if ti.static(mixed):
+                            tau[0] *= dry_part
+                            rho = ti.cast(density[material[p]], real)
                         mass, volume, wanted, taken = rho * column[4], column[4], ti.cast(0.0, real), ti.cast(0.0, real)
                         here = lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
                         bed_numbers = ti.Vector.zero(real, n_cover)
                         if ti.static(taking):
                             for k in ti.static(range(n_cover)):
                                 bed_numbers[k] = ti.cast(cover[cover_place[here], k], real)
-                            share = nodes[here][NODE - 1]
+                            share = nodes[own + here][NODE - 1]
                             taken = dt * column[INTAKE] * share
-                            borne = intake(named(cover_names, bed_numbers), rho, tau[0] + tau[1] * before, before,
+                            borne = intake(named(cover_names, bed_numbers), own_rho, tau[0] + tau[1] * before, before,
                                            thickness)[1]
                             tau *= 1.0 + share * (borne - 1.0)
                         slowed = ti.max(0.0, speed - dt * tau[0] / load) / (1.0 + dt * tau[1] / load)
@@ -148,10 +186,12 @@ def gather_kernel(real, law, entrains, wet, serial):
                         if ti.static(taking):
                             # wanted in the next step, at its middle if speed and volume go on like this
                             next_speed = ti.max(0.0, 1.5 * slowed - 0.5 * before)
-                            pull = stress(named(names, numbers), rho, sigma, next_speed, thickness)
+                            pull = stress(named(names, numbers), own_rho, sigma, next_speed, thickness)
                             wanted = (volume + 1.5 * taken / rho) / thickness * intake(
-                                named(cover_names, bed_numbers), rho, pull[0] + pull[1] * next_speed, next_speed,
+                                named(cover_names, bed_numbers), own_rho, pull[0] + pull[1] * next_speed, next_speed,
                                 thickness)[0]
+                            if ti.static(mixed):
+                                wanted /= own_share
                         heavier = ti.cast(mass + taken, ti.f64)
                         stop = ti.cast(1.0, real)  # share of the step until it stopped
                         if slowed <= 0.0 and speed > 0.0:

@@ -51,7 +51,8 @@ def node_kernel(real, entrains, serial):
     """Kernel that makes the numbers of nodes of the tallies of tiles that were touched, and clears these. Tiles that
     were touched in the step before only are `live`, and are emptied.
 
-    copies: sets of tallies that are added up. tile_rows: tiles along y. nx, ny: nodes. entrains: whether snow cover is
+    copies: sets of tallies that are added up, `stride` tiles each; base: tiles of other phases before this one
+    (`depth.two_phase`). tile_rows: tiles along y. nx, ny: nodes. entrains: whether snow cover is
     taken up; then cover: mass left [kg] of each node's cell, lowering: how far [m] the ground sinks where a kilogram is
     taken, under: the node's place in bed.
     """
@@ -61,50 +62,52 @@ def node_kernel(real, entrains, serial):
                 totals: ti.types.ndarray(), nodes: ti.types.ndarray(), lookup: ti.types.ndarray(),
                 cos2: ti.types.ndarray(), cover: ti.types.ndarray(), lowering: ti.types.ndarray(),
                 under: ti.types.ndarray(), bed: ti.types.ndarray(), g: real, dx: real, unit: real, damping: real,
-                mixing: real, dt: real, copies: int, n_tiles: int, tile_rows: int, nx: int, ny: int):
+                mixing: real, dt: real, copies: int, stride: int, base: int, n_tiles: int, tile_rows: int, nx: int,
+                ny: int):
+        first = base * (TILE * TILE)
         ti.loop_config(serialize=serial)
         for turn in range(strides(n_tiles)):
             tile, found = strided(turn, n_tiles), 0
             if tile < n_tiles:
                 for copy in range(copies):
-                    found += touched[copy * n_tiles + tile] << copy
+                    found += touched[copy * stride + base + tile] << copy
             if found > 0:
                 for copy in range(copies):
-                    touched[copy * n_tiles + tile] = 0
+                    touched[copy * stride + base + tile] = 0
                 for inner in range(TILE * TILE):
                     node = tile * (TILE * TILE) + inner
                     sums = ti.Vector.zero(real, TALLIES)
                     for copy in range(copies):
                         if (found >> copy) & 1:
-                            place = copy * n_tiles * (TILE * TILE) + node
+                            place = (copy * stride + base) * (TILE * TILE) + node
                             sums += tallies[place]
                             tallies[place] = ti.Vector.zero(real, TALLIES)
-                    totals[node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
+                    totals[first + node] = ti.Vector([sums[k] for k in ti.static(range(TOTALS))])
                     if ti.static(entrains):
                         wanted = ti.cast(sums[TALLIES - 1], ti.f64) * WATER * unit
-                        nodes[node][NODE - 1] = 0.0
+                        nodes[first + node][NODE - 1] = 0.0
                         if wanted > 0.0:
                             taken = ti.min(wanted, cover[node])
                             cover[node] -= taken
                             bed[under[node]] -= taken * lowering[node]
-                            nodes[node][NODE - 1] = ti.cast(taken / wanted, real)
-                live[tile] = 1
-            elif tile < n_tiles and live[tile] > 0:
+                            nodes[first + node][NODE - 1] = ti.cast(taken / wanted, real)
+                live[base + tile] = 1
+            elif tile < n_tiles and live[base + tile] > 0:
                 for inner in range(TILE * TILE):
-                    totals[tile * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
-                live[tile] = 0
+                    totals[(base + tile) * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
+                live[base + tile] = 0
         deep = unit / (dx * dx)
         ti.loop_config(serialize=serial)
         for turn in range(strides(n_tiles)):
             tile = strided(turn, n_tiles)
-            if tile < n_tiles and live[tile] > 0:
+            if tile < n_tiles and live[base + tile] > 0:
                 for inner in range(TILE * TILE):
                     i, j = tile // tile_rows * TILE + inner // TILE, tile % tile_rows * TILE + inner % TILE
                     if i < nx and j < ny:
                         at = ti.Matrix.zero(int, 3, 3)
                         for a, b in ti.static(ti.ndrange(3, 3)):
                             at[a, b] = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + (b - 1 + MARGIN)]
-                        here = totals[at[1, 1]]
+                        here = totals[first + at[1, 1]]
                         beta, drive = ti.cast(0.0, real), ti.Vector.zero(real, 2)
                         level = ti.cast(cos2[at[1, 1]], real) * here[0]
                         if here[0] > 0.0:
@@ -114,14 +117,14 @@ def node_kernel(real, entrains, serial):
                         for a, b in ti.static(ti.ndrange(2, 2)):  # corners
                             s, share = ti.Vector.zero(real, TOTALS), ti.cast(0.0, real)
                             for c, d in ti.static(ti.ndrange(2, 2)):
-                                s += totals[at[a + c, b + d]]
+                                s += totals[first + at[a + c, b + d]]
                                 share += ti.cast(cos2[at[a + c, b + d]], real)
                             level += SMOOTHING / 64.0 * s[0] * share
                             if s[0] > 0.0:
                                 rate = 0.25 * (1.0 - ti.exp(-dt * mixing * closing(s) / dx))
                                 beta += rate
                                 drive += rate / s[0] * ti.Vector([s[1], s[2]])
-                        node = tile * (TILE * TILE) + inner
+                        node = first + tile * (TILE * TILE) + inner
                         nodes[node][0], nodes[node][1], nodes[node][2] = g * level * deep, here[0] * deep, beta
                         nodes[node][3], nodes[node][4] = drive[0], drive[1]
 

@@ -28,7 +28,7 @@ class PorePressure:
         pores = np.zeros((len(material), PORE))
         pores[:, EFFECTIVE], pores[:, LOAD] = 1.0 - water.excess, -1.0
         pores[:, BUOYANT], pores[:, OVERBURDEN] = water.buoyant[material], water.overburden[material]
-        pores[:, WATER], pores[:, DRAINED] = water.level * water.density, drained
+        pores[:, WATER], pores[:, DRAINED] = water.hydrostatic[material], drained
         self._fill(pores, np.zeros((len(material), 3 * water.layers)))
 
     def _fill(self, pores, excess):
@@ -72,10 +72,13 @@ class PorePressure:
 
     def _read(self, pores, base, material, thickness, metric):
         water, new = self.water, pores[:, LOAD] < 0.0
-        load = np.where(new, pores[:, BUOYANT] * water.gravity * thickness / metric, pores[:, LOAD])
+        mixed = hasattr(water, "second")
+        grains = water.density / pores[:, WATER] if mixed else water.grains[material]
+        bearing = pores[:, BUOYANT] * water.gravity * thickness / metric
+        load = np.where(new, bearing * grains if mixed else bearing, pores[:, LOAD])
         excess = np.where(new, np.where(pores[:, DRAINED] > 0.0, 0.0, water.excess * load), base)
         hydrostatic = pores[:, WATER] * load / pores[:, BUOYANT]
-        return np.column_stack([water.water[material], hydrostatic + excess, water.grains[material], excess])
+        return np.column_stack([water.water[material], hydrostatic + excess, grains, excess])
 
     def state(self):
         """What changes, by name."""

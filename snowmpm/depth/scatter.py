@@ -41,11 +41,12 @@ def moved(cell, offset, way):
 
 
 @functools.cache
-def scatter_kernel(real, shared, entrains, serial):
+def scatter_kernel(real, shared, entrains, serial, phases=1):
     """Kernel that drifts all columns for the time `half` [s] and adds them to the nodes. entrains: whether there is
     snow cover to take up.
 
-    shared: whether all threads add to the same nodes, by atomics.
+    shared: whether all threads add to the same nodes, by atomics. phases: of columns, of which the second has nodes of
+    its own, phase[material] further on; n_nodes: of all.
     """
 
     @ti.func
@@ -59,7 +60,8 @@ def scatter_kernel(real, shared, entrains, serial):
     @taichi_kernel
     def scatter(cells: ti.types.ndarray(), reals: ti.types.ndarray(), lookup: ti.types.ndarray(),
                 tallies: ti.types.ndarray(), touched: ti.types.ndarray(), bounds: ti.types.ndarray(),
-                half: real, inverse_dx: real, unit: real, n_nodes: int, n: int):
+                material: ti.types.ndarray(), phase: ti.types.ndarray(), half: real, inverse_dx: real,
+                unit: real, n_nodes: int, n: int):
         ti.loop_config(serialize=serial)
         for worker_at in range(chunks(bounds)):
             if is_worker(worker_at):
@@ -69,6 +71,9 @@ def scatter_kernel(real, shared, entrains, serial):
                     column = reals[p]
                     v = ti.Vector([column[2], column[3]])
                     cell, f = moved(cells[p], ti.Vector([column[0], column[1]]), half * inverse_dx * v)
+                    own = first_node
+                    if ti.static(phases > 1):
+                        own += phase[material[p]]
                     cells[p] = cell
                     column[0], column[1] = f[0], f[1]
                     reals[p] = column
@@ -79,14 +84,15 @@ def scatter_kernel(real, shared, entrains, serial):
                         row = lookup[0, cell[0] + (i - 1 + MARGIN)]
                         for j in ti.static(range(3)):
                             node = row + lookup[1, cell[1] + (j - 1 + MARGIN)]
-                            place = first_node + node
+                            place = own + node
                             share = volume * wx[i] * wy[j]
                             along = volume * ti.Vector([dx[i] * wy[j], wx[i] * dy[j]])
                             add(tallies, place, ti.Vector([share, share * v[0], share * v[1], along.dot(v), along[0],
                                                            along[1], 0.0 * share]))
-                            touched[place // (TILE * TILE)] = 1
+                            for k in ti.static(range(phases)):  # both have their numbers wherever one is
+                                touched[(first_node + k * (n_nodes // phases) + node) // (TILE * TILE)] = 1
                     if ti.static(entrains):
-                        place = first_node + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
+                        place = own + lookup[0, cell[0] + MARGIN] + lookup[1, cell[1] + MARGIN]
                         wanted = 2.0 * half * column[INTAKE] / (WATER * unit)
                         if ti.static(shared):
                             ti.atomic_add(tallies[place][TALLIES - 1], wanted)

@@ -73,6 +73,28 @@ class ColumnSnapshot:
         """Height of the snow's surface over the ground (n,) [m]."""
         return self._ground()[2]
 
+    def pull(self, plan, g):
+        """Acceleration (k, 3) [m/s2] along the ground that snow at places in plan (k, 2) [m] gets from the depth of
+        these columns, as a column there would (`depth.nodes`). Of a grid without periodic sides."""
+        grid, bed = self._grid, self._bed
+        first, depth = depth_at_nodes(grid, self._cells, self._reals)
+        cos2 = bed.cos2[tuple(slice(low, low + k) for low, k in zip(first, depth.shape, strict=True))]
+        level = np.pad(surface_heights(depth, cos2, grid.repeats), 1)  # zero where no column reaches
+        cell, offset = grid.cells(plan)
+        (wx, dx), (wy, dy) = (spline(offset[:, a]) for a in (0, 1))
+        push, slope, heights = np.zeros((len(plan), 2)), np.zeros((len(plan), 2)), bed.heights
+        for i in range(3):
+            for j in range(3):
+                node = [grid.inner(a, cell[:, a] + step - 1) for a, step in ((0, i), (1, j))]
+                at = tuple((node[a] - first[a] + 1).clip(0, level.shape[a] - 1) for a in (0, 1))
+                along = np.stack([dx[:, i] * wy[:, j], wx[:, i] * dy[:, j]], axis=1) / grid.dx
+                push += g * level[at][:, None] * along
+                under = tuple((cell[:, a] + step - 1 + MARGIN).clip(0, heights.shape[a] - 1)
+                              for a, step in ((0, i), (1, j)))
+                slope += heights[under][:, None] * along
+        gained = slope * ((slope * push).sum(axis=1) / (1.0 + (slope**2).sum(axis=1)))[:, None] - push
+        return np.column_stack([gained, (gained * slope).sum(axis=1)])
+
     def column(self, name):
         """(n, size), float64: velocity (3) [m/s] along the ground, volume [m3], depth [m], volume_ratio 1, water
         and excess_pressure (`depth.pore_pressure.SIZES`); zeros for what columns have none of."""
@@ -98,11 +120,15 @@ class ColumnSnapshot:
         """The same as of the last step."""
         return self._reals[:, 5]
 
+    def plan(self):
+        """Places in plan (n, 2) [m]."""
+        return self._grid.plan(self._cells, self._reals[:, :2])
+
     def positions(self):
         """Scene coordinates [m] (n, 3): on the ground in plan, half of the snow's surface above it. With these, the
         potential energy of all columns is that of what they do to each other as well."""
         height, _, surface = self._ground()
-        return np.column_stack([self._grid.plan(self._cells, self._reals[:, :2]), height + 0.5 * surface])
+        return np.column_stack([self.plan(), height + 0.5 * surface])
 
 
 def depth_at_nodes(grid, cells, reals):
@@ -119,30 +145,3 @@ def depth_at_nodes(grid, cells, reals):
             node = row + grid.inner(1, cells[:, 1] + j - 1) - first[1]
             total += np.bincount(node, reals[:, 4] * wx[:, i] * wy[:, j], nx * ny)
     return first, total.reshape(nx, ny) / grid.dx**2
-
-
-class ColumnProbe:
-    """Chosen columns, in a fixed order, as they are now. there (k,): not removed yet."""
-
-    def __init__(self, store, chosen):
-        self._store, self._chosen = store, np.asarray(chosen)
-        self.read()
-
-    def read(self):
-        """Look again."""
-        self._snapshot = self._store.snapshot()
-        identity = self._snapshot.labels[:, 1]
-        order = np.argsort(identity)
-        place = np.searchsorted(identity[order], self._chosen).clip(0, max(0, len(order) - 1))
-        self._rows = order[place] if len(order) else np.zeros(len(self._chosen), int)
-        self.there = identity[self._rows] == self._chosen if len(order) else np.zeros(len(self._chosen), bool)
-
-    def column(self, name, part=slice(None)):
-        """(k, size), float64, of all or a part (slice) of the chosen ones."""
-        return self._snapshot.column(name)[self._rows[part]]
-
-    def positions(self, part=slice(None)):
-        """Scene coordinates [m] (k, 3), NaN for those that are gone."""
-        return np.where(self.there[part, None], self._snapshot.positions()[self._rows[part]], np.nan)
-
-

@@ -14,7 +14,7 @@ import taichi as ti
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
-from snowmpm.depth import gather, scatter
+from snowmpm.depth import gather, scatter, two_phase
 from snowmpm.depth.bed import Bed
 from snowmpm.depth.blocks import BLOCKS, DEEPER, Blocks, run_blocks
 from snowmpm.depth.columns import Columns
@@ -101,15 +101,20 @@ class DepthSolver(Method):
         grid, count = self.grid, max(1, self.particles.count)
         self._shared = runtime.fine_grained()
         self._copies = 1 if self._shared else scatter.WORKERS
-        self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * grid.n_nodes)
+        self._phases = 2 if self._mixed else 1
+        n_nodes = self._phases * grid.n_nodes
+        self._tallies = ti.Vector.ndarray(scatter.TALLIES, real, self._copies * n_nodes)
         self._tallies.fill(0.0)
-        self._touched = int_array(np.zeros(self._copies * grid.n_tiles))
-        self._live = int_array(np.zeros(grid.n_tiles))
-        self._nodes = ti.Vector.ndarray(NODE, real, grid.n_nodes)
+        self._touched = int_array(np.zeros(self._copies * self._phases * grid.n_tiles))
+        self._live = int_array(np.zeros(self._phases * grid.n_tiles))
+        self._nodes = ti.Vector.ndarray(two_phase.NUMBERS if self._mixed else NODE, real, n_nodes)
         self._nodes.fill(0.0)
-        self._totals = ti.Vector.ndarray(TOTALS, real, grid.n_nodes)
+        self._totals = ti.Vector.ndarray(TOTALS, real, n_nodes)
         self._totals.fill(0.0)
         self._cos2 = real_array(grid.flat(self.bed.cos2))
+        water = self.particles.wet.water if self._mixed else None
+        self._phase = int_array(grid.n_nodes * water.second if water else np.zeros(1))
+        self._drag = real_array(two_phase.drag_table(water.drag)) if water else None
         self.unit = float(population.volumes.mean())
         self._law, numbers = self._on_ground(friction)
         if trees is not None and trees[..., 0].any():
@@ -138,6 +143,11 @@ class DepthSolver(Method):
         return type(law), self.grid.flat(numbers.T.reshape(*self.grid.shape, -1))
 
     @property
+    def _mixed(self):
+        """Whether grains and water have columns of their own."""
+        return bool(self.particles.wet) and hasattr(self.particles.wet.water, "second")
+
+    @property
     def _ground_moves(self):
         return bool(self.cover.law or self.particles.deposit)
 
@@ -153,7 +163,7 @@ class DepthSolver(Method):
 
     def _shares(self):
         """Bounds of the segments of columns that each worker takes, and an empty report of them."""
-        segments = max(1, -(-self.particles.count // scatter.SEGMENT))
+        segments = max(1, -(-self.particles.rows // scatter.SEGMENT))
         if len(self._report) != segments:
             workers = segments if self._shared else min(segments, scatter.WORKERS)
             self._bounds = int_array(np.linspace(0, segments, workers + 1).round())
@@ -168,17 +178,21 @@ class DepthSolver(Method):
         real, g = runtime.DTYPES[self.precision][0], -float(self.gravity[2])
         bounds, report = self._shares()
         with runtime.precision(self.precision):
-            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial)(
-                store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, 0.5 * dt, 1.0 / grid.dx,
-                self.unit, grid.n_nodes, store.count)
-            node_kernel(real, cover.law is not None, self._serial)(
-                self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
-                cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
-                options.mixing, dt, self._copies, grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist())
-            gather.gather_kernel(real, self._law, cover.law, bool(store.wet), self._serial)(
+            scatter.scatter_kernel(real, self._shared, cover.law is not None, self._serial, self._phases)(
+                store.cells, store.reals, grid.lookup, self._tallies, self._touched, bounds, store.material,
+                self._phase, 0.5 * dt, 1.0 / grid.dx, self.unit, self._phases * grid.n_nodes, store.rows)
+            sizes = grid.n_tiles, *grid.tiles.tolist()[1:], *grid.shape.tolist()
+            for phase in range(self._phases):  # one after the other, since both may take from the same snow cover
+                node_kernel(real, cover.law is not None, self._serial)(
+                    self._tallies, self._touched, self._live, self._totals, self._nodes, grid.lookup, self._cos2,
+                    cover.mass, cover.lowering, cover.under, self.bed.table, g, grid.dx, self.unit, options.damping,
+                    options.mixing, dt, self._copies, self._phases * grid.n_tiles, phase * grid.n_tiles, *sizes)
+            if self._mixed:
+                self._couple(sizes, dt, g)
+            gather.gather_kernel(real, self._law, cover.law, bool(store.wet), self._serial, self._mixed)(
                 store.cells, store.reals, store.material, store.densities, grid.lookup, self._nodes,
                 self.bed.table, self._place, self._numbers, cover.numbers, cover.place, report, bounds, self._walls,
-                store.wet.pores if store.wet else self._numbers, self.bed.stride, dt, 1.0 / grid.dx, g,
+                store.wet.pores if store.wet else self._numbers, self._phase, self.bed.stride, dt, 1.0 / grid.dx, g,
                 float(options.centrifugal), store.flowing)
             if store.wet:
                 store.wet.consolidate(store, dt, self._serial)
@@ -201,6 +215,15 @@ class DepthSolver(Method):
                 store.take(store.column("volume")[:, 0] > EMPTIED * self.unit, self.gravity, laid=True)
         if store.release(self.time):
             self._wave = max(self._wave, self._first_wave())
+
+    def _couple(self, sizes, dt, g):
+        """Put the phases of the nodes together."""
+        water, grid = self.particles.wet.water, self.grid
+        two_phase.couple_kernel(self.real, self._serial)(
+            two_phase.Nodes(self._nodes, self._totals, self._live, self._cos2, grid.lookup, self._drag),
+            two_phase.Sizes(grid.n_nodes, *sizes),
+            two_phase.Mixture(water.grain_density, water.density, g, grid.dx, self.unit / grid.dx**2, dt,
+                              self.options.damping))
 
     def _read(self, report):
         speed2, wave2 = report[:, gather.SPEED2].max(), report[:, gather.WAVE2].max()
@@ -278,6 +301,23 @@ class DepthSolver(Method):
     def sever(self, line, radius, numbers, state):
         """Refused before."""
         raise NotImplementedError("columns have no bonds")
+
+    def receive(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no column has yet."""
+        store, before = self.particles, self._momentum()
+        store.add(population, numbers)
+        self._start = self._start + self._momentum() - before
+        self.extremes = Extremes(speed=max(self.extremes.speed, float(
+            np.linalg.norm(population.velocities, axis=1).max(initial=0.0))))
+        self._wave = self._wave or self._first_wave()
+
+    def invite(self, population):
+        """Let a `Population` press on the columns in the next step."""
+        self.particles.invite(population)
+
+    def pull(self, plan):
+        """Acceleration (k, 3) [m/s2] that the depth of the columns gives snow at places in plan (k, 2) [m]."""
+        return self.particles.snapshot().pull(plan, -float(self.gravity[2]))
 
     def remove(self, gone):
         """Take columns out."""

@@ -61,10 +61,18 @@ class Forcing:
             self._push(solver, acting, time + 0.5 * span, damping_factor, pushed)
         return pushed
 
+    def taken_over(self):
+        """Pressure around the particles [Pa], 0 far from them, in the rows of this step (n,), None without; for a
+        solver that puts it among its equations, and books its work."""
+        if self._confined is None:
+            return None
+        pressure, self._confined = self._confined[2], None
+        return pressure
+
     def close(self, solver, dt):
         """After a step of dt [s]: the work of gravity, damping and pressures."""
         if self._confined is not None:
-            force, ratio = self._confined
+            force, ratio, _ = self._confined
             self.force_work -= float(force @ (self._read(solver)[:, -1] - ratio))
         if self.course or self._c > 0.0:
             momentum, square = self._sums(solver)
@@ -106,7 +114,7 @@ class Forcing:
         self.force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
         if pressure.any():
             kernels.confine(store.reals, store.slot_offset, ratio * pressure, store.count)
-            self._confined = pressure * volume, ratio
+            self._confined = pressure * volume, ratio, pressure
         store.changes += 1
 
     def _read(self, solver):

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from snowmpm.errors import InputError
 from snowmpm.gis.outlines import affected, outline
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.seeding.regions import read_regions
@@ -45,12 +46,25 @@ class Observed:
 def read_observed(path, run):
     """The outline in a .shp, .geojson or .gpkg file, transformed to the projection of a `Run`.
 
-    InputError as for a release.
+    InputError as for a release, and for an outline that lies beside the maps.
     """
     wkt = run.provenance.get("crs")
     system = ReferenceSystem.of_text(wkt, f"{run.path}: its projection") if wkt else None
     regions = read_regions(path, "--observed", system)
-    return Observed(Path(path).name, shapely.union_all([region.polygons.geometry for region in regions]))
+    geometry = shapely.union_all([region.polygons.geometry for region in regions])
+    away = shapely.distance(geometry, _extent(run))
+    if away > 0.0:
+        raise InputError.at("--observed", str(path), f"lies {away / 1e3:.3g} km beside the maps of {run.path}: is its"
+                                                     " coordinate system right?")
+    return Observed(Path(path).name, geometry)
+
+
+def _extent(run):
+    """Box around the maps of a run, in map coordinates."""
+    raster = run.maps["peak_depth"]
+    rows, columns = raster.values.shape
+    x, y = run.origin[0] + raster.x0, run.origin[1] + raster.y0
+    return shapely.box(x, y, x + columns * raster.cell, y + rows * raster.cell)
 
 
 def score(run, observed):

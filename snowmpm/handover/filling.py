@@ -30,12 +30,13 @@ DEPTH, HEIGHT = -2, -1
 """Columns of `Heaps.more`: vertical depth of the snow, and height of the ground [m]."""
 
 
-def filled(fields, start, ground, wide, part, laws):
+def filled(fields, start, ground, wide, part, laws, below=None):
     """`Handed` particles of columns.
 
     fields: `particles.fields.ParticleFields`; start (numbers, 3) [m]: where each was at time zero, by number; ground:
     surface with `height` and `normal`; wide [m]: cell of the columns' grid; part: scene of the method that takes over;
-    laws: its laws by material.
+    laws: its laws by material; below: places in plan (k, 2) [m] -> vertical depth (k,) [m] of other snow there, on
+    which it is laid; None where there is none.
     """
     spacing, n_bodies = part.solver.spacing(3), len(part.bodies)
     m = max(1, round(wide / spacing))
@@ -49,6 +50,9 @@ def filled(fields, start, ground, wide, part, laws):
     rows = np.repeat(np.arange(len(heaps)), layers)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(layers) - layers, layers)
     over, whole = _under_and_whole(heaps, wide / m)
+    if below is not None:
+        there = below(heaps.plan)
+        over, whole = over + there, whole + there
     above = over[rows] + heaps.more[rows, DEPTH] * (place + 0.5) / layers[rows]  # the ground, vertically
     velocity = np.column_stack([heaps.velocity, -(heaps.velocity * normal[:, :2]).sum(axis=1) / normal[:, 2]])
     population = Population(

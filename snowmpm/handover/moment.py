@@ -10,7 +10,7 @@ from snowmpm.annotations import Floats
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import MOVING_SPEED
 from snowmpm.scenes.switch import BROKEN, FLOWING, REACHED, Switch
-from snowmpm.seeding.regions import regions_of
+from snowmpm.seeding.regions import Region, regions_of
 
 LOOK = 20
 """Steps between two looks at the snow, of a moment that follows from it; fewer where it crosses a cell in them."""
@@ -52,19 +52,29 @@ class Moment:
 
     def inside(self, plan: Floats) -> NDArray[np.bool_]:
         """Whether places (n, 2) [m] lie in the region (n,)."""
-        found = np.zeros(len(plan), bool)
-        for region in self._regions:
-            box = ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
-            if region.polygons is not None:
-                box[box] = region.polygons.contains(plan[box])
-            found |= box
-        return found
+        return inside(self._regions, plan)
 
     def distance(self, positions: Floats) -> float:
         """From the nearest of places (n, 3) to the box around the region, in plan [m]."""
-        gaps = [np.maximum(0.0, np.maximum(region.lower - positions[:, :2], positions[:, :2] - region.upper))
-                for region in self._regions]
-        return min(float(np.linalg.norm(gap, axis=1).min()) for gap in gaps)
+        return distance(self._regions, positions)
+
+
+def inside(regions: list[Region], plan: Floats) -> NDArray[np.bool_]:
+    """Whether places (n, 2) [m] lie in one of the regions (n,)."""
+    found = np.zeros(len(plan), bool)
+    for region in regions:
+        box = ((plan >= region.lower) & (plan <= region.upper)).all(axis=1)
+        if region.polygons is not None:
+            box[box] = region.polygons.contains(plan[box])
+        found |= box
+    return found
+
+
+def distance(regions: list[Region], positions: Floats) -> float:
+    """From the nearest of places (n, 3) to the boxes around the regions, in plan [m]."""
+    gaps = [np.maximum(0.0, np.maximum(region.lower - positions[:, :2], positions[:, :2] - region.upper))
+            for region in regions]
+    return min(float(np.linalg.norm(gap, axis=1).min()) for gap in gaps)
 
 
 def _bonds(fields):

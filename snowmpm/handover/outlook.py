@@ -12,12 +12,16 @@ import numpy as np
 
 from snowmpm.handover.conversion import converted
 from snowmpm.handover.filling import coefficient
-from snowmpm.handover.moment import Moment
+from snowmpm.handover.moment import Moment, distance
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.scenes.switch import FLOWING, REACHED, parts
+from snowmpm.scenes.zone import within
+from snowmpm.seeding.regions import regions_of
 
 LEAST_PULL = 0.05
 """Acceleration over g that a slope is taken to give at least."""
+MARGIN = 8
+"""Cells of the particles around the snow in which a zone is rehearsed."""
 BREAKS_WITHIN = 1.0
 """Time [s] after the last event within which a weak layer is taken to break."""
 
@@ -46,7 +50,23 @@ def legs(model, solver):
         after, start = replace(model, scene=part, population=handed.population,
                                body_starts=handed.body_starts), handed.start
         found.append(Leg(part, after, after.solver(), before.end))
-    return found
+    return [*found, _of_zone(found[0])] if scene.zone else found
+
+
+def _of_zone(leg):
+    """`Leg` of the zone of a scene: with all of its snow at once, from when the first reaches the region."""
+    scene, model = leg.scene, leg.model
+    part = within(scene)
+    handed = converted(ParticleFields(leg.solver.particles), model.population.positions, scene, part, model)
+    room = MARGIN * part.solver.dx
+    lower, upper = model.lower.copy(), model.upper.copy()
+    lower[:2] = np.maximum(lower[:2], handed.population.positions[:, :2].min(axis=0) - room)
+    upper[:2] = np.minimum(upper[:2], handed.population.positions[:, :2].max(axis=0) + room)
+    after = replace(model, scene=part, population=handed.population, body_starts=handed.body_starts, lower=lower,
+                    upper=upper, obstacles=[])
+    way = distance(regions_of(scene.zone.region, model.surface, scene.base_dir, "zone.region"),
+                   model.population.positions)
+    return Leg(part, after, after.solver(), min(scene.end_time, _arrival(leg, way)))
 
 
 def _expected(switch, leg, key):
@@ -59,11 +79,15 @@ def _expected(switch, leg, key):
     if switch.when == FLOWING:
         return begun + switch.speed / _pull(leg)
     if switch.when == REACHED:
-        way = moment.distance(leg.model.population.positions)
-        course = leg.solver.course(scene.end_time, scene.output.interval)
-        speed = course.speed if course else math.sqrt(2.0 * _pull(leg) * way)
-        return begun + 2.0 * way / max(speed, 1e-3)
+        return begun + _arrival(leg, moment.distance(leg.model.population.positions))
     return begun + BREAKS_WITHIN
+
+
+def _arrival(leg, way):
+    """Time [s] after which the snow has gone a way [m]."""
+    course = leg.solver.course(leg.scene.end_time, leg.scene.output.interval)
+    speed = course.speed if course else math.sqrt(2.0 * _pull(leg) * way)
+    return 2.0 * way / max(speed, 1e-3)
 
 
 def _pull(leg):

@@ -2,7 +2,10 @@
 
     R(u) = sum_p V P g + c M u - H - sum_p m b w,    T^T R = 0,    M = sum_p m w w
 
-b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest.
+b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest. A pressure
+around the snow, less that in its pores, is a pull s beside the stress of the laws,
+
+    P = (tau + s J I) f^-T,    dP_ij / dA_kl = ... + s J (f^-T_ij f^-T_kl - f^-T_il f^-T_kj)
 """
 
 from dataclasses import dataclass
@@ -36,12 +39,14 @@ class Balance:
     """Equations of particles on a mesh.
 
     matter: `Matter`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see; inertia: c
-    [1/s2]; history (N, dim): H [N]; dx [m].
+    [1/s2]; history (N, dim): H [N]; dx [m]. pull
+    (n,): s [Pa], None without.
     """
 
     def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None):
         self.mesh, self.held, self.materials = mesh, held, materials
         self._before, self._dt, self._inertia = matter.before(), dt, inertia
+        self.pull = matter.around
         self.volume, self.mass, self._dx = matter.volume, matter.mass, dx
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
@@ -54,7 +59,7 @@ class Balance:
     def at(self, v, tangents=False):
         """`Trial` at v (free,)."""
         u = self.held.full(v)
-        after = respond(self.materials, self._before, self.mesh.gradient_of(u), self._dt, tangents)
+        after = self._response(u, tangents)
         inertia = np.zeros_like(u)
         if self._inertia:
             inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
@@ -67,6 +72,20 @@ class Balance:
         noise = ROUND_OFF * (np.linalg.norm(inertia) + np.linalg.norm(self._history) + scale)
         return Trial(v, u, after, full, free, float(scale), float(noise), sound)
 
+    def _response(self, u, tangents):
+        """`After` of displacements u, with the pull."""
+        A = self.mesh.gradient_of(u)
+        after = respond(self.materials, self._before, A, self._dt, tangents)
+        if self.pull is None:
+            return after
+        turn = turned(A, after.growth)
+        size = (self.pull * after.ratio)[:, None, None]
+        C = after.C
+        if tangents:
+            C = C + size[..., None, None] * (np.einsum("nij,nkl->nijkl", turn, turn)
+                                             - np.einsum("nil,nkj->nijkl", turn, turn))
+        return after._replace(P=after.P + size * turn, C=C)
+
     def with_tangents(self, trial):
         """The same with the tangents of its particles."""
         return self.at(trial.v, tangents=True)
@@ -77,3 +96,9 @@ class Balance:
             self._stiffness = Stiffness(self.mesh)
         C = self.volume[:, None, None, None, None] * trial.after.C
         return self._stiffness.matrix(C, self._inertia * self.mass)
+
+
+def turned(A, growth):
+    """f^-T (n, dim, dim) of f = I + A; that of a particle that is turned inside out is not looked at."""
+    f = np.where((growth > 0.0)[:, None, None], A, 0.0) + np.eye(A.shape[1])
+    return np.swapaxes(np.linalg.inv(f), 1, 2)

@@ -98,16 +98,21 @@ class March:
                 if share < SMALLEST_PART:
                     raise SimulationError(self._why(error, "the loads")) from error
                 continue
-            self._book(passed, matter, balance, solved)
+            self._book(passed, matter, solved)
             matter.cells += mesh.W @ solved.trial.u / self.grid.dx
             matter.velocity[:] = 0.0
             matter.affine[:] = 0.0
-            passed.force = solved.trial.full[held.touched].sum(axis=0)
+            passed.force = self._force(held, solved.trial)
             if share == 1.0:
                 break
             share = min(1.0, 2.0 * share)
         passed.impulse = dt * passed.force
         return passed
+
+    def _force(self, held, trial):
+        """Force of the surfaces at rest [N] (dim,): none where it is within what Newton's method leaves."""
+        force = trial.full[held.touched].sum(axis=0)
+        return force if np.linalg.norm(force) > self.rules.tolerance * trial.scale + trial.noise else 0.0 * force
 
     def _why(self, error, what):
         place = ""
@@ -116,7 +121,13 @@ class March:
             place = f", worst near {np.array2string(at, precision=3)} m"
         return f"the step was not solved, with 1/{round(1.0 / SMALLEST_PART)} of {what} either: {error}{place}"
 
-    def _book(self, passed, matter, balance, solved):
+    def _solved(self, matter, setting, dt, start):
+        """`Solved` of the equations `Balance(*setting)` of a step of dt [s], from displacements start (free,)."""
+        mesh, held = setting[:2]
+        return solve(Balance(*setting), Linear(held.T, mesh.dim, self.rules.linear), self.rules.tolerance,
+                     self.rules.iterations, start=start)
+
+    def _book(self, passed, matter, solved):
         after = solved.trial.after
         passed.work += float(matter.volume @ after.work)
         passed.yielding = int((after.iterations > 0).sum())
@@ -158,9 +169,8 @@ class March:
         v0, free, lost_momentum = projection.at_particles(matter.velocity)
         a0, _, lost_force = projection.at_particles(acceleration + body)
         history = mesh.W.T @ (mass * rule.past(v0, a0))
-        balance = Balance(mesh, held, matter, self.materials, body, self.grid.dx, dt, rule.inertia, history)
-        solved = solve(balance, Linear(held.T, mesh.dim, self.rules.linear), self.rules.tolerance,
-                       self.rules.iterations, start=dt * free)
+        setting = (mesh, held, matter, self.materials, body, self.grid.dx, dt, rule.inertia, history)
+        solved = self._solved(matter, setting, dt, dt * free)
         u = solved.trial.u
         way = mesh.W @ u
         a1 = rule.acceleration(way, v0, a0)
@@ -175,4 +185,4 @@ class March:
                                 + rule.gamma * force)
         passed.impulse += (1.0 - self.rules.flip) * lost_momentum[touched].sum(axis=0)
         passed.force = force
-        self._book(passed, matter, balance, solved)
+        self._book(passed, matter, solved)

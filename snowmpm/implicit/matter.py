@@ -11,7 +11,8 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 @dataclass
 class Matter:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
-    number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]."""
+    number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
+    (n,), None without; water: what pores hold (`water.particle_kernels`), None without."""
 
     cells: np.ndarray
     velocity: np.ndarray
@@ -24,6 +25,8 @@ class Matter:
     state: np.ndarray
     ratio: np.ndarray
     affine: np.ndarray
+    around: np.ndarray | None = None
+    water: np.ndarray | None = None
 
     @classmethod
     def of_store(cls, store):
@@ -34,9 +37,10 @@ class Matter:
                                                          "volume_ratio", "affine")}
         material = labels[:, MATERIAL]
         volume = columns["volume"][:, 0]
-        return cls(cells, columns["velocity"], volume, volume * store.materials.density[material], material,
+        water = store.column("water") if store.layout.water_size else None
+        return cls(cells, columns["velocity"], volume, store.masses(), material,
                    labels[:, IDENTITY], columns["elastic"], columns["stress"], columns["state"],
-                   columns["volume_ratio"][:, 0], columns["affine"].reshape(-1, dim, dim))
+                   columns["volume_ratio"][:, 0], columns["affine"].reshape(-1, dim, dim), water=water)
 
     @classmethod
     def of_population(cls, population, materials, origin, dx):
@@ -55,8 +59,9 @@ class Matter:
 
     def columns(self):
         """Columns of a `ParticleStore` by name, but for places."""
+        wet = {} if self.water is None else {"water": self.water}
         return {"velocity": self.velocity, "affine": self.affine, "elastic": self.h, "stress": self.tau,
-                "state": self.state, "volume_ratio": self.ratio}
+                "state": self.state, "volume_ratio": self.ratio, **wet}
 
     def take(self, after):
         """Take over what a step made of them (`response.After`)."""

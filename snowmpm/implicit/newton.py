@@ -28,10 +28,12 @@ class NotConverged(Exception):
 
 @dataclass
 class Solved:
-    """A step that was solved: `balance.Trial`, and |R| over the forces of each iterate."""
+    """A step that was solved: `balance.Trial`, |R| over the forces of each iterate, and of water in the pores `Pores`
+    and pressures."""
 
     trial: object
     residuals: list = field(default_factory=list)
+    flow: tuple = ()
 
 
 def solve(balance, linear, tolerance, most, left=0.0, start=None):

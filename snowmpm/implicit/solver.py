@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.implicit.march import Grid, March, Rules
 from snowmpm.implicit.matter import Matter
+from snowmpm.implicit.soaked_march import SoakedMarch
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.coordinates import Frame
@@ -73,17 +74,24 @@ class ImplicitSolver(Solver):
 
     def step(self, dt):
         """Advance by dt [s]. Raises SimulationError when the step cannot be solved."""
-        self._act(dt)
         store = self.particles
+        before = store.column("velocity") if self.forcing and store.count else None
+        self._act(dt)
         if store.count:
             matter = Matter.of_store(store)
+            gain = None if before is None else matter.velocity - before
+            if self.forcing:
+                matter.around = self.forcing.taken_over()
+            ratio = matter.ratio
             if not np.isfinite(matter.velocity).all():
                 self._fail(int(np.flatnonzero(~np.isfinite(matter.velocity).all(axis=1))[0]))
             try:
-                self.passed = self._rest(matter, dt) if self.at_rest else self._move(matter, dt)
+                self.passed = self._rest(matter, dt) if self.at_rest else self._move(matter, dt, gain)
             except SimulationError as error:
                 raise SimulationError(f"{error}, at t = {self.time:.6g} s, step {self.steps}:\n"
                                       "lower solver.implicit.dt, or look for snow that nothing holds") from None
+            if matter.around is not None:
+                self.forcing.force_work -= float((matter.volume * matter.around) @ (matter.ratio - ratio))
             self._take(matter, dt)
         self._advance_clock(dt, dt)
 
@@ -101,13 +109,30 @@ class ImplicitSolver(Solver):
         # Impulses of events and forces since the last step are velocities by now: as forces over the step
         return self.march.to_balance(matter, body + matter.velocity / dt, dt)
 
-    def _move(self, matter, dt):
+    def _move(self, matter, dt, gain=None):
+        """gain (n, dim) [m/s]: what forces of the scene gave before the step, which act over it."""
         body, loads = self._body(matter)
+        if gain is not None:
+            matter.velocity = matter.velocity - gain
+            body = body + gain / dt
         acceleration = self._acceleration[matter.number]
         passed = self.march.in_time(matter, acceleration, body, dt, self._fresh)
         self._acceleration[matter.number], self._fresh = acceleration, False
         self._loaded += dt * (matter.mass @ loads)
         return passed
+
+    def fill_pores(self, water, shorten=True):
+        """`Method.fill_pores` of a `water.solved_water.SolvedWater`."""
+        super().fill_pores(water, shorten=False)
+        self.march = SoakedMarch(self.march, self)
+
+    def carry(self, matter, gained):
+        """Book momentum and energy of the water (n,) [kg] that particles gained, where they are now."""
+        self.add_impulse(gained @ matter.velocity)
+        x = self.frame.origin + self.dx * matter.cells
+        budget = self.water.budget
+        budget.carried_energy += float(gained @ (0.5 * (matter.velocity**2).sum(axis=1) - x @ self.gravity))
+        budget.carried_mass += float(gained.sum())
 
     def _take(self, matter, dt):
         """Put particles back, and keep the books."""

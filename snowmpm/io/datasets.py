@@ -82,13 +82,10 @@ def saw_test(run, xarray):
     values = {}
     for name, data in test.values.items():
         if name not in coordinates:
-            dims = ("time", "x") if data.ndim == 2 else ("x",) if name in BINS else ("time",)
+            dims = ("time", "x") if data.ndim == 2 else ("x",) if name in test.bins else ("time",)
             values[name] = (dims, data, attributes(name, test.units[name]))
     return xarray.Dataset(values, coordinates)
 
-
-BINS = ("arrival", "fracture_energy", "rest_settlement", "rest_slip")
-"""Quantities of a saw test with one value per position."""
 
 DATASETS = {"history": history, "particles": particles, "maps": maps, "saw_test": saw_test}
 """Functions (run, xarray) -> Dataset by name."""

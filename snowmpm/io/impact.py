@@ -4,15 +4,17 @@
 
 d: horizontal, in the direction of the total impulse; vertical if most of the impulse is vertical (a roof).
 Arrival and end: when `ARRIVED` and 1 - `ARRIVED` of the impulse have been given. Peak: largest mean over a `WINDOW` of
-the time between them. Steady: mean force between the times at which a quarter and three quarters of the impulse have
-been given. Wetted area: the part of the face that snow touches (`snowmpm.io.wetted`), from the frames,
-interpolated linearly. The names of the numbers are defined in `snowmpm.quantities.table.IMPACT`.
+the time between them; of a depth-averaged flow, whose load has no noise, the largest of the record. Steady: mean force
+between the times at which a quarter and three quarters of the impulse have been given. Wetted area: the part of the
+face that snow touches (`snowmpm.io.wetted`), from the frames, interpolated linearly; of columns that
+over which they bear (`snowmpm.io.bearing`). The names of the numbers are defined in `snowmpm.quantities.table.IMPACT`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.io.bearing import bearing_areas, bearing_depth
 from snowmpm.io.wetted import Face
 from snowmpm.quantities.quantity import written
 from snowmpm.quantities.table import quantity
@@ -53,9 +55,10 @@ class Impact:
 
 def impacts(run):
     """`Impact` by name, for the loaded obstacles of a `Run`. Reads frames for their wetted areas."""
-    found = {name: loaded(obstacle) for name, obstacle in run.obstacles.items()}
+    in_plan = _in_plan(run)
+    found = {name: loaded(obstacle, 0.0 if in_plan else WINDOW) for name, obstacle in run.obstacles.items()}
     found = {name: load for name, load in found.items() if load}
-    spacing = float(run.provenance.get("particle_spacing") or 0.0)
+    spacing, dx = (float(run.provenance.get(name) or 0.0) for name in ("particle_spacing", "dx"))
     drawn = {name: one for name, one in run.obstacles.items()
              if name in found and len(one.vertices) and np.isfinite(one.vertices).all()}
     faces = {name: Face(one.vertices, one.facets, found[name].direction, spacing or np.inf)
@@ -63,15 +66,26 @@ def impacts(run):
     wet = {name: ([], []) for name in found}
     frames = {name: set(_frames(run.times, load)) for name, load in found.items()} if spacing > 0.0 else {}
     for i in sorted(set().union(*frames.values())):
-        particles = run.frame(i, []).points
+        frame = run.frame(i, ["depth"] if in_plan else [])
+        particles = frame.points
         for name in found:
             if i in frames[name] and name in faces and i < len(run.obstacles[name].rotation):
                 obstacle, face = run.obstacles[name], faces[name]
                 centres = face.centres @ obstacle.rotation[i].T + obstacle.translation[i]
                 wet[name][0].append(float(run.times[i]))
-                wet[name][1].append(face.wet(centres, found[name].direction, particles, spacing))
+                wet[name][1].append(bearing_depth(obstacle.placed(i), particles, frame.fields["depth"], dx) if in_plan
+                                    else face.wet(centres, found[name].direction, particles, spacing))
+    if in_plan:
+        wet = {name: bearing_areas(run.obstacles[name], found[name].direction, *values) for name, values in wet.items()}
     return {name: _impact(load, faces.get(name), *map(np.array, wet[name]), run.dimension)
             for name, load in found.items()}
+
+
+def _in_plan(run):
+    """Whether the snow of a run is columns."""
+    if "depth" not in run.field_names or not len(run.times):
+        return False
+    return bool((run.frame(0, ["depth"]).fields["depth"] > 0.0).any())
 
 
 @dataclass(frozen=True)
@@ -90,8 +104,9 @@ class Load:
     quarters: tuple
 
 
-def loaded(obstacle):
-    """The `Load` on an obstacle of a run (`snowmpm.io.Obstacle`); None if it was never loaded."""
+def loaded(obstacle, share=WINDOW):
+    """The `Load` on an obstacle of a run (`snowmpm.io.Obstacle`); None if it was never loaded. share: of its time that
+    the peak is a mean over, at least from one row of the record to the next."""
     if not len(obstacle.time):
         return None
     total = obstacle.impulse[-1].copy()
@@ -103,7 +118,7 @@ def loaded(obstacle):
     time = np.concatenate([[0.0], obstacle.time])
     given = np.maximum.accumulate(np.concatenate([[0.0], obstacle.impulse @ direction]))
     start, quarter, most, end = np.interp(np.array([ARRIVED, 0.25, 0.75, 1.0 - ARRIVED]) * size, given, time)
-    window = max(WINDOW * (end - start), float(np.diff(time).min()))
+    window = max(share * (end - start), float(np.diff(time).min()))
     force = (np.interp(time + window, time, given) - given) / window
     first = int(np.argmax(force))
     steady = 0.5 * size / max(most - quarter, window)

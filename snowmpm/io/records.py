@@ -95,6 +95,12 @@ def numbers(value):
     return {key: number(item) for key, item in table(value).items() if item is not None}
 
 
+def measured(value):
+    """{name: number, truth value or None, or a table of these}"""
+    return {key: measured(item) if isinstance(item, dict) else item if item is None or isinstance(item, bool)
+            else number(item) for key, item in table(value).items()}
+
+
 def profile(value):
     """{name: list of as many numbers as the others have}"""
     columns = table(value)
@@ -148,4 +154,4 @@ HAZARD = {"numbers": numbers, "profile": profile, "runout_line": line, "classes"
 SUMMARY = {"scene": name, "wall_time": number, "wall_time_of": numbers, "processor_time": number, "time": number,
            "particles": number, "steps": number, "sorts": number, "frames": number, "writing_time": number,
            "particle_steps": number, "ns_per_particle_step": number, "smallest_dt": number, "dt_causes": numbers,
-           "last": numbers, "saw_test": table, "hazard": table, "backend": name, "precision": name}
+           "last": numbers, "saw_test": measured, "hazard": table, "backend": name, "precision": name}

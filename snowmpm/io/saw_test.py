@@ -9,16 +9,21 @@ import numpy as np
 
 from snowmpm.annotations import Numbers, PathLike
 from snowmpm.glance import ArraysGlance
-from snowmpm.io.records import Record, read_record
+from snowmpm.io.records import Record, number, numbers, read_record
 from snowmpm.io.rows import units_of
 from snowmpm.io.vtkhdf import COMPRESSION, append, growing
 
 GROUP = "saw_test"
+ABOUT = dict.fromkeys(("slope_angle", "length", "slab_thickness", "weak_layer_thickness", "saw_speed", "saw_start",
+                       "saw_length", "notch", "normal_stress", "shear_stress", "shear_wave_speed", "plate_wave_speed"),
+                      number) | {"theory": numbers}
+"""Numbers of the set-up, and of theories that need nothing measured; older files lack the latter."""
 
 
 @dataclass(frozen=True, repr=False)
 class SawTest(ArraysGlance):
-    """values, units: by name; `saw_test[name]` is values[name]. about: set-up, numbers and texts by name.
+    """values, units: by name; `saw_test[name]` is values[name]. about: set-up, numbers and texts by name. bins: names
+    of the values with one entry a bin.
 
     Rows in time: (k,) time [s], saw, tip [m] ..., and (k, bins) settlement, settling_speed, slip ...; one value a bin:
     x [m], arrival [s] ... (`snowmpm.saw_test.crack`).
@@ -27,6 +32,7 @@ class SawTest(ArraysGlance):
     values: dict[str, Numbers]
     units: dict[str, str]
     about: dict[str, Any]
+    bins: frozenset[str] = frozenset()
 
     def __getitem__(self, name: str) -> Numbers:
         return self.values[name]
@@ -74,4 +80,5 @@ def read_saw_test(h5: h5py.File, path: PathLike) -> SawTest | None:
     where = f"{path}: saw_test"
     return SawTest(Record({name: data[:] for name, data in group.items()}, where),
                    Record({name: units_of(data) for name, data in group.items()}, where),
-                   read_record(group.attrs["about"], where, {}))
+                   read_record(group.attrs["about"], where, ABOUT),
+                   frozenset(name for name, data in group.items() if data.maxshape[0] is not None))

@@ -1,5 +1,7 @@
 """Saw test against theory: names, sources, and likely reasons why they differ."""
 
+import importlib
+import importlib.util
 from dataclasses import dataclass
 
 APART = 2.0
@@ -65,6 +67,14 @@ class Compared:
         side, reason = ("below", self.theory.below) if self.ratio < 1.0 else ("above", self.theory.above)
         return (f"{self.theory.measured.replace('_', ' ')}: a factor of {factor:.1f} {side} {self.theory.label}."
                 f" Likely reason: {reason}")
+
+
+def further_theories(run):
+    """{name: value} of theories that a run's summary lacks, as they are too dear for the run itself: WEAC, where it is
+    installed (`snowmpm.saw_test.theories`, by name: it reads the scene, of which this layer knows nothing)."""
+    if run.saw_test is None or importlib.util.find_spec("weac") is None:
+        return {}
+    return importlib.import_module("snowmpm.saw_test.theories").further_theories(run)
 
 
 def compared(found, slope_angle, more=None):

@@ -1,6 +1,6 @@
 """A saw test in words: set-up and outcome."""
 
-import numpy as np
+from snowmpm.quantities.quantity import written
 
 
 def set_up(about):
@@ -26,14 +26,49 @@ def outcome(found, test):
         return f"the weak layer had broken over {before:.0%} of the column before the saw began: no critical length"
     if length is None:
         return "no crack runs by itself"
-    words = f"critical length {length:.2f} m"
+    words = f"critical length {length:.2f}{spread(found, 'critical_length', 2)} m"
     if found.get("crack_speed"):
-        words += f", crack speed {found['crack_speed']:.0f} m/s"
+        words += f", crack speed {found['crack_speed']:.0f}{spread(found, 'crack_speed', 0)} m/s"
     if found.get("collapse_height"):
         words += f", collapse height {1e3 * found['collapse_height']:.2f} mm"
     if found.get("fracture_energy"):
         words += f", fracture energy {found['fracture_energy']:.2f} J/m²"
-    if found.get("runs_to_the_end"):
-        return words
-    late = test["tip"][test["time"] > 0.9 * test["time"][-1]]
-    return words + f", {'still running' if np.ptp(late) > 0.0 else 'arrest'} at {found['crack_length']:.1f} m"
+    return words if found.get("runs_to_the_end") else f"{words}, {_end(found, test)}"
+
+
+def spread(found, name, places):
+    """" ± 0.08" of a measured number, at least the last of its places; "" where it is not known."""
+    value = found.get(SPREADS.get(name))
+    return f" ± {max(value, 10.0**-places):.{places}f}" if value else ""
+
+
+SPREADS = {"critical_length": "critical_length_resolution", "crack_speed": "crack_speed_spread"}
+"""What tells how well a measured number is known."""
+
+
+def not_to_the_end(found, test):
+    """Why the numbers of a crack are not those of one that ran to the end; None of such a crack, and without one."""
+    if not found.get("critical_length") or found.get("runs_to_the_end"):
+        return None
+    words = _end(found, test)
+    if not found.get("stopped"):
+        words += ": a longer end_time shows whether it goes on"
+    return f"The crack {words}."
+
+
+def _end(found, test):
+    """How a crack ended that did not come to the end of the column."""
+    at, length = f"{found.get('crack_length', 0.0):.2f} m", test.about.get("length")
+    of = f" of {length:g} m" if length else ""
+    if not found.get("stopped"):
+        return f"was at {at}{of}, still on its way, when the run ended{_load(found, test.about)}"
+    return f"stopped at {at}{of}{_load(found, test.about)}"
+
+
+def _load(found, about):
+    """The load beside Maxwell's."""
+    maxwell, load = found.get("theory", {}).get("maxwell_load"), about.get("normal_stress")
+    if not maxwell or not load:
+        return ""
+    side = "below" if load < maxwell else "above"
+    return f", under {written(load, 'Pa')} normal stress, {side} Maxwell's load {written(maxwell, 'Pa')}"

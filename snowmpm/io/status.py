@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from snowmpm.io.saw_words import not_to_the_end
 from snowmpm.quantities.motion import at_rest
 from snowmpm.quantities.quantity import written
 
@@ -107,12 +108,14 @@ def status_of(run):
 def cautions(run):
     """Reasons, one sentence each, why what a picture or a log shows of a `Run` is not final.
 
-    Motion is no such reason for a run without run-out: a saw test ends in motion.
+    Motion is no such reason for a run without run-out: a saw test ends in motion. Its crack ought to reach the far end.
     """
     status = status_of(run)
     if "runout" not in run.hazard.get("numbers", {}):
         status = replace(status, moving_share=0.0, momentum_share=0.0)
-    return status.warnings
+    found = status.warnings
+    crack = run.summary.get("saw_test") and run.saw_test and not_to_the_end(run.summary["saw_test"], run.saw_test)
+    return [*found, crack] if crack else found
 
 
 def _last(values, otherwise=None):

@@ -3,7 +3,9 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.io.saw_theories import further_theories
 from snowmpm.io.status import cautions
+from snowmpm.quantities.saw import BEFORE
 from snowmpm.quantities.table import quantity, units_of
 
 THALWEG_UNITS = {"x": "m", "y": "m", "z": "m", "s": "m", "peak_depth": "m", "peak_speed": "m/s", "peak_pressure": "Pa",
@@ -37,8 +39,7 @@ def history(run, pandas):
 def hazard(run, pandas):
     """Numbers of hazard mapping: value, unit and definition, indexed by name."""
     found = _named(pandas, run, run.hazard.get("numbers"), "numbers of hazard mapping")
-    known = [quantity(name) for name in found.index]
-    return found.assign(unit=list(units_of(known).values()), definition=[one.definition for one in known])
+    return _defined(found, [_quantity(run, name) for name in found.index])
 
 
 def thalweg(run, pandas):
@@ -50,18 +51,24 @@ def thalweg(run, pandas):
 
 
 def saw_test(run, pandas):
-    """Results of a propagation saw test beside theory; only for a finished run."""
+    """Results of a propagation saw test beside theory: value, unit and definition; only for a finished run."""
     found = run.summary.get("saw_test")
     if not found:
         raise _none(run, "measured saw test (it is in the summary, at the end of a run)")
-    return _named(pandas, run, _flat(found), "saw test")
+    found = {**found, "theory": {**found.get("theory", {}), **further_theories(run)}}
+    table = _named(pandas, run, _flat(found), "saw test")
+    return _defined(table, [_of_saw_test(run, name) for name in table.index])
 
 
 def summary(run, pandas):
     """The content of summary.json, one row an entry; nested keys are joined by a dot."""
     if not run.summary:
         raise _none(run, "summary (it is written at the end of a run)")
-    return _named(pandas, run, _flat(run.summary), "summary")
+    table = _named(pandas, run, _flat(run.summary), "summary")
+    known = [_of_saw_test(run, name.removeprefix("saw_test.")) if name.startswith("saw_test.") else
+             _quantity(run, name.rpartition(".")[2]) for name in table.index]
+    table.attrs["units"] = _units(table, known)
+    return table
 
 
 def loads(run, pandas):
@@ -103,6 +110,29 @@ def _named(pandas, run, values, what):
     if not values:
         raise _none(run, what)
     return pandas.DataFrame({"value": list(values.values())}, index=pandas.Index(list(values), name="name"))
+
+
+def _quantity(run, name):
+    return quantity(name, dimension=run.dimension)
+
+
+def _of_saw_test(run, name):
+    """The quantity of an entry of the summary's saw_test, such as critical_length, saw.notch or theory.maxwell_load."""
+    return _quantity(run, BEFORE + name.removeprefix("saw.").replace(".", "_"))
+
+
+def _defined(table, known):
+    """The table with the units and definitions of its rows, `known` quantities."""
+    units = _units(table, known)
+    found = table.assign(unit=list(units.values()), definition=[one.definition for one in known])
+    found.attrs["units"] = units
+    return found
+
+
+def _units(table, known):
+    """{row: unit as stored in files}; "" of what the table of quantities does not know."""
+    return {row: units_of([one])[one.name] if one.definition else ""
+            for row, one in zip(table.index, known, strict=True)}
 
 
 def _flat(values, before=""):

@@ -105,6 +105,11 @@ def _to_rest(flow, axis, tolerance):
     return left
 
 
+CALONNE = "Calonne et al. (2012), doi:10.5194/tc-6-939-2012"
+CALONNE_SCATTER = 1.5
+"""Factor by which the 35 samples of the fit scatter about it."""
+
+
 def calonne(radius, density):
     """Permeability of snow [m2] from the equivalent sphere radius [m] and the density [kg/m3]: the fit to 35 samples of
     all kinds, k = 3.0 r^2 exp(-0.0130 rho) (Calonne et al. 2012, doi:10.5194/tc-6-939-2012)."""

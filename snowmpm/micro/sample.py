@@ -38,11 +38,13 @@ class Sample:
         return cls(ice, float(voxel_size), path.stem)
 
     def numbers(self):
-        """Facts of the geometry by name, in SI units."""
+        """Facts of the geometry by name, in SI units; grains: number of equivalent spheres with the ice's volume."""
         surface = pores.specific_surface(self.ice, self.voxel_size)
         solid = float(self.ice.mean())
+        radius = pores.equivalent_radius(self.ice, self.voxel_size)
+        grains = solid * self.ice.size * self.voxel_size**3 / (4.0 / 3.0 * np.pi * radius**3)
         through = [float(pores.connected_pores(~self.ice, axis).mean()) for axis in range(3)]
         return {"voxels": list(self.ice.shape), "size": [n * self.voxel_size for n in self.ice.shape],
                 "density": pores.ICE_DENSITY * solid, "porosity": 1.0 - solid, "connected_porosity": through,
                 "surface_per_volume": surface, "surface_per_mass": surface / (pores.ICE_DENSITY * solid),
-                "equivalent_radius": pores.equivalent_radius(self.ice, self.voxel_size)}
+                "equivalent_radius": radius, "grains": grains}

@@ -5,7 +5,7 @@ stencil of 3 nodes, a drift of one cell either way). Scatter and gather of a blo
 colours, no atomics, one parallel loop, and sums in an order that no thread count changes. A node lies in at most two
 tiles per axis; the grid update adds up its copies, advances it, and writes its velocity back to each.
 
-A node is a vector of four: momentum, then velocity, in components 0 .. dim - 1; mass in component 3.
+What a node holds: `mpm.node`.
 """
 
 import functools
@@ -19,20 +19,13 @@ from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.mpm.contact.contact_blocks import ContactBlocks
-from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.mpm.contact.walls import FREE
+from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_mask, node_size, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE, coordinates_of, fields_of, places_of, step_along
-from snowmpm.particles.store import LARGEST_INDEX
 
 NODE_BLOCK_COST = 2
 """Cost of a node block beside that of adding up its tiles, in tiles."""
-
-NODE_MASK = LARGEST_INDEX >> 3
-"""The number of a node has no other bits. Kernels say so, since the compiler must doubt otherwise, for fear of indices
-beyond 32 bits, that neighbour nodes follow each other, and works out the place of each."""
-
-MOST_NODES = NODE_MASK
 
 TILE = {dim: edge + 4 for dim, edge in EDGE.items()}
 """Nodes per tile edge."""
@@ -48,7 +41,7 @@ class TileGrid:
 
     tiles_at[i], first_tile[n] <= i < first_tile[n + 1]: a tile that holds copies of node block n, and the step to its
     block (`BlockMap.node_blocks`). active_nodes[tile]: first and one-past-last node along each of three axes that its
-    particles reach.
+    particles reach, and in which node blocks these are (`report_functions`).
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
     into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
@@ -57,7 +50,7 @@ class TileGrid:
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
-        """flip: keep tiles for the internal impulse, then the change of velocity, too; bodies: `BodyContact`, or None
+        """flip: nodes have two halves (`mpm.node`); bodies: `BodyContact`, or None
         where all share one velocity field; joins: whether walls may hold their lines together (`JoinedLines`)."""
         self.dim = dim
         self.precision = precision
@@ -65,9 +58,8 @@ class TileGrid:
         self.surfaces = list(surfaces)
         self.bodies = bodies
         self.joins = joins
-        self.tiles = self.impulses = self.nodes = None
-        self.block_stride = block_stride(dim, flip)
-        self.contact_offset = self.block_stride * most_workers()
+        self.tiles = self.nodes = None
+        self.contact_offset = block_nodes(dim) * most_workers()
         self.work = self.everyone = int_array([])
         self.asleep = self.nobody = int_array([])
 
@@ -89,19 +81,18 @@ class TileGrid:
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start) + NODE_BLOCK_COST))
         self.active_nodes = self._whole_tiles(self.n_tiles)
         self.tiles = self._reserved(self.tiles, self.n_tiles * TILE[dim] ** dim)
-        self.impulses = self._reserved(self.impulses, self.n_tiles * TILE[dim] ** dim if self.flip else 1)
 
     def rebuild_contact(self):
         """Follow surfaces that have moved."""
-        keys, coordinates, keys_of = self._node_blocks
-        met, places = False, places_of(keys, self.dim)
+        dim, (keys, coordinates, keys_of) = self.dim, self._node_blocks
+        met, places = False, places_of(keys, dim)
         if self.bodies:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
             met = count[place] > 1
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
         if self.bodies:
-            self.bodies.rebuild(places, fields_of(keys, self.dim), self.contact.index_of)
-        self.nodes = self._reserved(self.nodes, self.contact_offset + self.block_stride * self.contact.n)
+            self.bodies.rebuild(places, fields_of(keys, dim), self.contact.index_of)
+        self.nodes = self._reserved(self.nodes, self.contact_offset + block_nodes(dim) * self.contact.n)
         for surface, slots, active in zip(self.surfaces, self.contact.slots, self.contact.active, strict=True):
             if active:
                 surface.prepare(self, slots)
@@ -144,38 +135,46 @@ class TileGrid:
         self.node_chunk_bounds = int_array(chunk_bounds(np.diff(start)[work] + NODE_BLOCK_COST))
         return self.contact.visit(reached)
 
-    def apply_contact(self, dx):
-        """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks."""
+    def apply_contact(self, dx, but=()):
+        """Apply the contact of bodies that meet, then of every surface, to the nodes of the contact blocks; but:
+        surfaces that are only found, in the order in which they are to act."""
         if self.bodies:
             self.bodies.apply_contact(self, dx)
         for surface, active in zip(self.surfaces, self.contact.active, strict=True):
             if active:
-                surface.apply_contact(self, dx)
+                surface.locate(self)
+                if surface not in but:
+                    surface.apply_contact(self, dx)
+
+    def acts(self, surface):
+        """Whether a surface is near any snow."""
+        return self.contact.active[self.surfaces.index(surface)]
 
     def _reserved(self, array, nodes):
         """An array with room for that many nodes: the old one when it is large enough."""
         if array is not None and array.shape[0] >= nodes:
             return array
-        if nodes > MOST_NODES:
-            raise SimulationError(f"the grid needs {nodes:,} nodes; {MOST_NODES:,} at most fit the 32-bit "
-                                  "indices of Taichi's arrays; choose a larger solver.dx")
-        capacity = min(int(1.25 * nodes) + 64, MOST_NODES)
-        return ti.ndarray(ti.types.vector(4, DTYPES[self.precision][0]), (capacity,))
+        most = node_mask(self.flip)
+        if nodes > most:
+            raise SimulationError(f"the grid needs {nodes:,} nodes; {most:,} at most fit the 32-bit indices of "
+                                  "Taichi's arrays; choose a larger solver.dx")
+        capacity = min(int(1.25 * nodes) + 64, most)
+        return ti.ndarray(node_vector(DTYPES[self.precision][0], self.flip), (capacity,))
 
     def _whole_tiles(self, n):
         """Active nodes that leave none of a tile out, until the particles tell which ones they reach."""
         flat = 3 - self.dim
-        return int_array(np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim, (n, 6)))
+        return int_array(np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim + [-1], (n, 7)))
 
     @property
     def bytes(self):
         """Memory of tiles, surfaces and tables."""
         real = np.dtype(DTYPES[self.precision][1]).itemsize
-        nodes = self.tiles.shape[0] + self.impulses.shape[0] + self.nodes.shape[0]
-        nodes += sum(surface.geometry.array.shape[0] for surface in self.surfaces if surface.geometry.stored)
+        numbers = node_size(self.flip) * (self.tiles.shape[0] + self.nodes.shape[0])
+        numbers += sum(4 * surface.geometry.array.shape[0] for surface in self.surfaces if surface.geometry.stored)
         tables = self.first_tile, self.tiles_at, self.node_coordinates, self.active_nodes
         integers = sum(np.prod(table.shape) for table in tables)
-        return 4 * real * nodes + 4 * int(integers) + sum(surface.bytes for surface in self.surfaces)
+        return real * numbers + 4 * int(integers) + sum(surface.bytes for surface in self.surfaces)
 
 
 @functools.cache
@@ -184,7 +183,7 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
 
     The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
 
-    flip: the internal impulse comes in tiles of its own, and the change of velocity replaces it; serial: by one thread;
+    flip: nodes have a second half (`mpm.node`); serial: by one thread;
     sleeping: tiles that are `asleep` count for nothing, and the nodes that their particles reach are held at rest
     (`mpm.sleep`), by the impulse `held` for all; held_of: a part of it, and all, on each node block; `work` names the
     blocks to visit.
@@ -194,10 +193,9 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
     of active nodes are touched. In 2-D the first of three axes is one node wide.
     """
     edge, tile_edge = EDGE[dim], TILE[dim]
-    vec4 = ti.types.vector(4, real)
-    n_nodes = edge**dim
+    of_node, mask = node_vector(real, flip), node_mask(flip)
+    n_nodes = block_nodes(dim)
     stride = tile_strides(dim)
-    contact_stride = block_stride(dim, flip)
     pick = picker(sleeping)
 
     @ti.func
@@ -214,29 +212,27 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
     @ti.func
     def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
                  active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(),
-                 impulses: ti.template(), asleep: ti.template()):
+                 asleep: ti.template()):
         """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
         that holds them."""
         found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
         for e in range(first_tile[n], first_tile[n + 1]):
-            step = tiles_at[e, 1]
-            first, last, address = common_box(active_nodes, tiles_at[e, 0], step)
-            counts = (last > first).all()
+            tile, step = tiles_at[e, 0], tiles_at[e, 1]
+            counts = active_nodes[tile, 6] & step == step  # two of three tiles around do not come here
             if ti.static(sleeping):
-                counts = counts & (asleep[tiles_at[e, 0]] == 0)
+                counts = counts & (asleep[tile] == 0)
             if counts:
+                first, last, address = common_box(active_nodes, tile, step)
                 if ti.static(gathering):
                     if found == 0:
-                        for q in range(contact_stride):
-                            nodes[sums + q] = vec4(0.0)
+                        for q in range(n_nodes):
+                            nodes[sums + q] = of_node(0.0)
                     least, most = ti.min(least, first), ti.max(most, last)
                 found = 1
                 wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
-                for row in range((last[0] - first[0]) * wide):
-                    i, j = 0, first[1] + row
-                    if ti.static(dim == 3):
-                        i, j = first[0] + row // wide, first[1] + row % wide
-                    here = (sums + (i * edge + j) * edge) & NODE_MASK
+                i, j = first[0], first[1]
+                for _row in range((last[0] - first[0]) * wide):
+                    here = (sums + (i * edge + j) * edge) & mask
                     there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
                     for k in ti.static(range(edge)):
                         if k >= first[2] and k < last[2]:
@@ -244,19 +240,16 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                                 nodes[here + k] = nodes[here + k] + tiles[there + k]
                             else:
                                 tiles[there + k] = nodes[here + k]
-                            if ti.static(flip):
-                                other = here + n_nodes + k
-                                if ti.static(gathering):
-                                    nodes[other] = nodes[other] + impulses[there + k]
-                                else:
-                                    impulses[there + k] = nodes[other]
+                    j += 1
+                    if j == last[1]:
+                        i, j = i + 1, first[1]
         return found, least, most
 
     @ti.func
     def hold(n, first_tile: ti.template(), tiles_at: ti.template(), active_nodes: ti.template(),
              nodes: ti.template(), sums, asleep: ti.template(), changes: ti.template()):
         """Stop the nodes of a block that sleeping particles reach; -> the impulse of that. changes: FLIP's changes of
-        velocity lie beside them, and follow."""
+        velocity are there already, and follow."""
         held = ti.Vector.zero(ti.f64, dim)
         for e in range(first_tile[n], first_tile[n + 1]):
             if asleep[tiles_at[e, 0]] == 1:
@@ -265,14 +258,13 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                     for k in range(first[2], last[2]):
                         q = sums + (i * edge + j) * edge + k
                         node = nodes[q]
-                        if node[3] > 0.0:
-                            stopped = vec4(0.0)
-                            stopped[3] = node[3]
-                            nodes[q] = stopped
+                        if node[MASS] > 0.0:
                             for a in ti.static(range(dim)):
-                                held[a] -= ti.cast(node[3] * node[a], ti.f64)
-                            if ti.static(changes):
-                                nodes[q + n_nodes] = nodes[q + n_nodes] + (stopped - node)
+                                held[a] -= ti.cast(node[MASS] * node[a], ti.f64)
+                                if ti.static(changes):
+                                    node[SECOND + a] -= node[a]
+                                node[a] = 0.0
+                            nodes[q] = node
         return held
 
     @ti.func
@@ -289,8 +281,8 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
         return v
 
     @taichi_kernel
-    def update_grid(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                    active_nodes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+    def update_grid(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
+                    nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                     first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
                     contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
                     damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
@@ -307,39 +299,41 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                     n = pick(work, w)
                     impulse = ti.Vector.zero(ti.f64, dim)
                     touching = contact[n]
-                    sums = ti.select(touching >= 0, contact_offset + touching * contact_stride,
-                                     worker(i) * contact_stride)
+                    sums = ti.select(touching >= 0, contact_offset + touching * n_nodes, worker(i) * n_nodes)
                     found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
-                                                  impulses, asleep)
+                                                  asleep)
                     if touching >= 0 and found == 0:
                         for q in range(n_nodes):
-                            nodes[sums + q] = vec4(0.0)
-                    for ix, iy in ti.ndrange((least[0], most[0]), (least[1], most[1])):
+                            nodes[sums + q] = of_node(0.0)
+                    ix, iy = least[0], least[1]
+                    for _row in range((most[0] - least[0]) * (most[1] - least[1])):
                         for iz in range(least[2], most[2]):
                             q = (ix * edge + iy) * edge + iz
-                            node, internal = nodes[sums + q], vec4(0.0)
-                            if node[3] > 0.0:
-                                if ti.static(flip):
-                                    internal = nodes[sums + n_nodes + q]
-                                v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[3]
+                            node = nodes[sums + q]
+                            if node[MASS] > 0.0:
+                                v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[MASS]
                                 for a in ti.static(range(dim)):
-                                    v[a] = (node[a] + internal[a]) * per_mass
+                                    if ti.static(flip):
+                                        v[a] = (node[a] + node[SECOND + a]) * per_mass
+                                    else:
+                                        v[a] = node[a] * per_mass
                                 v = (v + dt * g) * damping_factor
                                 if n_loads > 0:
                                     at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
                                     for a in ti.static(range(dim)):
                                         x[a] = ti.cast(edge * node_coordinates[n, a] + at[3 - dim + a], real)
                                     gained = load_velocity(x, dt, loads, n_loads)
-                                    impulse += ti.cast(node[3] * gained, ti.f64)
+                                    impulse += ti.cast(node[MASS] * gained, ti.f64)
                                     v += gained
-                                result = vec4(0.0)
                                 for a in ti.static(range(dim)):
-                                    result[a] = v[a]
-                                result[3] = node[3]
-                                nodes[sums + q] = result
-                                if ti.static(flip):
-                                    before = node / node[3]
-                                    nodes[sums + n_nodes + q] = ti.select(touching >= 0, before, result - before)
+                                    if ti.static(flip):
+                                        before = node[a] / node[MASS]
+                                        node[SECOND + a] = ti.select(touching >= 0, before, v[a] - before)
+                                    node[a] = v[a]
+                                nodes[sums + q] = node
+                        iy += 1
+                        if iy == most[1]:
+                            ix, iy = ix + 1, least[1]
                     if ti.static(sleeping):
                         stopped = ti.Vector.zero(ti.f64, dim)
                         if found == 1 and touching < 0:
@@ -349,7 +343,7 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                         for a in ti.static(range(dim)):
                             held_of[n, a], held_of[n, dim + a] = stopped[a], stopped[a]
                     if found == 1 and touching < 0:
-                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses, asleep)
+                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
                     for a in ti.static(range(dim)):
                         impulse_of[n, a] = impulse[a]
         ti.loop_config(serialize=ti.static(in_order()))
@@ -361,8 +355,8 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                     held[a] += held_of[n, a]
 
     @taichi_kernel
-    def write_back(tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                   active_nodes: ti.types.ndarray(), nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+    def write_back(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
+                   nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
                    chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(), n_work: int, asleep: ti.types.ndarray(),
                    held_of: ti.types.ndarray(), held: ti.types.ndarray()):
@@ -372,7 +366,7 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                 first, last = chunk(i, chunk_bounds)
                 for w in range(first, last):
                     c = pick(work, w)
-                    sums, n = contact_offset + c * contact_stride, node_block[c]
+                    sums, n = contact_offset + c * n_nodes, node_block[c]
                     if ti.static(sleeping):
                         stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
                         for a in ti.static(range(dim)):
@@ -380,8 +374,11 @@ def grid_kernels(dim, real, flip, serial, sleeping=False):
                             held_of[n, dim + a] += stopped[a]
                     if ti.static(flip):
                         for q in range(n_nodes):
-                            nodes[sums + n_nodes + q] = nodes[sums + q] - nodes[sums + n_nodes + q]
-                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, impulses, asleep)
+                            node = nodes[sums + q]
+                            for a in ti.static(range(dim)):
+                                node[SECOND + a] = node[a] - node[SECOND + a]
+                            nodes[sums + q] = node
+                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
         if ti.static(sleeping):
             ti.loop_config(serialize=ti.static(in_order()))
             for w in range(n_work):

@@ -42,12 +42,18 @@ def report_functions(dim, real, basis):
 
     @ti.func
     def store_active_nodes(active_nodes: ti.template(), b, lowest, highest):
-        """The nodes of the tile that stencils of positions between these touch."""
+        """The nodes of the tile that stencils of positions between these touch; in which node blocks these lie, seen
+        from which the tile is a step back, none or one ahead, as bits an axis (`BlockMap.node_blocks`)."""
+        reached = 0
         for a in ti.static(range(dim)):
             first = ti.floor(lowest[a] - stencil.reach, ti.i32) + 1
             last = ti.floor(highest[a] - stencil.reach, ti.i32) + 1 + stencil.width
             active_nodes[b, 3 - dim + a] = ti.max(0, first)
             active_nodes[b, 6 - dim + a] = ti.min(tile_edge, last)
+            sides = ti.select(last > edge + 1, 1, 0) + ti.select(first < 1, 4, 0)
+            sides += ti.select((first <= edge) & (last > 1), 2, 0)
+            reached |= sides << ti.static(3 * a)
+        active_nodes[b, 6] = reached
 
     return SimpleNamespace(judge=judge, excursion=excursion, store_active_nodes=store_active_nodes,
                            add_row=of_particle.add_row)

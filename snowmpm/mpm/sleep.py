@@ -24,6 +24,7 @@ import numpy as np
 from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.parallel import chunk_bounds
+from snowmpm.mpm.node import block_nodes
 from snowmpm.mpm.press import Press
 from snowmpm.mpm.sleep_kernels import sleep_kernels
 from snowmpm.particles.blocks import EDGE
@@ -51,7 +52,7 @@ class Sleep:
 
     def __init__(self, solver, tolerance, layout, real, basis):
         """tolerance: e above."""
-        self._solver, self._kernels = solver, sleep_kernels(layout, real, basis)
+        self._solver, self._kernels = solver, sleep_kernels(layout, real, basis, solver.flip)
         speed, self._window = calm(tolerance, solver.dx, solver.gravity)
         self._speed2 = speed**2
         pull = float(np.linalg.norm(solver.gravity))
@@ -205,7 +206,7 @@ class Sleep:
         emptied, self._listed = solver.grid.visit(self.asleep), bool(self.asleep.any())
         if len(emptied):
             with runtime.precision(solver.precision):
-                self._kernels.clear(solver.grid.nodes, solver.grid.contact_offset, solver.grid.block_stride, emptied)
+                self._kernels.clear(solver.grid.nodes, solver.grid.contact_offset, block_nodes(solver.dim), emptied)
 
     # ---- reading ------------------------------------------------------------------------------------------------
 

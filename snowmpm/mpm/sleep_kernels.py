@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.mpm.node import node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.material_table import DENSITY
@@ -13,12 +14,12 @@ from snowmpm.particles.store import accessors
 
 
 @functools.cache
-def sleep_kernels(layout, real, basis):
+def sleep_kernels(layout, real, basis, flip):
     """`lull(...)` stops the particles of some blocks, `clear(...)` empties contact blocks that nobody reaches."""
     dim, edge = layout.dim, EDGE[layout.dim]
     access, at = accessors(layout), layout.offsets
     judged = report_functions(dim, real, basis)
-    vec4 = ti.types.vector(4, real)
+    of_node = node_vector(real, flip)
 
     @taichi_kernel
     def lull(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(), materials: ti.types.ndarray(),
@@ -48,10 +49,10 @@ def sleep_kernels(layout, real, basis):
             judged.store_active_nodes(active_nodes, b, lowest, highest)
 
     @taichi_kernel
-    def clear(nodes: ti.types.ndarray(dtype=vec4, ndim=1), offset: int, stride: int, chosen: ti.types.ndarray()):
+    def clear(nodes: ti.types.ndarray(dtype=of_node, ndim=1), offset: int, stride: int, chosen: ti.types.ndarray()):
         """Empty the contact blocks `chosen`, `stride` nodes each from `offset` on."""
         for i in range(chosen.shape[0]):
             for q in range(stride):
-                nodes[offset + chosen[i] * stride + q] = vec4(0.0)
+                nodes[offset + chosen[i] * stride + q] = of_node(0.0)
 
     return SimpleNamespace(lull=lull, clear=clear)

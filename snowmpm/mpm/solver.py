@@ -9,6 +9,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
+from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -37,7 +38,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0):
+                 sleeping=0.0, expected=0):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -49,7 +50,8 @@ class MpmSolver(Solver):
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
-        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps.
+        sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
+        be, of a solver that receives some.
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -78,7 +80,7 @@ class MpmSolver(Solver):
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
             period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
-        self._serial = runs_serially(PARTICLE_TIME[dim] * len(population.volumes))
+        self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         if sleeping and (self.atomic or bodies):
@@ -87,7 +89,8 @@ class MpmSolver(Solver):
         real = runtime.DTYPES[precision][0]
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
-        self._reports = self._impulses = None
+        self._reports = self._impulses = self._answered = None
+        self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
 
     @classmethod
@@ -121,7 +124,7 @@ class MpmSolver(Solver):
     @property
     def contact_work(self):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
-        between = self.grid.bodies.lost[0] if self.grid.bodies else 0.0
+        between = self.grid.bodies.lost if self.grid.bodies else 0.0
         return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
 
     @property
@@ -144,12 +147,17 @@ class MpmSolver(Solver):
         rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
         return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
 
+    @property
+    def between_bodies(self):
+        """Impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]."""
+        return self.grid.bodies.given if self.grid.bodies else None
+
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
         scatter = self._scatter[grid.listed]
         scatter(store.reals, store.slot_offset, store.material, self.materials.numbers, owners, grid.active_nodes,
-                grid.tiles, grid.impulses, dt, self.dx, grid.n_tiles, *work)
+                grid.tiles, dt, self.dx, grid.n_tiles, *work)
 
     def update_grid(self, dt, pushed):
         grid = self.grid
@@ -161,23 +169,34 @@ class MpmSolver(Solver):
             if self.sleep:
                 self.sleep.list_work()
         update, write_back = self._update[grid.listed]
-        update(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+        update(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                grid.tiles_at, grid.node_coordinates, grid.contact.index, self._loads, self._gravity, pushed,
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
-            grid.apply_contact(self.dx)
-            write_back(grid.tiles, grid.impulses, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+            self._meet_surfaces(dt)
+            write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
                        grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
                        grid.contact.n_work, grid.asleep, *self._held)
+
+    def _meet_surfaces(self, dt):
+        """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
+        rods = self.movers.get("structures")
+        if not (rods and rods.strong) or self.damping_factor < 1.0:
+            self.grid.apply_contact(self.dx)
+            return
+        if self._answered is None:
+            self._answered = StrongContact(self, rods)
+        self._answered.apply(dt)
 
     def grid_to_particles(self, dt):
         grid, store = self.grid, self.particles
         owners, *work = self._work()
-        report = np.zeros(step_report.N_REPORT)
+        report = self._report
+        report.fill(0.0)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
-               grid.active_nodes, grid.tiles, grid.impulses, dt, self.dx, self.flip_ratio, self._reports, report,
+               grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
@@ -202,6 +221,20 @@ class MpmSolver(Solver):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
         self._rebuild_for_blocks()
+
+    def receive(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no particle has yet."""
+        self.particles.add(population, numbers)
+        self.extremes = replace(self.extremes, speed=max(self.extremes.speed, float(
+            np.linalg.norm(population.velocities, axis=1).max(initial=0.0))))
+        self._rebuild_for_blocks()
+
+    def accelerate(self, gain):
+        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
+        self.add_impulse(self.particles.masses() @ gain)
+        self.particles.accelerate(gain)
+        self.extremes = replace(self.extremes, speed=self.extremes.speed + float(
+            np.linalg.norm(gain, axis=1).max(initial=0.0)))
 
     def _rebuild_for_blocks(self):
         blocks = self.particles.blocks
@@ -305,7 +338,7 @@ class MpmSolver(Solver):
         for surface in self.surfaces:
             surface.total[:] = 0.0
         if self.grid.bodies:
-            self.grid.bodies.lost[:] = 0.0
+            self.grid.bodies.totals[:] = 0.0
         if self.sleep:
             self.sleep.restart()
 
@@ -314,7 +347,7 @@ class MpmSolver(Solver):
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
         return {**super().state(), "surfaces": np.array([surface.total for surface in self.surfaces]),
-                "lost_between_bodies": self.grid.bodies.lost.copy() if self.grid.bodies else np.zeros(1),
+                "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
                 **({"sleep": self.sleep.state()} if self.sleep else {})}
 
     def restore(self, state):
@@ -329,4 +362,4 @@ class MpmSolver(Solver):
         for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
             surface.total[:] = total
         if self.grid.bodies:
-            self.grid.bodies.lost[:] = state["lost_between_bodies"]
+            self.grid.bodies.totals[:] = state["between_bodies"]

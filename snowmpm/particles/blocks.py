@@ -134,8 +134,8 @@ class BlockMap:
     def node_blocks(self):
         """Blocks that hold nodes of the occupied blocks' particles: -> keys (m,), start (m + 1,), tiles (k, 2).
 
-        Rows start[n] <= i < start[n + 1] of `tiles`: an occupied block around node block n, and the step to it, 2 bits
-        an axis: 0, 1, 2 for one back, none, one ahead; see `step_along`.
+        Rows start[n] <= i < start[n + 1] of `tiles`: an occupied block around node block n, and the step to it, 3 bits
+        an axis, of which one is set: for one back, none, one ahead; see `step_along`.
         """
         # A stable sort merges the sorted runs, three times faster than sorting them
         around = self._around().ravel()
@@ -146,7 +146,7 @@ class BlockMap:
         step, tile = np.divmod(order, max(1, len(self)))
         # Seen from the node block, the step back to the occupied block is the opposite one
         back = 1 - neighbour_steps(self.dim)
-        packed = (back << 2 * np.arange(self.dim)).sum(axis=1)
+        packed = (1 << back + 3 * np.arange(self.dim)).sum(axis=1)
         start = np.append(np.flatnonzero(first), len(ordered))
         return ordered[first], start.astype(np.int32), np.stack([tile, packed[step]], axis=1).astype(np.int32)
 
@@ -154,7 +154,7 @@ class BlockMap:
 @ti.func
 def step_along(packed, axis: ti.template()):
     """-1, 0 or 1: the step along an axis, from the bits of `BlockMap.node_blocks`."""
-    return (packed >> ti.static(2 * axis) & 3) - 1
+    return ((packed >> ti.static(3 * axis) & 7) >> 1) - 1
 
 
 @functools.cache

@@ -31,12 +31,19 @@ class Particles(ABC):
     that did not leave the domain but were taken out; water: the mass [kg] of the water that went with them; entrained,
     of methods that entrain: mass [kg] that came in, whose energy is subtracted; laid, of methods with deposition: mass
     [kg] that was laid down and is ground now"""
+    waiting: int = 0
+    """of them, the last rows, those that may not move yet"""
     repeats: NDArray[np.bool_]
     """(dim,) whether the domain is periodic along each axis"""
     water_density: float = 1000.0
     """of the water in the column "water" [kg/m3]"""
     sorts: int
     """how often their order changed"""
+    bodies: NDArray[np.intp] | None = None
+    """index of the body by number, where numbers are given out while the scene runs; None where those of a body follow
+    each other"""
+    origins: Floats | None = None
+    """where the snow of each number was at time zero (numbers, dim) [m], where numbers are given out; else None"""
 
     @property
     @abstractmethod

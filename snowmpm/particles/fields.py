@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from snowmpm.annotations import Floats, Numbers
 from snowmpm.materials import LAWS
 from snowmpm.particles.contract import Particles
+from snowmpm.particles.regimes import inertial_number, regime, strain_rate
 from snowmpm.quantities.particle_fields import UNITS
 
 if TYPE_CHECKING:
@@ -35,7 +36,9 @@ class ParticleFields:
     the ground, of columns, zero for other particles; pore_pressure, porosity, saturation of the pores, liquid_water:
     volume of water over that of the snow, all zero without water, with which stress, p and q are effective and density
     is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
-    hydrostatic one by, zero for other particles; and what the laws report of their state
+    hydrostatic one by, zero for other particles; strain_rate: sqrt(2 D':D') [1/s] of the deviator of D = sym(grad v);
+    inertial_number: of it, the pressure and the grains of the law (grain_diameter, grain_density), zero where there are
+    none or none press, and flow_regime (`particles.regimes`); and what the laws report of their state
     (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
@@ -51,7 +54,7 @@ class ParticleFields:
         sizes = particles.sizes
         self._holds_water, self.water_density = sizes.get("water", 0) > 0, particles.water_density
         self._holds_excess = "excess_pressure" in sizes
-        self._body_starts = np.asarray(body_starts)
+        self._body_starts, self._bodies = np.asarray(body_starts), particles.bodies
 
     def __repr__(self) -> str:
         return f"ParticleFields({len(self.snapshot.labels)} particles: {', '.join(sorted(field_units()))})"
@@ -104,6 +107,8 @@ class ParticleFields:
 
     def bodies(self) -> NDArray[np.intp]:
         """Index of the body of each particle (n,)."""
+        if self._bodies is not None:
+            return self._bodies[self["id"]]
         return np.searchsorted(self._body_starts, self["id"], side="right") - 1
 
     def _of_laws(self, name: str) -> Floats:
@@ -132,6 +137,18 @@ def _q(fields):
     return np.sqrt(1.5 * (s**2).sum(axis=1) + 3.0 * (sigma[:, 3:] ** 2).sum(axis=1))
 
 
+def _of_grains(fields):
+    """grain_diameter [m] and grain_density [kg/m3] of the law of each particle, 0 where it names none (n, 2)."""
+    numbers = [[getattr(law, name, None) or 0.0 for name in ("grain_diameter", "grain_density")]
+               for law in fields.materials.laws]
+    return np.array(numbers)[fields["material"]]
+
+
+def _inertial_number(fields):
+    diameter, density = _of_grains(fields).T
+    return inertial_number(fields["strain_rate"], fields["p"], diameter, density)
+
+
 READERS = {
     "position": lambda fields: fields.snapshot.positions(),
     "velocity": lambda fields: fields.column("velocity"),
@@ -152,5 +169,8 @@ READERS = {
     "saturation": lambda fields: _share(fields["liquid_water"], fields["porosity"]),
     "liquid_water": lambda fields: fields.water()[:, 0] / fields.water_density / fields["J"],
     "excess_pressure": ParticleFields.excess_pressure,
+    "strain_rate": lambda fields: strain_rate(fields.velocity_gradient()),
+    "inertial_number": _inertial_number,
+    "flow_regime": lambda fields: regime(fields["inertial_number"]),
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

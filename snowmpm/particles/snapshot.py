@@ -30,6 +30,10 @@ class Snapshot:
         """Scene coordinates [m], (n, dim)."""
         return self._store.positions(self.column("position"), self._blocks)
 
+    def plan(self) -> Floats:
+        """The same in plan, (n, dim - 1)."""
+        return self.positions()[:, :-1]
+
     def depth(self) -> Floats:
         """Thickness of the snow at each particle (n,) [m]: zero, only columns (`depth.snapshot`) have one."""
         return np.zeros(len(self._table))

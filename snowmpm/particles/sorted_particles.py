@@ -54,18 +54,9 @@ class SortedParticles(ParticleStore, Particles):
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         n_water = 0 if population.water is None else population.water.shape[1]
         layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water)
-        if len(order) > layout.most_particles:
-            raise InputError(f"{len(order):,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
-                             "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
+        self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
-        material = population.material[order]
-        columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
-                   "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
-                   "affine": population.affine[order],
-                   "elastic": population.elastic[order], "stress": population.stress[order]}
-        if n_water:
-            columns["water"] = population.water[order]
-        self.fill(columns, material, order)
+        self.fill(self._columns(population, order, local), population.material[order], order)
         self.mass = float(population.volumes @ self.materials.density[population.material])
         if n_water:
             self.mass += float(population.volumes @ population.water[:, 0])
@@ -74,6 +65,23 @@ class SortedParticles(ParticleStore, Particles):
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._rebuild_for(blocks)
+
+    @staticmethod
+    def _refuse_more(layout, count):
+        """InputError for more particles than there are numbers for."""
+        if count > layout.most_particles:
+            raise InputError(f"{count:,} particles: at most {layout.most_particles:,} of {layout.width} numbers "
+                             "fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx or fewer particles")
+
+    def _columns(self, population, order, local):
+        """Columns of the table {name: (n, size)} of a `Population`'s rows `order`; local: relative to their blocks."""
+        columns = {"position": local, "velocity": population.velocities[order], "volume": population.volumes[order],
+                   "volume_ratio": population.volume_ratio[order], "state": self.materials.state_of(population, order),
+                   "affine": population.affine[order],
+                   "elastic": population.elastic[order], "stress": population.stress[order]}
+        if self.layout.water_size:
+            columns["water"] = population.water[order]
+        return columns
 
     def _rebuild_for(self, blocks, drift=0.0, moved=None):
         self.blocks, self.drift, self.moved = blocks, drift, moved
@@ -140,6 +148,41 @@ class SortedParticles(ParticleStore, Particles):
         self.replace(table, labels)
         self._rebuild_for(blocks)
         self.sorts += 1
+
+    def add(self, population, numbers):
+        """Take in a `Population` of one velocity field, with numbers (n,) that no particle has yet. Those outside the
+        limits are removed and counted."""
+        count, table, labels = self.count, self.table(), self.labels()
+        total = count + len(numbers)
+        self._refuse_more(self.layout, total)
+        self.make_room(total)
+        rows = np.arange(len(numbers))
+        columns = self._columns(population, rows, np.zeros((len(rows), self.dim)))
+        added = np.zeros((len(rows), self.layout.width), self.numpy_dtype)
+        for name, values in columns.items():
+            added[:, self.layout.columns(name)] = np.reshape(values, (len(rows), self.layout.sizes[name]))
+        block = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
+        cells = np.concatenate([EDGE[self.dim] * block + table[:, self.layout.columns("position")].astype(float),
+                                (population.positions - self.origin) / self.dx])
+        blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
+        table = np.concatenate([table, added])[order]
+        table[:, self.layout.columns("position")] = local
+        new = np.column_stack([population.material, numbers]).astype(labels.dtype)
+        self.replace(table, np.concatenate([labels, new])[order])
+        self.mass += float(population.volumes @ self.materials.density[population.material])
+        self._rebuild_for(blocks)
+        keep = ((cells[order] >= self._limits[0]) & (cells[order] < self._limits[1])).all(axis=1)
+        if not keep.all():
+            taken = self.removed["taken"]
+            self.remove(~keep)
+            self.removed["taken"] = taken
+        self.sorts += 1
+
+    def accelerate(self, gain):
+        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows."""
+        table = self.table()
+        table[:, self.layout.columns("velocity")] += np.asarray(gain, self.numpy_dtype)
+        self.overwrite(table)
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""

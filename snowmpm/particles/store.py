@@ -29,6 +29,9 @@ MOST_TABLES = 5
 UNROLLED = 32
 """Rounds of a loop that Taichi unrolls without a warning."""
 
+SPARE = 1.5
+"""Room for particles over those that ask for it."""
+
 MOST_MATERIALS = 256
 """A material index is one byte."""
 
@@ -210,21 +213,31 @@ class ParticleStore:
 
     def __init__(self, layout, capacity, precision):
         self.layout = layout
-        self.capacity = capacity
         self.precision = precision
         dtype, self.numpy_dtype = DTYPES[precision]
-        n_tables, width = layout.tables
+        self._allocate(capacity)
+        self.changes = 0
+        """How often columns were written from outside a step: who keeps copies of them has to look again."""
+        self._kernels = store_kernels(layout, dtype)
+
+    def _allocate(self, capacity):
+        """Room for so many particles, and none in it."""
+        dtype, (n_tables, width) = DTYPES[self.precision][0], self.layout.tables
         rows = (n_tables + 1) * max(1, capacity)
-        if layout.by_row:
+        if self.layout.by_row:
             self.reals = ti.ndarray(ti.types.vector(width, dtype), rows)
         else:
             self.reals = ti.ndarray(dtype, rows * width)
         self.material = ti.ndarray(ti.u8, max(1, capacity))
         self.identity, self.target = (ti.ndarray(ti.i32, max(1, capacity)) for _ in range(2))
-        self.slot_offset, self.count = 0, 0
-        self.changes = 0
-        """How often columns were written from outside a step: who keeps copies of them has to look again."""
-        self._kernels = store_kernels(layout, dtype)
+        self.capacity, self.slot_offset, self.count = capacity, 0, 0
+
+    def make_room(self, count):
+        """Room for `count` particles at least, with those that there are."""
+        if count > self.capacity:
+            table, labels = self.table(), self.labels()
+            self._allocate(min(int(SPARE * count), max(count, self.layout.most_particles)))
+            self.replace(table, labels)
 
     def fill(self, columns, material, identity):
         """Set every particle from NumPy columns {name: (n, size)}; names left out start at zero."""

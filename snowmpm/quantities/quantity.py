@@ -10,6 +10,15 @@ PREFIXED = ("Pa", "J", "N", "W", "N m", "J/m", "N/m", "N s", "N s/m")
 """Units that take k, M or G."""
 
 
+EXTENSIVE = ("J", "N", "kg", "kg m/s", "N s", "N m")
+"""Units of amounts, which grow with the width of a model."""
+
+
+def per_width(unit):
+    """The unit of an amount in plane strain, per metre of width: J/m of J, kg/m of kg. Densities stay as they are."""
+    return f"{unit}/m" if unit in EXTENSIVE else unit
+
+
 @dataclass(frozen=True)
 class Quantity:
     """name: in files, tables and Python; label: in words; unit: SI, as stored ("1": none); definition: what it is, in

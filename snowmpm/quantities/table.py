@@ -3,9 +3,12 @@
 Histories, logs, summary.json, maps, plots, reports, comparisons and vector files take names, units and words from here.
 """
 
+from dataclasses import replace
+
 from snowmpm.quantities.classes import PRESSURES
 from snowmpm.quantities.motion import CREEP, MOVING_SPEED, REST_MOMENTUM, REST_SHARE
-from snowmpm.quantities.quantity import Quantity
+from snowmpm.quantities.quantity import Quantity, per_width
+from snowmpm.quantities.saw import SAW_TEST
 
 AUDIT, MOTION = "snowmpm.running.audit", "snowmpm.quantities.motion"
 MAPS, HAZARD, LOADS = "snowmpm.results.maps", "snowmpm.results.hazard", "snowmpm.io.impact"
@@ -86,6 +89,10 @@ HISTORY = (
     Quantity("structure_energy", "energy of structures", "J", "Kinetic and elastic energy of the structures.", AUDIT),
     Quantity("structure_momentum_residual", "momentum residual of structures", "1", "What is left open of the momentum "
              "balance of the structures, over the sizes of its terms.", AUDIT),
+    Quantity("structure_rounds", "rounds of coupling", "1", "Rounds since the start in which snow and structures seek "
+             "the velocity that both end a step with.", AUDIT),
+    Quantity("structure_unsettled", "steps with unsettled coupling", "1", "Steps since the start in which the rounds "
+             "were cut off before they agreed.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",
@@ -162,7 +169,8 @@ IMPACT = (
     Quantity("impact_arrival", "arrival at the obstacle", "s", "When 1 % of the impulse along the load has been given.",
              LOADS),
     Quantity("impact_peak_force", "early peak of the force", "N", "Largest force of the snow on the obstacle along the "
-             "load, a mean over 2 % of the time that the load lasts. Per metre of width in 2-D.", LOADS),
+             "load, a mean over 2 % of the time that the load lasts; of a depth-averaged flow the largest of the "
+             "record. Per metre of width in 2-D.", LOADS),
     Quantity("impact_peak_time", "time of the peak", "s", "When the early peak of the force begins.", LOADS),
     Quantity("impact_peak_pressure", "early peak, over the wetted area", "Pa", "The early peak of the force, over the "
              "wetted area at that time.", LOADS),
@@ -173,7 +181,8 @@ IMPACT = (
     Quantity("impact_impulse", "impulse on the obstacle", "N s", "Impulse that the snow gave the obstacle along the "
              "load. Per metre of width in 2-D.", LOADS),
     Quantity("wetted_area", "wetted area, at most", "m2", "Area, seen along the load, of the part of the obstacle's "
-             "face that snow touches: where particles are closer than two of their spacings. In 2-D a length.", LOADS),
+             "face that snow touches: where particles are closer than two of their spacings; of a depth-averaged flow "
+             "its vertical depth times the width of the obstacle. In 2-D a length.", LOADS),
     Quantity("face_area", "whole face of the obstacle", "m2", "Area of the whole obstacle seen along the load, what is "
              "in the ground included. In 2-D a length.", LOADS),
 )
@@ -185,13 +194,15 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT)}
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT, *SAW_TEST)}
 """All quantities by name."""
 
 
-def quantity(name, unit=""):
-    """The quantity of this name; if the table lacks it, one without definition, labelled by its name."""
-    return QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
+def quantity(name, unit="", dimension=3):
+    """The quantity of this name; if the table lacks it, one without definition, labelled by its name. dimension: of the
+    run; in 2-D amounts are per metre of width."""
+    found = QUANTITIES.get(name) or Quantity(name, name.replace("_", " "), unit or "1", "", "")
+    return found if dimension == 3 else replace(found, unit=per_width(found.unit))
 
 
 def units_of(quantities):

@@ -1,9 +1,9 @@
 """Numbers of hazard mapping from the maps of a run (defined in `snowmpm.quantities.table`).
 
 Thalweg: the path of the flow in plan. It connects the centres of momentum, x = sum m |v| x / sum m |v|, of the frames
-with a total momentum above `LEAST_MOMENTUM` of its maximum. It begins at the top of the release and is extended
-straight at its end. s [m] is its length in plan; every map cell belongs to the s of the
-nearest point of the thalweg.
+with a total momentum above `LEAST_MOMENTUM` of its maximum, as long as they go on: down, or straight ahead. It begins
+at the top of the release and is extended straight at its end. s [m] is its length in plan; every map cell belongs to
+the s of the nearest point of the thalweg.
 
 Run-out: the s before which `RUNOUT_SHARE` of the snow lies at the end, so that no single particle sets it. Travel angle
 (Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
@@ -42,6 +42,12 @@ MOST_TOP_POINTS = 300
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
+AHEAD = np.cos(np.radians(30.0))
+"""Cosine of the largest turn of a path that climbs, from the direction in which it came down."""
+
+STRAIGHT = 3.0
+"""Least length [map cells] over which the direction of the path is taken."""
+
 SMOOTHING = 4.0
 """Standard deviation [map cells] of the smoothing of the thalweg."""
 
@@ -70,22 +76,22 @@ class Thalweg:
         return float(shapely.line_locate_point(line, shapely.points(np.unique(corners, axis=0))).max(initial=0.0))
 
 
-def thalweg(top, path, momentum, step, reach):
-    """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m].
+def thalweg(top, path, momentum, step, reach, ground):
+    """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m]; ground:
+    function of plan positions (k, 2) -> height (k,) [m].
 
-    Points that go back are left out. The line is extended straight in its last direction by `reach` [m]. None if
+    Points that do not go on are left out. The line is extended straight in its last direction by `reach` [m]. None if
     nothing moved further than a few steps.
     """
     carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
-    last = np.flatnonzero(carried)[-1] + 1 if carried.any() else 0
-    line = [np.asarray(top, float)]
-    for place in path[:last][carried[:last]]:
-        onward = place - line[-1]
-        # When the front rests and the rear still moves, the centre of momentum moves back up, which is no path of the
-        # snow
-        turns_back = len(line) > 1 and onward @ (line[-1] - line[-2]) < 0.0
-        if np.linalg.norm(onward) > step and not turns_back:
+    line, lowest, path = [np.asarray(top, float)], (np.inf, 1), path[carried]
+    for place, height in zip(path, ground(path), strict=True):
+        onward, climbs = place - line[-1], height > lowest[0]
+        # What climbs is to keep the direction in which it came down
+        direction = _direction(line[: lowest[1]] if climbs else line, step)
+        if np.linalg.norm(onward) > step and _turn(onward, direction) >= (AHEAD if climbs else 0.0):
             line.append(place)
+            lowest = lowest if climbs else (height, len(line))
     if len(line) < 3:
         return None
     line = equally_spaced(smoothed(equally_spaced(np.array(line), step)), step)
@@ -93,6 +99,24 @@ def thalweg(top, path, momentum, step, reach):
     ahead /= np.linalg.norm(ahead)
     line = np.concatenate([line, line[-1] + step * np.arange(1, int(reach / step) + 1)[:, None] * ahead])
     return Thalweg(line, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]))
+
+
+def _direction(line, step):
+    """From the last point of a line that is `STRAIGHT` steps before its end or more to its end (2,) [m]; 0 of a point.
+
+    When the front rests and the rear still moves, the centre of momentum moves back up. It does so in an arc if
+    branches of the flow come to rest one after the other.
+    """
+    for before in line[-2::-1]:
+        if np.linalg.norm(line[-1] - before) >= STRAIGHT * step:
+            return line[-1] - before
+    return line[-1] - line[0]
+
+
+def _turn(onward, direction):
+    """Cosine of the angle between two ways (2,); 1 for one of no length."""
+    lengths = float(np.linalg.norm(onward) * np.linalg.norm(direction))
+    return onward @ direction / lengths if lengths > 0.0 else 1.0
 
 
 def equally_spaced(line, step):
@@ -174,7 +198,7 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release
     if found is None:
         return Hazard(numbers, {}, None, classes, release)
     high, top = found
-    way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))))
+    way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))), ground)
     if way is None:
         return Hazard(numbers, {}, None, classes, release)
     found = _along(way, maps, places, cell, affected, numbers, high, ground)

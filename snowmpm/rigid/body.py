@@ -3,7 +3,6 @@
 import numpy as np
 
 from snowmpm.rigid.probes import probes
-from snowmpm.solids.rotation import spin
 
 HELD = 1.0
 """Cells around a body whose snow contact holds at its velocity, about."""
@@ -53,6 +52,11 @@ class Body:
         return self.motion.centre + self._arms @ self.motion.rotation.T, self.probe_radius
 
     @property
+    def bounds(self):
+        """Lower and upper corner (dim,) [m] of a box that holds it where it is now."""
+        return self.obstacle.bounds_at(np.inf)
+
+    @property
     def speed(self):
         """A bound of the speed of its points [m/s]."""
         return float(np.linalg.norm(self.motion.velocity) + np.linalg.norm(self.motion.omega) * self.radius)
@@ -70,12 +74,6 @@ class Body:
         motion.velocity = motion.velocity + impulse / motion.matter.mass
         motion.spin = motion.spin + moment
         self.impulse += impulse
-
-    def velocity_at(self, points):
-        """Velocity (k, dim) [m/s] at points of space."""
-        motion = self.motion
-        omega = motion.omega
-        return motion.velocity + spin(float(omega[0]) if len(omega) == 1 else omega, points - motion.centre)
 
     def query(self, points):
         """Distance and normal of its surface where it is now."""

@@ -21,53 +21,72 @@ def resolve(acting, touches, dt, g, warm):
     acting: `Body`s that move; others are held. warm: impulses (dim,) [N s] of the step before by touch, from which the
     sweeps begin; -> those of this step, and whether the sweeps came to an end.
     """
-    dim = len(acting[0].motion.centre)
-    width = dim + len(acting[0].motion.spin)
-    column = {body.number: i * width for i, body in enumerate(acting)}
-    frames = [np.concatenate([touch.normals[:, None], tangents(touch.normals)], axis=1) for touch in touches]
-    rows, speeds, biases = [], [], []
-    for touch, frame in zip(touches, frames, strict=True):
-        jacobian, relative = np.zeros((len(frame), dim, len(acting) * width)), -touch.velocity
-        for body, sign in ((touch.first, 1.0), (touch.second, -1.0)):
-            if body is None or body.number not in column:
-                continue
-            relative = relative + sign * body.velocity_at(touch.points)
-            at = column[body.number]
-            jacobian[..., at : at + dim] = sign * frame
-            jacobian[..., at + dim : at + width] = sign * _moment((touch.points - body.motion.centre)[:, None], frame)
-        along = np.einsum("kad,kd->ka", frame, relative)
-        rows.append(jacobian)
-        speeds.append(along)
-        biases.append(_least_speed(touch, along[:, 0], dt, g))
-    jacobian = np.concatenate(rows).reshape(-1, len(acting) * width)
-    frame = np.concatenate(frames)
-    keys = [(touch.first.number, touch.surface, int(number)) for touch in touches for number in touch.numbers]
+    points, normals, gaps = (np.concatenate([getattr(touch, name) for touch in touches])
+                             for name in ("points", "normals", "gaps"))
+    counts = [len(touch.gaps) for touch in touches]
+    friction, restitution, radius = (np.repeat(values, counts) for values in zip(
+        *((touch.friction, touch.restitution, touch.first.radius) for touch in touches), strict=True))
+    dim = points.shape[1]
+    frame = np.concatenate([normals[:, None], tangents(normals)], axis=1)
+    state = _State(acting)
+    jacobian, relative = np.zeros((len(points), dim, len(acting), state.width)), -np.concatenate(
+        [touch.velocity for touch in touches])
+    for name, sign in (("first", 1.0), ("second", -1.0)):
+        owner = np.repeat([state.row(getattr(touch, name)) for touch in touches], counts)
+        at = np.flatnonzero(owner >= 0)
+        owner, arms = owner[at], points[at] - state.centre[owner[at]]
+        relative[at] += sign * (state.velocity[owner] + _turned(state.omega[owner], arms))
+        jacobian[at, :, owner, :dim] = sign * frame[at]
+        jacobian[at, :, owner, dim:] = sign * _moment(arms[:, None], frame[at])
+    speeds = np.einsum("kad,kd->ka", frame, relative)
+    least = _least_speed(gaps, restitution, radius, speeds[:, 0], dt, g)
+    answer = np.einsum("kabi,bij->kabj", jacobian, state.inverse_mass).reshape(len(points) * dim, -1)
+    jacobian = jacobian.reshape(len(points) * dim, -1)
+    keys = [(touch.first.number, touch.surface, number) for touch in touches for number in touch.numbers.tolist()]
     # Kept in space, so that a patch that turns keeps its friction
-    start = np.einsum("kad,kd->ka", frame, np.array([warm.get(key, np.zeros(dim)) for key in keys]))
-    friction = np.concatenate([np.full(len(touch.gaps), touch.friction) for touch in touches])
-    found, settled = impulses(jacobian @ _inverse_mass(acting, width) @ jacobian.T, np.concatenate(speeds),
-                              np.concatenate(biases), friction, start)
-    given = (jacobian.T @ found.ravel()).reshape(len(acting), width)
+    nothing = np.zeros(dim)
+    start = np.einsum("kad,kd->ka", frame, np.array([warm.get(key, nothing) for key in keys]))
+    found, settled = impulses(answer @ jacobian.T, speeds, least, friction, start)
+    given = (jacobian.T @ found.ravel()).reshape(len(acting), state.width)
     for body, push in zip(acting, given, strict=True):
         body.push(push[:dim], push[dim:])
     return dict(zip(keys, np.einsum("kad,ka->kd", frame, found), strict=True)), settled
 
 
-def _least_speed(touch, normal_speed, dt, g):
+class _State:
+    """Motion of bodies as arrays, a row each: centre, velocity (n, dim), omega (n, 1 or 3), inverse_mass (n, width,
+    width) of translation and rotation."""
+
+    def __init__(self, bodies):
+        motions = [body.motion for body in bodies]
+        self.centre, self.velocity, self.omega = (np.array([getattr(motion, name) for motion in motions])
+                                                  for name in ("centre", "velocity", "omega"))
+        dim = self.centre.shape[1]
+        self.width = dim + self.omega.shape[1]
+        self._rows = {body.number: i for i, body in enumerate(bodies)}
+        self.inverse_mass = np.zeros((len(bodies), self.width, self.width))
+        for matrix, motion in zip(self.inverse_mass, motions, strict=True):
+            matrix[:dim, :dim] = np.eye(dim) / motion.matter.mass
+            matrix[dim:, dim:] = motion.inverse_inertia
+
+    def row(self, body):
+        """Number of a body's row, -1 of one that is held and of None."""
+        return -1 if body is None else self._rows.get(body.number, -1)
+
+
+def _least_speed(gaps, restitution, radius, normal_speed, dt, g):
     """Normal speed (k,) [m/s] that contact leaves at least."""
-    overlap = -touch.gaps - SINK * touch.first.radius
-    least = np.where(touch.gaps >= 0.0, -touch.gaps, RELIEF * np.maximum(0.0, overlap)) / dt
-    meets = (normal_speed < -BOUNCE * g * dt) & (touch.gaps < -normal_speed * dt)
-    return np.where(meets & (touch.restitution > 0.0), -touch.restitution * normal_speed, least)
+    overlap = -gaps - SINK * radius
+    least = np.where(gaps >= 0.0, -gaps, RELIEF * np.maximum(0.0, overlap)) / dt
+    meets = (normal_speed < -BOUNCE * g * dt) & (gaps < -normal_speed * dt)
+    return np.where(meets & (restitution > 0.0), -restitution * normal_speed, least)
 
 
-def _inverse_mass(bodies, width):
-    inverse = np.zeros((len(bodies) * width, len(bodies) * width))
-    for i, body in enumerate(bodies):
-        dim, at = len(body.motion.centre), i * width
-        inverse[at : at + dim, at : at + dim] = np.eye(dim) / body.motion.matter.mass
-        inverse[at + dim : at + width, at + dim : at + width] = body.motion.inverse_inertia
-    return inverse
+def _turned(omega, arms):
+    """omega x arms, rows of omega (k, 1) or (k, 3) and arms (k, dim)."""
+    if omega.shape[1] == 3:
+        return np.cross(omega, arms)
+    return omega * np.stack([-arms[:, 1], arms[:, 0]], axis=1)
 
 
 def _moment(arm, force):

@@ -7,8 +7,6 @@ A step of the snow, whose contact took their velocities v and places x at its be
     x' = x + dt v',  likewise the rotation    `solids.free_motion`
 """
 
-import itertools
-
 import numpy as np
 
 from snowmpm.rigid.contact import SINK, resolve
@@ -88,11 +86,19 @@ class World:
             for o, obstacle in enumerate(self._obstacles):
                 margin = margins[body.number] + 2.0 * dt * obstacle.speed_at(time)
                 found += self._against_obstacle(body, len(self._still) + o, obstacle, margin, time)
-        for one, other in itertools.combinations([body for body in self.bodies if not body.gone], 2):
-            if one in acting or other in acting:
-                margin = max(margins.get(one.number, 0.0), margins.get(other.number, 0.0))
-                found += self._against_body(one, other, margin)
-        return found
+        return found + self._between(acting, margins)
+
+    def _between(self, acting, margins):
+        """`Touch`es of bodies with each other: of pairs whose boxes meet."""
+        bodies = [body for body in self.bodies if not body.gone]
+        if len(bodies) < 2:
+            return []
+        low, high = (np.array(corners) for corners in zip(*(body.bounds for body in bodies), strict=True))
+        margin = np.array([margins.get(body.number, -np.inf) for body in bodies])
+        reach = np.maximum(margin[:, None], margin)[..., None]  # of two that are held: none
+        meet = ((low[:, None] <= high + reach) & (low <= high[:, None] + reach)).all(axis=-1)
+        return [touch for i, j in np.argwhere(np.triu(meet, 1)).tolist()
+                for touch in self._against_body(bodies[i], bodies[j], float(reach[i, j, 0]))]
 
     def _against_still(self, body, s, query, margin, dt):
         clear = self._clear.get((body.number, s), 0.0) - dt * body.speed
@@ -110,11 +116,6 @@ class World:
                         lambda x: obstacle.velocity_at(x, time))[0]
 
     def _against_body(self, one, other, margin):
-        if np.linalg.norm(one.motion.centre - other.motion.centre) > one.radius + other.radius + margin:
-            return []
-        (low, high), (lower, upper) = (body.obstacle.bounds_at(np.inf) for body in (one, other))
-        if (low > upper + margin).any() or (lower > high + margin).any():
-            return []
         found = []
         for first, second in ((one, other), (other, one)):
             if second.probe_radius > 0.0 and first.probe_radius == 0.0:

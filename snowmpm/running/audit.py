@@ -176,7 +176,7 @@ class Audit:
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
-            self.past.handover_energy if self.past else 0.0) - totals.slept_energy
+            self.past.handover_energy if self.past else 0.0) - totals.handover_energy - totals.slept_energy
         if totals.asleep is not None:
             row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
@@ -214,7 +214,8 @@ class Audit:
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 
     def _front(self, x, mass, identity):
-        start = self._start[identity]
+        origins = self._solver.particles.origins
+        start = (self._start if origins is None else origins)[identity]
         moved = np.linalg.norm(x - start, axis=1) > self._moved
         if not mass[moved].sum() > MOVED_SHARE * mass.sum():
             return 0.0, 0.0

@@ -1,6 +1,16 @@
 """Whether the class of ground friction of a run holds where its flow came to rest."""
 
+from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_cards
+
+
+def class_chosen(model):
+    """Name of the friction card that the volume of the release of a `Model` has chosen; None where the scene names its
+    friction."""
+    terrain = model.scene.terrain
+    if terrain is None or not isinstance(terrain.friction, ByVolume):
+        return None
+    return model.friction.law.card
 
 
 def doubts_after(model, numbers):

@@ -20,7 +20,7 @@ from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.description import written_fields
 from snowmpm.running.device import device_name
-from snowmpm.running.friction_class import doubts_after
+from snowmpm.running.friction_class import class_chosen, doubts_after
 from snowmpm.seeding.region_files import system_of as region_system
 from snowmpm.setup.release_plan import release_plan
 from snowmpm.solids.loads import LoadHistory
@@ -112,9 +112,11 @@ class Recorder:
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,
-                "scene": scene.to_toml(), "settings": scene.overrides, "scene_name": scene.name, "particle_spacing": spacing, "dx": scene.solver.dx,
-                "end_time": scene.end_time, "bodies": [body.name for body in scene.bodies],
+                "scene": scene.to_toml(), "settings": scene.overrides, "scene_name": scene.name,
+                "particle_spacing": spacing, "dx": scene.solver.dx, "end_time": scene.end_time,
+                "bodies": [body.name for body in scene.bodies],
                 "materials": list(scene.materials), "particles": self._simulation.n_particles,
+                **({"zone_spacing": scene.zone.solver.spacing(scene.dimension)} if scene.zone else {}),
                 **({"chosen": [str(choice) for choice in scene.choices]} if scene.choices else {}),
                 **({"body_shares": shares} if (shares := self._cut_bodies()) else {}),
                 **({"initial_from": taken.source} if (taken := self._simulation.model.taken) else {}),
@@ -128,7 +130,7 @@ class Recorder:
         """After a step: keep the peak maps, the loads and the record of time steps and methods."""
         simulation = self._simulation
         self._note_methods()
-        self.particle_steps += simulation.n_particles
+        self.particle_steps += simulation.solver.updates
         cause = simulation.dt_cause
         self._causes[cause] = self._causes.get(cause, 0) + 1
         self._smallest_dt = min(self._smallest_dt, simulation.dt)
@@ -166,6 +168,7 @@ class Recorder:
         units = {**diagnostics.UNITS, **self._loads.mean_units(), **dict.fromkeys(counts, "1")}
         for mover in simulation.solver.movers.values():
             units.update(mover.units())
+        units.update(simulation.reactions.units())
         time, row = simulation.time, {**self.last, **counts}
         names = written_fields(simulation.scene)
         poses = {obstacle.name: obstacle.motion.placement(time, self._origin) for obstacle in self._obstacles}
@@ -200,6 +203,8 @@ class Recorder:
             if assessed:
                 summary["hazard"] = assessed.numbers
                 summary["areas_by_class"] = assessed.classes
+                if chosen := class_chosen(self._simulation.model):
+                    summary["friction_class"] = chosen
                 if doubts := doubts_after(self._simulation.model, assessed.numbers):
                     summary["friction_doubts"] = doubts
             self._writer.provenance({"wall_time": summary["wall_time"], "complete": complete,

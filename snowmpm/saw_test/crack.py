@@ -5,7 +5,9 @@ Along the column, in bins that move with the snow:
     broken      the number of particles of the weak layer that have lost `BROKEN` of their strength (the law's
                 "damage") is at least that of one row; a law without damage never breaks
     arrival     time at which a bin broke by itself; none where the saw came first
-    tip         end of the connected broken or sawn bins, from the saw's end of the column
+    tip         end of the connected bins that are sawn, or have broken at any time, from the saw's end of the column.
+                The saw takes broken particles away: a bin that it has entered, which cuts leaning bins at their lower
+                end first, may hold less than a row of them, and stays broken
     slab        displacement and speed of its middle line relative to the state before the cut: settlement (down, normal
                 to the slope) and slip (along the slope, in the direction of the saw)
     work        dissipated in the weak layer per area,  sum_p V_p ( int tau : d dt + psi_0 - psi ) / A, d = sym grad v;
@@ -15,9 +17,16 @@ The interval of the record is the time in which a wave crosses one bin, or longe
 `MOST_ROWS` rows.
 """
 
+from functools import cached_property
+
 import numpy as np
 
-from snowmpm.saw_test.prediction import elastic_predictions, predictions, uncounted_by_theories
+from snowmpm.saw_test.prediction import (
+    collapse_wave_speed,
+    elastic_predictions,
+    predictions,
+    uncounted_by_theories,
+)
 from snowmpm.saw_test.result import result_of
 
 BROKEN = 0.99
@@ -134,7 +143,7 @@ class CrackRecord:
         new = cracked & np.isnan(self.bins["arrival"]) & (time > 0.0)
         self.bins["arrival"][new] = time
         self.bins["fracture_energy"][new] = work[new]
-        return work, cracked | sawn
+        return work, cracked | sawn | np.isfinite(self.bins["arrival"])
 
     def _broken(self, state):
         """Which bins have broken, and which were sawn."""
@@ -189,7 +198,8 @@ class CrackRecord:
         """Description for the run file besides the rows: arguments of `io.saw_test.create_saw_test`."""
         spec = self._scene.saw_test
         about = {"slope_angle": spec.slope_angle, "length": spec.length, "slab_thickness": spec.slab_thickness,
-                 "weak_layer_thickness": spec.weak_layer.thickness, **self._cut(), **elastic_predictions(self._scene)}
+                 "weak_layer_thickness": spec.weak_layer.thickness, **self._cut(), **elastic_predictions(self._scene),
+                 "theory": self.theory}
         return {"about": about, "series": SERIES, "lines": LINES,
                 "bins": {name: (values, BINS[name]) for name, values in self.bins.items()}}
 
@@ -199,12 +209,18 @@ class CrackRecord:
         return {"saw_speed": spec.saw_speed, "saw_start": spec.saw_start, "saw_length": spec.cut_length,
                 "notch": spec.notch}
 
+    @cached_property
+    def theory(self):
+        """Theories (`saw_test.theory`) that need nothing measured, by name."""
+        return predictions(self._scene)
+
     def result(self):
         """Numbers of the test so far (`saw_test.result`), under "saw" its motion, and under "theory" the theories
         (`saw_test.theory`)."""
         spec = self._scene.saw_test
         found = result_of(self.values(), slab_thickness=spec.slab_thickness, saw_speed=spec.saw_speed)
-        return {**found, "saw": self._cut(), "theory": predictions(self._scene, found["collapse_height"])}
+        return {**found, "saw": self._cut(), "theory": {
+            **self.theory, "collapse_wave_speed": collapse_wave_speed(self._scene, found["collapse_height"])}}
 
     def state(self):
         """All that a continuation needs, by name."""

@@ -24,11 +24,11 @@ def elastic_predictions(scene):
             "plate_wave_speed": slab.plate_speed}
 
 
-def predictions(scene, collapse_height=None):
-    """All predictions by name; None if a theory does not apply. collapse_height: measured [m], for the collapse wave.
+def predictions(scene):
+    """Predictions that need nothing measured, by name; None if a theory does not apply.
 
     maxwell_load [Pa] and fracture_energy [J/m2] of the weak layer, from its oedometric curve; critical_length_energy,
-    critical_length_strength [m]; collapse_wave_speed [m/s].
+    critical_length_strength [m].
     """
     slab, law, thickness = column_of(scene)
     found = elastic_predictions(scene)
@@ -42,9 +42,14 @@ def predictions(scene, collapse_height=None):
         slab, normal, shear, energy, scene.saw_test.ends) if found["fracture_energy"] else None
     found["critical_length_strength"] = _known(theory.critical_length_by_strength(
         slab, normal, abs(shear), strength, thickness, law.shear_modulus))
-    found["collapse_wave_speed"] = theory.collapse_speed(slab, collapse_height, scene.gravity) if (
-        collapse_height and collapse_height > 0.0) else None
     return found
+
+
+def collapse_wave_speed(scene, collapse_height):
+    """[m/s], with a measured collapse height [m]; None without one."""
+    if not collapse_height or collapse_height <= 0.0:
+        return None
+    return theory.collapse_speed(column_of(scene)[0], collapse_height, scene.gravity)
 
 
 def _known(value):

@@ -8,10 +8,12 @@ from snowmpm.saw_test import weac
 
 
 def further_theories(run):
-    """{name: value} for a `snowmpm.io.Run` of a saw test, in addition to its summary, as far as available."""
+    """{name: value} for a `snowmpm.io.Run` of a saw test, in addition to its summary and to what its file said from the
+    start, as far as available."""
     from snowmpm.scenes import load_scene
 
-    energy = run.summary.get("saw_test", {}).get("theory", {}).get("fracture_energy")
+    said = run.summary.get("saw_test", {}).get("theory") or run.saw_test.about.get("theory", {})
+    energy = said.get("fracture_energy")
     if not energy:
         return {}
     try:

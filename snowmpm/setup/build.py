@@ -7,6 +7,7 @@ from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
+from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
@@ -117,9 +118,9 @@ def _seed(scene, surface, obstacles, taken):
         if len(seeds.volumes) == 0:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): lies wholly inside obstacles")
         shares[body.name] = seeds.share
-        parts.append(Population(seeds.positions, seeds.volumes, material,
-                                np.broadcast_to(body.velocity, seeds.positions.shape), field=field,
-                                starts=body.start_time))
+        part = Population(seeds.positions, seeds.volumes, material,
+                          np.broadcast_to(body.velocity, seeds.positions.shape), field=field, starts=body.start_time)
+        parts.append(two_phases(scene, part) if scene.water and scene.water.scheme == "two_phase" else part)
     population = Population.joined(parts)
     if len(population.volumes) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")

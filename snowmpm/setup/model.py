@@ -58,6 +58,8 @@ class Model:
     shares: dict = field(default_factory=dict)
     taken: object = None
     rods: list = field(default_factory=list)
+    expected: int = 0
+    """particles to come, of a method that receives them while the scene runs"""
 
     @cached_property
     def laws(self):
@@ -70,6 +72,12 @@ class Model:
             except ValueError as error:
                 raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
         return found
+
+    @property
+    def laws_of_phases(self):
+        """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
+        mixed = self.scene.water and self.scene.water.scheme == "two_phase"
+        return self.laws * 2 if mixed else self.laws
 
     @cached_property
     def map_grid(self):
@@ -192,6 +200,8 @@ class Model:
 
     def solver(self, population=None):
         """The solver of this scene at time zero. population: in place of its particles."""
+        if self.scene.zone:
+            return pkgutil.resolve_name("snowmpm.handover.nesting:nested")(self, population)
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
@@ -209,7 +219,8 @@ class Model:
         # By name: methods are slow to import, and a run has one of them
         build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
         options = getattr(chosen, entry.options) if entry.options else chosen
-        return build(self.population if population is None else population, self.laws, options, **self._setting())
+        seeds = self.population if population is None else population
+        return build(seeds, self.laws_of_phases, options, **self._setting())
 
     def _setting(self):
         """What a method is built with, by name (`MethodEntry`)."""
@@ -236,6 +247,8 @@ class Model:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
             if METHODS[chosen.method].capabilities.flow_water and scene.water:
                 contact["flow_water"] = flow_water(self)
+        if self.expected:
+            contact["expected"] = self.expected
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,
                 "upper": self.upper, "gravity": self.first_gravity, "cfl": chosen.cfl,
                 "terrain": self.surface if chosen.in_plan else self.distance, "sides": sides,

@@ -11,6 +11,7 @@ from snowmpm.water.outlets import Outlets
 from snowmpm.water.permeability import ICE_DENSITY
 from snowmpm.water.pore_water import PoreWater
 from snowmpm.water.seepage import Fluid
+from snowmpm.water.solved_water import Coupling, SolvedWater
 
 SHARE = {("affine", True): 0.31, ("affine", False): 0.62, ("shape", True): 0.47, ("shape", False): 0.94}
 """s_0 of `water.pore_water` by gradient and by whether the transfer hands C on: with C, grains are stable to (dt w)² =
@@ -30,6 +31,8 @@ def pore_water(model):
     solid = (lambda points, time: inside_any(obstacles, points, time)) if obstacles else None
     outlets = Outlets(scene.dimension, spec.drained(scene.dimension), ground, solid,
                       any(not obstacle.still for obstacle in obstacles))
+    if spec.solved:
+        return SolvedWater(fluid, _permeability(model), outlets, Coupling(spec.split, spec.alpha, spec.tolerance))
     solver = scene.solver
     share = SHARE[solver.gradient, TRANSFERS[solver.transfer].affine] if spec.split == "semi_implicit" else 0.0
     return PoreWater(fluid, _permeability(model), outlets, share)

@@ -5,6 +5,7 @@ from snowmpm.methods import METHODS, who_can
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
+from snowmpm.scenes.zone import within
 
 
 def demands(scene, later=False):
@@ -35,6 +36,9 @@ def demands(scene, later=False):
             yield "free_bodies", True, f"obstacles.{i}.free", "a table"
     if scene.structures:
         yield "structures", True, "structures.0.name", scene.structures[0].name
+    for i, structure in enumerate(scene.structures):
+        if structure.coupling == "strong":
+            yield "strong_coupling", True, f"structures.{i}.coupling", structure.coupling
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
@@ -53,15 +57,18 @@ def demands(scene, later=False):
     for i, event in enumerate(scene.events):
         if later and not (event.kind == "load" and event.stop is None):
             continue
-        yield event.NEEDS, True, f"events.{i}.kind", event.kind
+        soaked = event.kind == "drainage" and scene.water and scene.water.scheme == "u_p"
+        yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield "forcing", True, f"forces.{i}.kind", force.kind
+        yield "forces", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
-        yield scene.water.NEEDS, True, "water.scheme", scene.water.scheme
+        able = METHODS[scene.solver.method].capabilities
+        key = "split" if scene.water.scheme == "u_p" and (able.water or able.solved_water) else "scheme"
+        yield scene.water.NEEDS, True, f"water.{key}", getattr(scene.water, key)
 
 
 def _of_friction(terrain):
@@ -99,10 +106,45 @@ def refuse_beyond(scene):
                 raise InputError(f"{error}; switch.{i - 1} hands over to it") from None
     for i, switch in enumerate(scene.switch):
         _refuse_switch(scene, i, switch, able[i], able[i + 1])
+    if scene.zone:
+        _refuse_zone(scene)
     if scene.water:
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
     _refuse_free(scene)
+
+
+OF_THE_RELEASE = ("delays", "thickness_rasters")
+"""Capabilities that a zone's method need not have: its snow comes from the columns."""
+
+
+def _refuse_zone(scene):
+    """Raise InputError for a region in three dimensions that cannot be."""
+    able, inner = METHODS[scene.solver.method].capabilities, METHODS[scene.zone.solver.method].capabilities
+    columns, others = ([f'"{name}"' for name in who_can("receives") if METHODS[name].capabilities.plan == plan]
+                       for plan in (True, False))
+    if not (able.plan and able.receives):
+        raise InputError.at("solver.method", scene.solver.method, f"must be {' or '.join(columns)} around a zone",
+                            scene.source)
+    if inner.plan or not inner.receives:
+        raise InputError.at("zone.solver.method", scene.zone.solver.method, f"must be {' or '.join(others)}",
+                            scene.source)
+    if scene.zone.solver.sleeping > 0.0:
+        raise InputError.at("zone.solver.sleeping", scene.zone.solver.sleeping, "must be 0 in a zone", scene.source)
+    beside = {"switch.0.to": scene.switch and scene.switch[0].to, "water.scheme": scene.water and scene.water.scheme,
+              "initial.from": scene.initial.from_run}
+    for key, value in beside.items():
+        if value:
+            raise InputError.at(key, value, "does not go with zone, which hands over all the time", scene.source)
+    if scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
+        raise InputError.at("domain.boundary", "periodic", "does not go with zone", scene.source)
+    part = within(scene)
+    for capability, wanted, key, value in demands(part, later=True):
+        if capability not in OF_THE_RELEASE:
+            try:
+                require(part, capability, key, value, wanted)
+            except InputError as error:
+                raise InputError(f"{error}; zone computes with it") from None
 
 
 def _refuse_free(scene):
@@ -146,6 +188,13 @@ def _refuse_beside_water(scene):
                             scene.source)
     if scene.saw_test:
         raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
+    if scene.water.scheme == "two_phase":
+        terrain = scene.terrain
+        beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
+                  "obstacles": scene.obstacles}
+        if found := [name for name, there in beside.items() if there]:
+            raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
+                                ' "one_phase"', scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

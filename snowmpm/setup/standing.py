@@ -3,6 +3,7 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.methods import METHODS
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape
 from snowmpm.solids.primitives import BOX, CYLINDER
 from snowmpm.structures.rod import Rod
@@ -27,14 +28,22 @@ def rods(model):
     density = max(law.density for law in model.laws)
     found, first = [], len(scene.obstacles)
     for i, (spec, rod) in enumerate(zip(scene.structures, model.rods, strict=True)):
-        around = (2.0 if scene.dimension == 2 else np.pi * spec.width) * HELD * scene.solver.dx * density
-        if around > rod.section.line_mass:
-            raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: "
-                             f"{rod.section.line_mass:.3g} kg/m, and the snow in the cells around it has up to"
-                             f" {around:.3g} kg/m\ngive it more mass, or lower solver.dx")
-        found.append(Standing(spec.name, rod, first))
+        share = held_share(scene, spec, rod, density)
+        if share > 1.0 and spec.coupling != "strong":
+            strong = ', coupling = "strong"' if METHODS[scene.solver.method].capabilities.strong_coupling else ""
+            mass = rod.section.line_mass
+            raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: {mass:.3g} kg/m,"
+                             f" and the snow in the cells around it has up to {share * mass:.3g} kg/m\n"
+                             f"give it more mass{strong}, or lower solver.dx")
+        found.append(Standing(spec.name, rod, first, spec.coupling == "strong"))
         first += rod.n
     return Rods(found, scene.dimension)
+
+
+def held_share(scene, spec, rod, density):
+    """Mass of the snow of this density [kg/m3] in the cells around a `Rod` over its own."""
+    around = (2.0 if scene.dimension == 2 else np.pi * spec.width) * HELD * scene.solver.dx
+    return around * density / rod.section.line_mass
 
 
 def _rod(spec, dim):

@@ -70,6 +70,8 @@ def _take(scene, surface):
         raise InputError("the column of a saw test starts from its own rest, and no other scene from it")
     if saved["simulation"].get("relay", {}).get("index"):
         raise InputError("handed over to another method (switch): its particles are not those that its bodies began as")
+    if "zone" in there:
+        raise InputError("has a zone, where its particles are not those that its bodies began as")
     _check_setting(there, here, saved, surface)
     state, bodies, differences = saved["simulation"], {}, []
     names = [body["name"] for body in there["bodies"]]

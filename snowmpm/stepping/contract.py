@@ -28,9 +28,10 @@ class Totals:
 
     impulse: of terrain, sides, obstacles and loads, (dim,) [N s]; weight_impulse: of gravity (dim,) [N s];
     momentum_gain: time integral of all momentum that came in (dim,) [N s2], needed where the domain is periodic;
-    plastic_work and contact_work: energy taken by the laws and by contact [J]; yielding: number of particles that
-    yielded in the last step; held_impulse (dim,) [N s], slept_energy [J] and asleep, share of the mass: what keeps snow
-    that sleeps at rest, the kinetic energy that it had, and how much sleeps now; None where no snow can sleep.
+    plastic_work and contact_work: energy taken by the laws and by contact [J]; handover_energy [J]: lost where snow
+    went from one method to another, of two that work at the same time; yielding: number of particles that yielded in
+    the last step; held_impulse (dim,) [N s], slept_energy [J] and asleep, share of the mass: what keeps snow that
+    sleeps at rest, the kinetic energy that it had, and how much sleeps now; None where no snow can sleep.
     """
 
     impulse: Floats
@@ -42,6 +43,7 @@ class Totals:
     held_impulse: Floats | float = 0.0
     slept_energy: float = 0.0
     asleep: float | None = None
+    handover_energy: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,10 @@ class Method(ABC):
     """what moves obstacles by the forces on them, by name: "rigid" (`rigid.world.World`), "structures"
     (`structures.rods.Rods`)"""
 
+    between_bodies: Floats | None = None
+    """impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]; None where all snow
+    shares one"""
+
     # ---- the step ---------------------------------------------------------------------------------------------
 
     @abstractmethod
@@ -144,6 +150,25 @@ class Method(ABC):
     def remove(self, gone: NDArray[np.bool_]) -> None:
         """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
 
+    def receive(self, population: Any, numbers: NDArray[np.integer[Any]]) -> None:
+        """Take in snow from another method: a `particles.population.Population`, and numbers (n,) that no particle has
+        yet."""
+        raise NotImplementedError(f"{type(self).__name__} takes in no snow")
+
+    def invite(self, population: Any) -> None:
+        """Let the snow of another method, a `particles.population.Population`, press on that of this one in the next
+        step, in which it moves on at its velocity: it is no part of what this method holds."""
+        raise NotImplementedError(f"{type(self).__name__} feels no other snow")
+
+    def pull(self, plan: Floats) -> Floats:
+        """Acceleration (k, dim) [m/s2] that the pressure of this method's snow gives other snow at places in plan
+        (k, dim - 1) [m]."""
+        raise NotImplementedError(f"{type(self).__name__} presses on no other snow")
+
+    def accelerate(self, gain: Floats) -> None:
+        """Add `gain` (n, dim) [m/s] to the velocities, in the order of the rows; counts as a load."""
+        raise NotImplementedError(f"{type(self).__name__} takes no push")
+
     def force(self, forcing: Any) -> None:
         """Let a `forcing.Forcing` act from now on."""
         raise NotImplementedError(f"{type(self).__name__} takes no forcing")
@@ -182,6 +207,11 @@ class Method(ABC):
         the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
         dim = self.frame.dim
         return np.zeros((0, dim + (1 if dim == 2 else 3) + 1))
+
+    @property
+    def updates(self) -> int:
+        """Particles that the last step moved, each as often as it did."""
+        return self.particles.count
 
     def second_moment(self) -> float:
         """D [m2] of the kinetic energy m D C:C / 2 of the affine motion of a particle; 0 where it carries none."""

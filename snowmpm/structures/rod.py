@@ -17,6 +17,9 @@ Velocity Verlet in substeps that its fastest wave allows. In 2-D the rod lies in
 
 import numpy as np
 
+from snowmpm.compiler import runtime
+from snowmpm.structures import rod_motion as at
+
 SHARE = 0.5
 """Substep over the largest stable one."""
 
@@ -25,8 +28,11 @@ class Rod:
     """State of a rod.
 
     x, v (n + 1, 3): nodes; plastic (n, 3): phi^p in space; broken (n,); moments (n, 3) [N m] of the hinges, from the
-    foot; held (3,) [N s]: impulse that clamp and damping gave; largest_moment [N m] at the foot so far.
+    foot; held (3,) [N s]: impulse that clamp and damping gave; largest_moment [N m] at the foot so far. met (n + 1, 3)
+    [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None: theirs.
     """
+
+    met = None
 
     def __init__(self, foot, top, segments, section, damping=0.0):
         """foot, top (3,) [m]: from the clamp to the free end; section: `section.Section`; damping: share of the
@@ -35,100 +41,51 @@ class Rod:
         self.section, self.n = section, segments
         self.length = float(np.linalg.norm(top - foot)) / segments
         self.clamp = (top - foot) / (segments * self.length)
-        self.x = foot + np.linspace(0.0, 1.0, segments + 1)[:, None] * (top - foot)
-        self.masses = np.full(segments + 1, section.line_mass * self.length)
+        self._nodes, self._hinges, self._numbers = np.zeros((segments + 1, 13)), np.zeros((segments, 15)), np.zeros(15)
+        self.masses = self._nodes[:, at.MASS]
+        self.masses[:] = section.line_mass * self.length
         self.masses[[0, -1]] *= 0.5
         whole = segments * self.length
         first = 1.8751040687**2 * np.sqrt(section.bending / section.line_mass) / whole**2
         self._drag = 2.0 * damping * first
-        stiff = np.full(segments, section.bending / self.length)
-        stiff[0] *= 2.0
-        self._stiffness = stiff
+        self._stiffness = self._hinges[:, at.STIFF]
+        self._stiffness[:] = section.bending / self.length
+        self._stiffness[0] *= 2.0
+        limits = (section.yield_moment, section.hardening, section.breaking_moment)
+        self._numbers[at.AXIAL : at.HELD] = [section.axial, self.length, *np.minimum(limits, at.NEVER), *self.clamp]
         # Of the axial mode with opposite ends, and of bending in a zigzag
         fastest = np.sqrt(2.0) * np.hypot(2.0 * np.sqrt(section.axial / section.line_mass) / self.length,
                                           4.0 * np.sqrt(section.bending / section.line_mass) / self.length**2)
         self.substep = SHARE * 2.0 / fastest
+        self._foot = foot
         self.begin()
 
     def begin(self):
         """Straight, at rest."""
         whole = self.n * self.length * self.clamp
-        self.x = self.x[0] + np.linspace(0.0, 1.0, self.n + 1)[:, None] * whole
-        self.v, self.plastic = np.zeros_like(self.x), np.zeros((self.n, 3))
-        self.broken, self.plastic_work = np.zeros(self.n, bool), 0.0
-        self._directions = np.repeat(self.clamp[None], self.n + 1, axis=0)
-        self.held, self.largest_moment = np.zeros(3), 0.0
-        self.moments, self._inner = np.zeros((self.n, 3)), np.zeros_like(self.x)
+        self._nodes[:, : at.MASS] = 0.0
+        self._hinges[:, : at.LENGTH], self._hinges[:, at.BROKEN], self._numbers[at.HELD :] = 0.0, 0.0, 0.0
+        self.x[:] = self._foot + np.linspace(0.0, 1.0, self.n + 1)[:, None] * whole
+        self._hinges[:, at.BELOW : at.OWN] = self.clamp
+        self.met = None
 
-    # ---- motion -----------------------------------------------------------------------------------------------
+    x = property(lambda self: self._nodes[:, at.X : at.V])
+    v = property(lambda self: self._nodes[:, at.V : at.F])
+    plastic = property(lambda self: self._hinges[:, at.PLASTIC : at.MOMENT])
+    moments = property(lambda self: self._hinges[:, at.MOMENT : at.BELOW])
+    broken = property(lambda self: self._hinges[:, at.BROKEN] > 0.0)
+    held = property(lambda self: self._numbers[at.HELD : at.WORK])
+    plastic_work = property(lambda self: float(self._numbers[at.WORK]))
+    largest_moment = property(lambda self: float(self._numbers[at.LARGEST]))
 
     def advance(self, dt, forces):
         """Move for dt [s] under forces (n + 1, 3) [N] on the nodes."""
         count = max(1, int(np.ceil(dt / self.substep)))
-        h = dt / count
-        self._deform()
-        for _ in range(count):
-            slowed = self._drag * self.masses[:, None] * self.v
-            total = forces + self._inner - slowed
-            # The clamp takes what acts on the lowest node; damping takes momentum too
-            self.held -= h * (total[0] + slowed.sum(axis=0))
-            self.v[1:] += h * total[1:] / self.masses[1:, None]
-            self.x[1:] += h * self.v[1:]
-            self._deform()
-            self.largest_moment = max(self.largest_moment, float(np.linalg.norm(self.moments[0])))
-
-    def _deform(self):
-        """Moments of the hinges and forces on the nodes where they are now."""
-        edges = np.diff(self.x, axis=0)
-        lengths = np.linalg.norm(edges, axis=1)
-        d = edges / lengths[:, None]
-        before = np.concatenate([self.clamp[None], d])[:-1]
-        self._carry(before)
-        axis = _cross(before, d)
-        sine, cosine = np.linalg.norm(axis, axis=1), np.einsum("ij,ij->i", before, d)
-        angle = np.arctan2(sine, cosine)
-        turn = axis * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
-        self._give_way(turn)
-        tension = self.section.axial * (lengths / self.length - 1.0)
-        inner = np.zeros_like(self.x)
-        pull = tension[:, None] * d
-        torque = -self.moments
-        torque[:-1] += self.moments[1:]
-        couple = _cross(torque, d) / lengths[:, None]
-        inner[:-1] += pull - couple
-        inner[1:] += couple - pull
-        self._inner = inner
-
-    def _carry(self, before):
-        """Turn the plastic rotations with the segments below their hinges."""
-        last = self._directions[:-1]
-        if self.plastic.any():
-            small = _cross(last, before)  # of a substep
-            self.plastic = self.plastic + _cross(small, self.plastic)
-        self._directions = np.concatenate([before, before[-1:]])
-
-    def _give_way(self, turn):
-        """Moments of the hinges at turns (n, 3); those that yield and break."""
-        section, stiff = self.section, np.where(self.broken, 0.0, self._stiffness)[:, None]
-        moments = stiff * (turn - self.plastic)
-        size = np.linalg.norm(moments, axis=1)
-        if np.isfinite(section.yield_moment):
-            k = self._stiffness
-            # Linear hardening with the plastic rotation so far
-            limit = section.yield_moment + section.hardening * k * np.linalg.norm(self.plastic, axis=1)
-            over = np.where(self.broken, 0.0, np.maximum(0.0, size - limit))
-            if over.any():
-                slip = over / (k * (1.0 + section.hardening))
-                flow = moments / np.maximum(size, 1e-300)[:, None] * slip[:, None]
-                self.plastic = self.plastic + flow
-                moments = stiff * (turn - self.plastic)
-                size = np.linalg.norm(moments, axis=1)
-                self.plastic_work += float(size @ slip)
-        snapped = (size >= section.breaking_moment) & ~self.broken
-        if snapped.any():
-            self.broken = self.broken | snapped
-            moments[snapped] = 0.0
-        self.moments = moments
+        self._nodes[:, at.F : at.INNER] = forces
+        self._numbers[[at.SUBSTEP, at.DRAG]] = dt / count, self._drag
+        runtime.start()
+        with runtime.precision("f64"):
+            at.rod_kernel()(self._nodes, self._hinges, self._numbers, count)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -143,19 +100,9 @@ class Rod:
 
     def state(self):
         """All that a continuation needs, by name."""
-        return {"x": self.x.copy(), "v": self.v.copy(), "plastic": self.plastic.copy(), "broken": self.broken.copy(),
-                "directions": self._directions.copy(), "plastic_work": self.plastic_work, "held": self.held.copy(),
-                "largest_moment": self.largest_moment}
+        return {"nodes": self._nodes.copy(), "hinges": self._hinges.copy(), "numbers": self._numbers.copy()}
 
     def restore(self, state):
         """Take over what `state()` gave."""
-        self.x, self.v, self.plastic, self.held = (np.array(state[name], float)
-                                                   for name in ("x", "v", "plastic", "held"))
-        self.broken, self._directions = np.array(state["broken"], bool), np.array(state["directions"], float)
-        self.plastic_work, self.largest_moment = float(state["plastic_work"]), float(state["largest_moment"])
-
-
-def _cross(a, b):
-    """a x b of rows (k, 3), several times as fast as `np.cross`."""
-    return np.stack([a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1], a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],
-                     a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]], axis=1)
+        for name in ("nodes", "hinges", "numbers"):
+            getattr(self, f"_{name}")[:] = state[name]

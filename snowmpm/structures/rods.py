@@ -1,24 +1,31 @@
 """Rods in the snow: loads of their segments, their motion, their numbers in the history.
 
 Weak coupling: in a step the snow meets each segment where it is, with the velocity that it has, as a rigid obstacle;
-then the rod moves for as long under the mean forces and moments of that step. One way: the snow meets the rod as it
-stands at the start, and the rod moves under what that gives.
+then the rod moves for as long under the mean forces and moments of that step. Strong: with the velocity that the rod
+has at the end of the step, which is sought (`quasi_newton`), so that a rod may be lighter than the snow that contact
+holds at its velocity. One way: the snow meets the rod as it stands at the start, and the rod moves under what that
+gives.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.structures.quasi_newton import QuasiNewton
 from snowmpm.structures.rod import Rod
+
+STILL = 1e-6
+"""Speed over that of waves in a rod that counts as none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A `Rod`: first, number of the obstacle that is its lowest segment."""
+    """A `Rod`: first, number of the obstacle that is its lowest segment; strong: whether it answers within the step."""
 
     name: str
     rod: Rod
     first: int
+    strong: bool = False
 
 
 class Rods:
@@ -28,6 +35,9 @@ class Rods:
         """rods: `Standing`s; dim: of the scene."""
         self.rods, self.dim = list(rods), dim
         self._axes = [0, 2] if dim == 2 else [0, 1, 2]
+        self.strong = [each for each in self.rods if each.strong]
+        """`Standing`s that answer within the step"""
+        self._newton = QuasiNewton(sum(each.rod.n for each in self.strong) * dim)
         self.begin()
 
     def begin(self):
@@ -35,24 +45,31 @@ class Rods:
         for each in self.rods:
             each.rod.begin()
         self._last, self._gained = None, np.zeros((len(self.rods), 3))
+        self._newton.forget()
+        self._pushes, self.rounds, self.unsettled = 0.0, 0, 0
 
     def advance(self, time, dt, gravity, totals):
         """A step of dt [s] under gravity (dim,) [m/s2]; totals (obstacles, ...): what the snow gave all obstacles so
         far (`stepping.contract.Method.obstacle_totals`)."""
         gains = totals - (np.zeros_like(totals) if self._last is None else self._last)
-        self._last = np.array(totals)
-        weight = np.zeros(3)
-        weight[self._axes] = gravity
+        self._last, self._pushes = np.array(totals), gains / dt
         for i, each in enumerate(self.rods):
-            rod = each.rod
-            forces = rod.masses[:, None] * weight
-            force, moment = self._in_space(gains[each.first : each.first + rod.n, :-1] / dt)
-            edges = np.diff(rod.x, axis=0)
-            couple = np.cross(moment, edges) / (edges**2).sum(axis=1)[:, None]
-            forces[:-1] += 0.5 * force - couple
-            forces[1:] += 0.5 * force + couple
+            forces = self._forces(each, gravity, self._pushes)
             self._gained[i] += dt * forces.sum(axis=0)
-            rod.advance(dt, forces)
+            each.rod.met = None
+            each.rod.advance(dt, forces)
+
+    def _forces(self, each, gravity, pushes):
+        """Forces (n + 1, 3) [N] on the nodes of a `Standing`; pushes (obstacles, ...): of the snow, a second."""
+        rod, weight = each.rod, np.zeros(3)
+        weight[self._axes] = gravity
+        forces = rod.masses[:, None] * weight
+        force, moment = self._in_space(pushes[each.first : each.first + rod.n, :-1])
+        edges = np.diff(rod.x, axis=0)
+        couple = np.cross(moment, edges) / (edges**2).sum(axis=1)[:, None]
+        forces[:-1] += 0.5 * force - couple
+        forces[1:] += 0.5 * force + couple
+        return forces
 
     def _in_space(self, rows):
         """Forces and moments (n, 3) of rows (n, dim + 1 or 3)."""
@@ -61,6 +78,45 @@ class Rods:
         force, moment = np.zeros((2, len(rows), 3))
         force[:, [0, 2]], moment[:, 1] = rows[:, :2], -rows[:, 2]
         return force, moment
+
+    # ---- answers within the step ------------------------------------------------------------------------------
+
+    @property
+    def segments_of_strong(self):
+        """Numbers of the obstacles that are segments of rods that answer within the step."""
+        return [each.first + s for each in self.strong for s in range(each.rod.n)]
+
+    def meet(self, x):
+        """Let the snow meet the rods that answer with velocities x (m,) [m/s] of their nodes but the clamped ones."""
+        at = 0
+        for each in self.strong:
+            size = each.rod.n * self.dim
+            each.rod.met = np.zeros_like(each.rod.v)
+            each.rod.met[1:, self._axes] = x[at : at + size].reshape(-1, self.dim)
+            at += size
+
+    def answer(self, dt, gravity, gains):
+        """These velocities after a step of dt [s] in which the snow gives gains (obstacles, ...); nothing is moved."""
+        found = []
+        for each in self.strong:
+            kept = each.rod.state()
+            each.rod.advance(dt, self._forces(each, gravity, gains / dt))
+            found.append(each.rod.v[1:, self._axes].ravel())
+            each.rod.restore(kept)
+        return np.concatenate(found)
+
+    def agree(self, answer, dt, gravity):
+        """Find velocities that are their own `answer`(x), and leave the snow met with them. The first guess has the
+        forces of the step before."""
+        pushes = self._pushes if np.ndim(self._pushes) else np.zeros((max(self.segments_of_strong) + 1, self.dim + 4))
+        start = self.answer(dt, gravity, dt * pushes)
+        fastest = max(np.sqrt(each.rod.section.axial / each.rod.section.line_mass) for each in self.strong)
+        floor = max(np.linalg.norm(gravity) * dt, STILL * fastest) * np.sqrt(len(start))
+        x, rounds, settled = self._newton.solve(answer, start, floor)
+        self.rounds += rounds
+        if not settled:
+            self.unsettled += 1
+            answer(x)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
@@ -80,7 +136,8 @@ class Rods:
             left += float(np.linalg.norm(momentum - gained - rod.held))
             size += float(np.linalg.norm(momentum) + np.linalg.norm(gained) + np.linalg.norm(rod.held))
         return {**found, "structure_energy": sum(each.rod.energy for each in self.rods),
-                "structure_momentum_residual": left / size if size > 0.0 else 0.0}
+                "structure_momentum_residual": left / size if size > 0.0 else 0.0,
+                "structure_rounds": float(self.rounds), "structure_unsettled": float(self.unsettled)}
 
     def units(self):
         """Unit of each number of `row` that carries the name of a structure."""
@@ -99,6 +156,8 @@ class Rods:
     def state(self):
         """All that a bitwise continuation needs, by name."""
         return {"rods": [each.rod.state() for each in self.rods], "gained": self._gained.copy(),
+                "inverse": self._newton.inverse.copy(), "rounds": self.rounds, "unsettled": self.unsettled,
+                "pushes": np.zeros((0, 0)) if np.ndim(self._pushes) == 0 else self._pushes.copy(),
                 "last": np.zeros((0, 0)) if self._last is None else self._last.copy()}
 
     def restore(self, state):
@@ -107,3 +166,6 @@ class Rods:
             each.rod.restore(own)
         self._gained = np.array(state["gained"], float)
         self._last = None if state["last"].size == 0 else np.array(state["last"], float)
+        self._newton.inverse = np.array(state["inverse"], float)
+        self.rounds, self.unsettled = int(state["rounds"]), int(state["unsettled"])
+        self._pushes = 0.0 if state["pushes"].size == 0 else np.array(state["pushes"], float)

@@ -24,13 +24,14 @@ class SegmentMotion(RigidMotion):
         rod, s, dim = self._rod, self._s, self._dim
         if time < 0.0:
             return Pose(self.start_centre, np.eye(dim), np.zeros(dim), no_turn(dim))
+        v = rod.v if rod.met is None else rod.met
         edge = rod.x[s + 1] - rod.x[s]
         length = np.linalg.norm(edge)
         direction = edge / length
         rotation = _carrying(rod.clamp, direction)[np.ix_(self._axes, self._axes)]
-        omega = spin(direction, (rod.v[s + 1] - rod.v[s])[None])[0] / length
+        omega = spin(direction, (v[s + 1] - v[s])[None])[0] / length
         return Pose(0.5 * (rod.x[s] + rod.x[s + 1])[self._axes], rotation,
-                    0.5 * (rod.v[s] + rod.v[s + 1])[self._axes], -float(omega[1]) if dim == 2 else omega)
+                    0.5 * (v[s] + v[s + 1])[self._axes], -float(omega[1]) if dim == 2 else omega)
 
 
 def _carrying(a, b):

@@ -1,9 +1,12 @@
 """Signed distance to the ground, exact, many points at a time."""
 
+import functools
+
 import numpy as np
 import taichi as ti
 
 from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.terrain import topology
 from snowmpm.terrain.nearest import facet_in_column, nearest_facet
 from snowmpm.terrain.plan_bins import bin_facets
@@ -62,7 +65,8 @@ class DistanceField:
         distance, normal = np.empty(len(points)), np.empty_like(points)
         if len(points):
             with runtime.precision("f64"):
-                signed_distances(self.dim, points, distance, normal, *self._tables, *self._scalars)
+                kernel = _distance_kernel(self.dim, len(points) <= POINTS_PER_TASK)
+                kernel(points, distance, normal, *self._tables, *self._scalars)
         return distance, normal
 
 
@@ -97,71 +101,79 @@ def _row(dim: ti.template(), table: ti.template(), i):
     return ti.Vector([table[i, k] for k in ti.static(range(dim))])
 
 
-@ti.kernel
-def signed_distances(
-    dim: ti.template(),
-    points: FLOAT_ROWS,
-    distance: FLOATS,
-    normal: FLOAT_ROWS,
-    starts: INTS,
-    items: INTS,
-    ranges: FLOAT_ROWS,
-    corners: FLOAT_ROWS,
-    facet_normal: FLOAT_ROWS,
-    facets: INT_ROWS,
-    vertex_normal: FLOAT_ROWS,
-    joint: INT_ROWS,
-    joint_normal: FLOAT_ROWS,
-    reach: ti.f64,
-    size: ti.f64,
-    lower_x: ti.f64,
-    lower_y: ti.f64,
-    n_x: ti.i32,
-    n_y: ti.i32,
-    closed: ti.i32,
-    at_surface: ti.f64,
-):
-    """Fill distance (k,) and normal (k, dim) at points (k, dim); to be run in float64. Tables: see `DistanceField`."""
-    n_tasks = (points.shape[0] + POINTS_PER_TASK - 1) // POINTS_PER_TASK
-    for task in range(n_tasks * TASK_STRIDE):
-        if task % TASK_STRIDE == 0:
-            first = task // TASK_STRIDE * POINTS_PER_TASK
-            for i in range(first, ti.min(first + POINTS_PER_TASK, points.shape[0])):
-                p = _row(dim, points, i)
-                x, y = (p[0] - lower_x) / size, 0.5
-                if ti.static(dim == 3):
-                    y = (p[1] - lower_y) / size
-                inside = x >= 0.0 and x < n_x and y >= 0.0 and y < n_y
-                d, n = reach, ti.Vector.zero(ti.f64, dim)
-                n[dim - 1] = 1.0
+@functools.cache
+def _distance_kernel(dim, few):
+    """Kernel for points (k, dim); few: one thread finds their distances."""
 
-                column, side = -1, 1.0
-                if inside:
-                    b = ti.floor(x, ti.i32) * n_y + ti.floor(y, ti.i32)
-                    column, above = facet_in_column(dim, p, b, starts, items, corners)
-                    if column >= 0:
-                        n = _row(dim, facet_normal, column)
-                        side = 1.0 if above * n[dim - 1] >= 0.0 else -1.0
-                        d = side * reach
+    @taichi_kernel
+    def signed_distances(
+        points: FLOAT_ROWS,
+        distance: FLOATS,
+        normal: FLOAT_ROWS,
+        starts: INTS,
+        items: INTS,
+        ranges: FLOAT_ROWS,
+        corners: FLOAT_ROWS,
+        facet_normal: FLOAT_ROWS,
+        facets: INT_ROWS,
+        vertex_normal: FLOAT_ROWS,
+        joint: INT_ROWS,
+        joint_normal: FLOAT_ROWS,
+        reach: ti.f64,
+        size: ti.f64,
+        lower_x: ti.f64,
+        lower_y: ti.f64,
+        n_x: ti.i32,
+        n_y: ti.i32,
+        closed: ti.i32,
+        at_surface: ti.f64,
+    ):
+        """Fill distance (k,) and normal (k, dim) at points (k, dim); to be run in float64. Tables: see
+        `DistanceField`."""
+        ti.loop_config(serialize=ti.static(few))
+        n_tasks = (points.shape[0] + POINTS_PER_TASK - 1) // POINTS_PER_TASK
+        for task in range(n_tasks * TASK_STRIDE):
+            if task % TASK_STRIDE == 0:
+                first = task // TASK_STRIDE * POINTS_PER_TASK
+                for i in range(first, ti.min(first + POINTS_PER_TASK, points.shape[0])):
+                    p = _row(dim, points, i)
+                    x, y = (p[0] - lower_x) / size, 0.5
+                    if ti.static(dim == 3):
+                        y = (p[1] - lower_y) / size
+                    inside = x >= 0.0 and x < n_x and y >= 0.0 and y < n_y
+                    d, n = reach, ti.Vector.zero(ti.f64, dim)
+                    n[dim - 1] = 1.0
 
-                far = reach / size + 1.0  # in bins; beyond, a closed surface is out of reach and numbers may overflow
-                near = x > -far and x < n_x + far and y > -far and y < n_y + far
-                if column >= 0 or (closed == 1 and near):
-                    f, part, q, square = nearest_facet(
-                        dim, p, reach, x, y, n_x, n_y, size, starts, items, ranges, corners
-                    )
-                    if f >= 0:
-                        n = _row(dim, facet_normal, f)
-                        if part > dim:
-                            n = _row(dim, joint_normal, joint[f, part - 4])
-                        elif part > 0:
-                            n = _row(dim, vertex_normal, facets[f, part - 1])
-                        away = p - q
-                        side = 1.0 if away.dot(n) >= 0.0 else -1.0
-                        d = ti.sqrt(square)
-                        if part > 0 and d > at_surface:
-                            n = side / d * away
-                        d *= side
-                distance[i] = d
-                for k in ti.static(range(dim)):
-                    normal[i, k] = n[k]
+                    column, side = -1, 1.0
+                    if inside:
+                        b = ti.floor(x, ti.i32) * n_y + ti.floor(y, ti.i32)
+                        column, above = facet_in_column(dim, p, b, starts, items, corners)
+                        if column >= 0:
+                            n = _row(dim, facet_normal, column)
+                            side = 1.0 if above * n[dim - 1] >= 0.0 else -1.0
+                            d = side * reach
+
+                    # In bins; beyond, a closed surface is out of reach and numbers may overflow
+                    far = reach / size + 1.0
+                    near = x > -far and x < n_x + far and y > -far and y < n_y + far
+                    if column >= 0 or (closed == 1 and near):
+                        f, part, q, square = nearest_facet(
+                            dim, p, reach, x, y, n_x, n_y, size, starts, items, ranges, corners
+                        )
+                        if f >= 0:
+                            n = _row(dim, facet_normal, f)
+                            if part > dim:
+                                n = _row(dim, joint_normal, joint[f, part - 4])
+                            elif part > 0:
+                                n = _row(dim, vertex_normal, facets[f, part - 1])
+                            away = p - q
+                            side = 1.0 if away.dot(n) >= 0.0 else -1.0
+                            d = ti.sqrt(square)
+                            if part > 0 and d > at_surface:
+                                n = side / d * away
+                            d *= side
+                    distance[i] = d
+                    for k in ti.static(range(dim)):
+                        normal[i, k] = n[k]
+
+    return signed_distances

@@ -8,6 +8,7 @@
                  (Anderson & Jackson 1967, doi:10.1021/i160024a007, in the form of Pastor et al. 2020, eqs. 37, 40)
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,17 @@ class Darcy:
     def coefficient(self, porosity: Floats, slip: Floats) -> Floats:
         """C [Pa s/m2] at the porosity n and |w - v| [m/s]."""
         return porosity**2 / self.mobility + 0.0 * slip
+
+
+@dataclass(frozen=True)
+class DarcyOfPorosity:
+    """mobility: function of the porosity -> K / mu [m2/(Pa s)]."""
+
+    mobility: Callable
+
+    def coefficient(self, porosity: Floats, slip: Floats) -> Floats:
+        """C [Pa s/m2] at the porosity n and |w - v| [m/s]."""
+        return porosity**2 / self.mobility(porosity) + 0.0 * slip
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,11 @@ class FlowWater:
         return self.dry + self.water - self.level * self.density
 
     @property
+    def hydrostatic(self):
+        """Pressure at the ground of hydrostatic water over N h (materials,) [kg/m3]."""
+        return np.full(len(self.dry), self.level * self.density)
+
+    @property
     def overburden(self):
         """Share of it (materials,) that lies above the water: snow and no buoyancy."""
         return self.dry * (1.0 - self.level) / self.buoyant
@@ -42,6 +47,9 @@ class FlowWater:
     def borne(self, material, thickness, time):
         """Share of the weight (n,) that the skeleton of snow of a material (n,) and thickness (n,) [m] bears after a
         time [s] without change of load, by the slowest part of the pressure over a sealed ground."""
-        slowest = self.consolidation * (0.5 * math.pi / (self.level * thickness)) ** 2
         share = (self.buoyant / (self.dry + self.water))[material]
-        return share * (1.0 - self.excess * np.exp(-slowest * time))
+        return share * (1.0 - self.excess * np.exp(-self.slowest(thickness) * time))
+
+    def slowest(self, thickness):
+        """Rate [1/s] at which the slowest part of the pressure falls over a sealed ground, of thickness (n,) [m]."""
+        return self.consolidation * (0.5 * math.pi / (self.level * thickness)) ** 2

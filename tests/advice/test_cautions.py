@@ -36,6 +36,10 @@ def entries(scene):
 
 ABOVE = ([0.0, 0.4], [0.8, 0.8])
 WALL = {"name": "wall", "shape": {"kind": "box", "min": [2.0, 0.0], "max": [2.1, 1.0]}}
+PLATE = {"name": "plate", "foot": [2.0, 0.0], "top": [2.0, 1.5], "width": 0.3, "youngs_modulus": 1e8, "density": 500.0}
+STICKY = {**PLATE, "contact": "stick"}
+STACK = [{"name": f"block_{i}", "shape": {"kind": "box", "min": [1.5, 0.5 * i], "max": [2.5, 0.5 * (i + 1)]},
+          "free": {"density": density}} for i, density in enumerate((400.0, 2e7))]
 CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
     "null_space_noise": (dict(solver={"transfer": "flip", "flip_ratio": 1.0}),
                          dict(solver={"transfer": "aflip", "flip_ratio": 0.97}), "solver.flip_ratio"),
@@ -58,6 +62,11 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
                       "bodies (block and other)"),
     "thin_obstacle": (dict(obstacles=[WALL]),
                       dict(obstacles=[{**WALL, "shape": {**WALL["shape"], "max": [2.4, 1.0]}}]), "obstacles.0 (wall)"),
+    "few_segments": (dict(structures=[{**PLATE, "segments": 3}]), dict(structures=[PLATE]), "structures.0.segments"),
+    "light_structure": (dict(structures=[STICKY]), dict(structures=[{**STICKY, "coupling": "strong"}]),
+                        "structures.0.coupling"),
+    "heavy_on_light": (dict(obstacles=STACK), dict(obstacles=[STACK[0], {**STACK[1], "free": {"density": 4000.0}}]),
+                       "obstacles.1.free"),
     "sph_pairing": (dict(solver={"method": "sph", "sph": {"kernel": "cubic_spline"}}), dict(solver={"method": "sph"}),
                     "solver.sph.kernel"),
     "sph_free_surface": (dict(solver={"method": "sph", "sph": {"gradient": "plain"}}), dict(solver={"method": "sph"}),

@@ -134,6 +134,7 @@ def water():
         yield from _more_by_water("u_p", dim, "f64", [_soaked(dim, side) for side in sides], 1)
     for precision in ("f32", "f64"):
         yield from _more_by_water("one_phase", 3, precision, [_slush(side, precision) for side in (8, 100)], LAYERS)
+        yield from _more_by_water("two_phase", 3, precision, [_mixed(side, precision) for side in (8, 100)], LAYERS)
 
 
 LAYERS, TURNS = 10, 15
@@ -182,6 +183,15 @@ def _slush(side, precision):
            "bodies": [{"name": "sheet", "material": "snow", "shape": {
                "kind": "layer", "bottom": 0.0, "top": 1.0, "region": region}}]}
     return {**dry, "water": {"scheme": "one_phase", "level": 0.5, "consolidation": 0.01, "layers": LAYERS}}, dry
+
+
+def _mixed(side, precision):
+    """The same with columns of water beside those of grains, and as many dry columns."""
+    _, dry = _slush(side, precision)
+    dry["materials"]["snow"]["density"] = 1500.0
+    water = {"scheme": "two_phase", "grain_density": 2500.0, "consolidation": 0.01, "layers": LAYERS,
+             "drag": {"law": "anderson", "terminal_velocity": 1e-3}}
+    return {**dry, "water": water}, {**dry, "solver": {**dry["solver"], "particles_per_cell": 8}}
 
 
 def in_scenes():

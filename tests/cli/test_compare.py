@@ -23,7 +23,7 @@ def test_two_resolutions(two_runs, call, tmp_path):
     table = {line[:30].split("  ")[0].strip(): line for line in rows}
     assert table["dx [m]"].split()[-2:] == ["0.1", "0.05"]
     assert table["particles"].split()[-2:] == ["32", "128"]
-    assert "%" in table["kinetic energy, at most"] and "%" in table["profile apart, of its depth"]
+    assert "%" in table["kinetic energy, at most in a frame"] and "%" in table["profile apart, of its depth"]
     assert "known" not in done.out
     with Image.open(tmp_path / "both.png") as picture:
         assert min(picture.size) > 600

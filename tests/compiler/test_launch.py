@@ -1,12 +1,14 @@
 """Launching a kernel without Taichi's own look at each argument."""
 
+import weakref
+
 import numpy as np
 import pytest
 import taichi as ti
 
 from snowmpm.compiler import patches
 from snowmpm.compiler.arrays import real_array
-from snowmpm.compiler.launch import Launcher, taichi_kernel
+from snowmpm.compiler.launch import Launcher, own_launches, taichi_kernel
 
 
 @taichi_kernel
@@ -50,3 +52,62 @@ def test_kernels_that_return_something_are_left_to_taichi():
         return 2.0 * x
 
     assert not isinstance(doubled, Launcher) and doubled(1.5) == 3.0
+
+
+@taichi_kernel
+def put(target: ti.types.ndarray(), number: ti.f64, place: ti.i32):
+    for _ in range(1):
+        target[place] = number
+
+
+def test_what_changed_since_the_last_launch_arrives():
+    """An array, a number, both or none; of arrays that are gone nothing is left."""
+    for rounds in range(3):
+        array = real_array(np.zeros(2))
+        for number, place in ((1.5, 0), (1.5, 0), (1.5, 1), (2.5 + rounds, 1)):
+            put(array, number, place)
+        np.testing.assert_array_equal(array.to_numpy(), [1.5, 2.5 + rounds])
+        other = np.zeros(3)
+        put(other, 2.5 + rounds, 1)
+        put(array, 0.5, 0)
+        np.testing.assert_array_equal(other, [0.0, 2.5 + rounds, 0.0])
+        np.testing.assert_array_equal(array.to_numpy(), [0.5, 2.5 + rounds])
+        del array
+
+
+def test_numbers_are_told_apart():
+    """Zero of either sign is another number, and one that can change in place is never taken for known."""
+    target, changing = real_array(np.ones(1)), np.array(1.0)
+    put(target, 0.0, 0)
+    put(target, -0.0, 0)
+    assert np.signbit(target.to_numpy()[0])
+    for value in (3.0, 4.0):
+        changing[...] = value
+        put(target, changing, 0)
+        assert target.to_numpy()[0] == value
+
+
+def test_a_launch_keeps_no_array_alive():
+    array = real_array(np.zeros(2))
+    put(array, 1.0, 0)
+    gone = weakref.ref(array)
+    del array
+    assert gone() is None
+
+
+def test_an_array_of_other_numbers_is_compiled_for_between_two_of_the_same():
+    one, other = np.zeros(1), np.zeros(1, np.float32)
+    for value in (1.0, 2.0):
+        put(one, value, 0)
+        put(other, value, 0)
+        assert one[0] == other[0] == value
+
+
+def test_two_owners_of_a_kernel_launch_it_in_turn():
+    one, other = own_launches(put), own_launches(put)
+    arrays = real_array(np.zeros(1)), real_array(np.zeros(1))
+    for value in (1.0, 2.0):
+        one(arrays[0], value, 0)
+        other(arrays[1], -value, 0)
+        assert [array.to_numpy()[0] for array in arrays] == [value, -value]
+    assert own_launches(len) is len

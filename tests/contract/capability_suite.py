@@ -90,6 +90,21 @@ def _bends_it(simulation):
     assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
 
 
+def _against_light_mast(method):
+    dim = given.least_dimension(method)
+    foot, top = given.point(dim, given.SIDE + 0.14, -0.4, 0.2), given.point(dim, given.SIDE + 0.14, 0.8, 0.2)
+    return _with_block(method, (8.0, 0.0), structures=[
+        {"name": "mast", "foot": foot, "top": top, "width": 0.2, "youngs_modulus": 1e7, "density": 50.0,
+         "coupling": "strong"}])
+
+
+def _gives_way(simulation):
+    steps(simulation, 30)
+    row = simulation.audit()
+    assert row["mast_top_x"] != 0.0 and row["structure_rounds"] > 0 == row["structure_unsettled"]
+    assert row["momentum_residual"] < 1e-11 and row["structure_momentum_residual"] < 1e-9
+
+
 def _around(method):
     dim = given.least_dimension(method)
     domain = {"min": given.point(dim, -0.8, -2.0, -2.0), "max": given.point(dim, 0.8, 2.0, 2.0),
@@ -169,6 +184,16 @@ def _flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
+def _tilted(method):
+    return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
+
+
+def _slides_along(simulation):
+    reach(simulation, 0.005)
+    v = simulation.particles["velocity"].mean(axis=0)
+    assert np.linalg.norm(v) == pytest.approx(given.G * simulation.time, rel=1e-6) and abs(v[0]) > 0.4 * abs(v[-1])
+
+
 def _two_bodies(method):
     dim = given.least_dimension(method)
     one = given.block(dim, (-1.0, 0.0))
@@ -222,6 +247,17 @@ def _holds_water(simulation):
     assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
 
 
+def _full(method):
+    return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "split": "monolithic"})
+
+
+def _stays_full(simulation):
+    steps(simulation, 3)
+    row = simulation.audit()
+    assert simulation.particles["saturation"].min() > 0.999
+    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-10
+
+
 def _along(method):
     return more_accurate(given.scene(method))
 
@@ -235,14 +271,17 @@ CAPABILITIES = {
     "obstacles": Asked(_against_wall, _stopped),
     "free_bodies": Asked(_against_free_box, _pushes_it),
     "structures": Asked(_against_mast, _bends_it),
+    "strong_coupling": Asked(_against_light_mast, _gives_way),
     "periodic": Asked(_around, _came_back),
     "initial_stress": Asked(_stressed("geostatic"), _bears_its_weight),
     "settling": Asked(_stressed("settle"), _bears_its_weight),
     "cuts": Asked(_cut, _bonds_gone),
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
-    "forcing": Asked(_blown_at, _flies_off),
+    "forces": Asked(_blown_at, _flies_off),
+    "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
+    "solved_water": Asked(_full, _stays_full),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),
     "sleeping": Asked(_lying, _sleeps),

@@ -7,6 +7,7 @@ import pytest
 
 import snowmpm
 from snowmpm.errors import InputError
+from snowmpm.io.impact import impacts
 from snowmpm.scenes import Scene
 from tests.support.same_runs import assert_same_runs, run_with_signal
 
@@ -44,6 +45,10 @@ def test_force_of_a_steady_stream(tmp_path):
         pressure = 0.5 * drag * DENSITY * SPEED**2 + 0.5 * DENSITY * G * depth
         np.testing.assert_allclose(force(run, name)[:, 0], pressure * depth * width, rtol=2e-3)
         np.testing.assert_allclose(force(run, name)[:, 1:], 0.0, atol=1e-6 * pressure)
+        found = impacts(run)[name].numbers
+        assert found["impact_peak_pressure"] == pytest.approx(pressure, rel=0.02)
+        assert found["impact_steady_pressure"] == pytest.approx(pressure, rel=0.02)
+        assert found["wetted_area"] == pytest.approx(depth * width, rel=0.02)
     middle = 0.5 * (8.0 - 1.0)
     np.testing.assert_allclose(run.history["wall_moment_y"][1:], (0.5 * DEPTH - middle) * force(run, "wall")[:, 0],
                                rtol=1e-9)
@@ -55,6 +60,20 @@ def test_the_flow_does_not_feel_it():
         for _ in range(20):
             simulation.step()
     np.testing.assert_array_equal(with_wall.particles["velocity"], bare.particles["velocity"])
+
+
+def test_pressure_of_a_flow_that_arrives_between_two_frames(tmp_path):
+    """Its depth at any time follows from the lever of the load: force over area is the pressure of depth and speed."""
+    given = scene(WALL, angle=25.0, output={"interval": 0.5}).model_dump(mode="json", exclude_unset=True)
+    given["bodies"][0]["shape"]["region"]["x"] = [10.0, 36.0]
+    run = snowmpm.run(Scene.model_validate(given), tmp_path / "run")
+    load, wall = impacts(run)["wall"], run.obstacles["wall"]
+    late = wall.time > 0.7
+    force = np.linalg.norm(wall.force, axis=1)[late]
+    # What a plane of 25 degrees gives to a block without friction, and the pressure of its weight
+    angle = np.radians(25.0)
+    speed = SPEED / np.cos(angle) + G * np.sin(angle) * wall.time[late]
+    assert force / load.wetted_at(wall.time[late]) == pytest.approx(DENSITY * speed**2, rel=0.05)
 
 
 @pytest.mark.slow

@@ -124,7 +124,7 @@ def test_a_forecast_slides_further_on_wet_ground():
 
 @pytest.mark.parametrize(("changes", "key"), [
     ({"water": {"permeability": 1e-9}}, "water.scheme"),
-    ({"water.scheme": "two_phase"}, "water.scheme"),
+    ({"water.scheme": "three_phase"}, "water.scheme"),
     ({"water.level": 0.0}, "water.level"),
     ({"water.level": 1.1}, "water.level"),
     ({"water.level": 1.0, "water.porosity": 0.5}, "water.level"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
+from snowmpm.errors import InputError
 from snowmpm.gis import Observed, read_observed, score
 from snowmpm.gis.observed import compare
 from snowmpm.terrain.reference_system import ReferenceSystem
@@ -41,6 +42,18 @@ def test_each_outline_of_a_run_is_scored(straight):
     assert whole["observed_reach"] == numbers["reach_of_flow"] - whole["runout_difference"]
     assert "computed_reach" not in whole  # one reach a threshold
     assert strong["false_area"] == 0.0 and strong["runout_difference"] == pytest.approx(-100.0, abs=1.0)
+
+
+def test_an_outline_beside_the_maps_is_refused(straight, tmp_path):
+    shapefile = pytest.importorskip("shapefile")
+    corners = np.array([[20.0, 80.0], [20.0, 120.0], [500.0, 120.0], [500.0, 80.0]]) + ORIGIN[:2] + [3e5, 0.0]
+    with shapefile.Writer(str(tmp_path / "far")) as writer:
+        writer.field("name", "C")
+        writer.poly([corners.tolist()])
+        writer.record("far")
+    (tmp_path / "far.prj").write_text(straight.provenance["crs"])
+    with pytest.raises(InputError, match="km beside the maps"):
+        read_observed(tmp_path / "far.shp", straight)
 
 
 def test_a_shapefile_in_another_projection_is_carried_over(straight, tmp_path):

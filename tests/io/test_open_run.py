@@ -136,12 +136,13 @@ def test_a_saw_test_as_a_data_set(tmp_path):
     pytest.importorskip("xarray")
     x = np.array([0.5, 1.5])
     kept = {"about": {}, "series": {"time": "s", "tip": "m"}, "lines": {"settlement": "m"},
-            "bins": {"x": (x, "m"), "arrival": (x, "s")}}
+            "bins": {"x": (x, "m"), "arrival": (x, "s"), "broken_at_rest": (x, "1"), "one_of_later_versions": (x, "m")}}
     with RunWriter(tmp_path, provenance={}, dimension=2, saw_test=kept) as writer:
         rows = {"time": np.array([0.0, 0.1]), "tip": np.array([0.2, 0.3]), "settlement": np.array([x, 2 * x])}
         writer.frame(0.1, np.zeros((3, 2)), {}, saw_test=(rows, {"x": x, "arrival": x}))
     data = snowmpm.open_run(tmp_path).to_xarray("saw_test")  # as many rows as bins
     assert data.settlement.dims == ("time", "x") and data.tip.dims == ("time",) and data.arrival.dims == ("x",)
+    assert data.broken_at_rest.dims == data.one_of_later_versions.dims == ("x",)
     assert data.settlement.sel(time=0.1, x=1.5).item() == 3.0 and data.arrival.attrs["units"] == "s"
 
 

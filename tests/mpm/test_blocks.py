@@ -34,7 +34,7 @@ def test_node_blocks_are_all_around_the_occupied_ones(dim):
     for tile, block in enumerate(blocks.coordinates):
         for step in np.ndindex(*[3] * dim):
             node_block = block - (np.array(step) - 1)  # whose step to the occupied block this is
-            code = sum(digit << 2 * axis for axis, digit in enumerate(step))
+            code = sum(1 << digit + 3 * axis for axis, digit in enumerate(step))
             expected.setdefault(tuple(node_block), set()).add((tile, code))
     found = [tuple(c) for c in coordinates_of(keys, dim)]
     assert found == sorted(expected) and len(start) == len(keys) + 1

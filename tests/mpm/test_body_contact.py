@@ -52,9 +52,14 @@ def test_bodies_that_collide_share_momentum(dim):
     velocity = np.zeros(dim)
     velocity[0] = 0.5
     solver, second = two_boxes([(low, high), (low + shift, high + shift)], [velocity, -velocity])
+    before = (solver.particles.masses()[:, None] * solver.particles.column("velocity"))[second()].sum(axis=0)
     while solver.time < 0.25:
         solver.step(solver.stable_dt()[0])
     mass, v = solver.particles.masses(), solver.particles.column("velocity")
+    # X6: what one gave the other is what that gained, and the sum of both is nothing
+    reaction, gained = solver.between_bodies, (mass[:, None] * v)[second()].sum(axis=0) - before
+    assert np.abs(reaction[1, 0] - gained).max() < 1e-12 * mass.sum() and gained[0] > 0.1 * mass.sum()
+    assert np.abs(reaction.sum(axis=(0, 1))).max() == 0.0 and np.abs(reaction[0, 1] + reaction[1, 0]).max() == 0.0
     assert np.abs(mass @ v).max() < 1e-12 * mass.sum()
     apart = v[second()].mean(axis=0) - v[~second()].mean(axis=0)
     assert apart[0] > 0.5  # of 1.0; the rest vibrates
@@ -90,3 +95,4 @@ def test_goes_on_from_its_state_bit_by_bit():
             each.step(5e-4)
     np.testing.assert_array_equal(other.particles.table(), solver.particles.table())
     assert other.contact_work == solver.contact_work
+    np.testing.assert_array_equal(other.between_bodies, solver.between_bodies)

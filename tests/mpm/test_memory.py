@@ -55,6 +55,6 @@ def test_more_particles_than_indices_are_refused(make_solver, monkeypatch):
 
 
 def test_more_nodes_than_indices_are_refused(make_solver, monkeypatch):
-    monkeypatch.setattr("snowmpm.mpm.grid.MOST_NODES", 250)
+    monkeypatch.setattr("snowmpm.mpm.grid.node_mask", lambda flip: 250)
     with pytest.raises(SimulationError, match="32-bit"):
         make_solver(2, 0.1, np.zeros(2), np.full(2, 0.8))

@@ -11,6 +11,7 @@ import pytest
 
 from snowmpm.compiler import runtime
 from snowmpm.materials import unpack
+from snowmpm.mpm.node import SECOND
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.schemes import TRANSFERS
@@ -81,7 +82,7 @@ def scatter_keeps_mass_momentum_spin_and_virial(case):
     with runtime.precision("f64"):
         solver.particles_to_grid(dt)
     nodes, places = tiles_of(solver), node_places(solver)
-    impulse = tiles_of(solver, "impulses") if solver.flip else np.zeros_like(nodes)
+    impulse = tiles_of(solver, second=True) if solver.flip else np.zeros_like(nodes)
     x, v, m = solver.particles.positions(), solver.particles.column("velocity"), solver.particles.masses()
     C = solver.particles.column("affine").reshape(n, dim, dim) * float(TRANSFERS[case.transfer].affine)
     D = SECOND_MOMENT[case.kernel] * DX**2
@@ -111,14 +112,13 @@ def gather_gives_back_linear_fields(case):
     put(solver, velocity=before)
     (v0, dv0), (slope, dslope) = rng.normal(size=(2, dim)), rng.normal(size=(2, dim, dim))
     places, dt = node_places(solver), 1e-3
-    for name, constant, linear in (("tiles", v0, slope), ("impulses", dv0, dslope)):
-        array = getattr(solver.grid, name)
-        values = np.zeros((*places.shape[:2], 4))
-        values[..., :dim] = constant + places @ linear.T
-        whole = array.to_numpy()
-        if name == "tiles" or solver.flip:
-            whole[: values.shape[0] * values.shape[1]] = values.reshape(-1, 4)
-            array.from_numpy(whole)
+    whole = solver.grid.tiles.to_numpy()
+    values = np.zeros((*places.shape[:2], whole.shape[1]))
+    values[..., :dim] = v0 + places @ slope.T
+    if solver.flip:
+        values[..., SECOND : SECOND + dim] = dv0 + places @ dslope.T
+    whole[: values.shape[0] * values.shape[1]] = values.reshape(-1, whole.shape[1])
+    solver.grid.tiles.from_numpy(whole)
     with runtime.precision("f64"):
         solver.grid_to_particles(dt)
     grid_velocity = v0 + start @ slope.T

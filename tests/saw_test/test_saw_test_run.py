@@ -1,5 +1,6 @@
 """A short saw test from scene to plot: what is recorded, that it survives an interruption, that pictures come of it."""
 
+import importlib.util
 import json
 from pathlib import Path
 
@@ -86,6 +87,33 @@ def test_plot_and_info(run):
     done = shell.invoke(app, ["info", str(run.path.parent)])
     assert "critical_length" in done.output and "saw test" in done.output
     assert json.loads((run.path.parent / "summary.json").read_text())["saw_test"]["crack_length"] > 1.0
+
+
+def test_data_set_and_table(run):
+    """Every value has its axis, every number its unit and definition."""
+    pytest.importorskip("xarray")
+    from snowmpm.saw_test.crack import BINS, LINES, SERIES
+
+    data, test = run.to_xarray("saw_test"), run.saw_test
+    assert test.bins == set(BINS) and set(test.values) == {*BINS, *LINES, *SERIES}
+    assert all(data[name].dims == ("x",) for name in BINS) and data.tip.dims == ("time",)
+    table = run.to_pandas("saw_test")
+    assert table.loc["critical_length", "value"] == run.summary["saw_test"]["critical_length"]
+    assert table.loc[["plastic_work", "theory.maxwell_load", "saw.saw_speed"], "unit"].tolist() == ["J/m", "Pa", "m/s"]
+    assert all(table["definition"]) and table.attrs["units"]["crack_speed"] == "m/s"
+    assert table.attrs["not_final"] == []
+    if importlib.util.find_spec("weac"):
+        assert 0.05 < table.loc["theory.critical_length_weac", "value"] < 1.0
+
+
+def test_a_bin_that_the_saw_enters_stays_broken(run):
+    """On a slope a leaning column is cut at the lower end of a bin first: its broken particles leave one by one."""
+    simulation = snowmpm.Simulation(snowmpm.load_scene("pst_2d", {**SHORT, "saw_test.slope_angle": 45.0,
+                                                                  "initial.stress": "none"}))
+    crack = simulation.crack
+    crack.bins["arrival"][:6] = 0.001  # broken before, and now with none of the broken particles left
+    crack._measure()
+    assert crack.values()["tip"][-1] == pytest.approx(6 * crack.bin)
 
 
 def test_elastic_weak_layer_never_breaks():

@@ -99,9 +99,14 @@ def test_an_unfinished_run_says_nothing_of_a_critical_length(runs):
     """Its numbers are worked out when it ends: that no crack ran is not known before."""
     class Unfinished:
         name, saw_test, summary, path = runs[0].name, runs[0].saw_test, {}, runs[0].path
+        complete = False
 
-    said = text_of(saw_test_figure(Unfinished))
+    figure = saw_test_figure(Unfinished)
+    said = text_of(figure)
     assert "no crack ran" not in said and "known when the run has ended" in said
+    # Theories that need no end of the run are there, and the title says what it is
+    assert "energy, rigid weak layer (Heierli 2008)" in said and "Maxwell's load: 685 Pa" in said
+    assert figure.get_suptitle().startswith("UNFINISHED, up to 0.12 s")
 
 
 def test_no_panel_of_a_saw_test_is_one_of_zeros(runs):
@@ -139,7 +144,7 @@ def test_compare_sets_saw_tests_side_by_side(runs, tmp_path):
     for one in found:
         assert f"{one['critical_length']:.4g}" in length
     for words in ("slope [degrees]", "saw speed [m/s]", "notch [m]", "crack speed [m/s]", "collapse height [m]",
-                  "plastic work [J]", "largest kinetic energy [J]", "Maxwell's load", "Heierli", "Gaume",
+                  "plastic work [J/m]", "largest kinetic energy [J/m]", "Maxwell's load", "Heierli", "Gaume",
                   "Likely reason"):
         assert any(words in name for name in [*rows, done.output])
     assert "front of" not in done.output and "profile" not in done.output

@@ -13,6 +13,7 @@ from snowmpm.errors import InputError
 from snowmpm.ground import LAWS, Coulomb, SamosAt, Voellmy
 from snowmpm.io.parameters import parameters
 from snowmpm.methods import METHODS, Capabilities, MethodEntry
+from snowmpm.running.friction_class import class_chosen
 from snowmpm.scenes import friction_card, friction_cards, load_scene
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import FOLDER, law_for_volume
@@ -230,6 +231,7 @@ def test_a_scene_takes_the_class_of_its_release(written):
     assert model.release_volume == pytest.approx(32.0)
     model.scene = load_scene(written('friction = { card = "samos_at_auto" }'))
     assert model.friction.law == friction_card("samos_at_small").friction
+    assert class_chosen(model) == "samos_at_small"
 
 
 def test_validity_of_a_class():

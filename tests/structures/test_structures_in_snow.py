@@ -122,7 +122,7 @@ def test_a_plate_that_breaks_lets_the_snow_through():
     ({"width": 0.9}, "structures.0.width = 0.9"), ({"wall": 0.4}, "at most half of width"),
     ({"segments": 1}, "structures.0.segments = 1"), ({"density": 20.0}, "too light for this grid"),
     ({"foot": [90.0, 0.0, 0.0], "top": [90.0, 0.0, 2.0]}, "snow cannot reach any of it"),
-    ({"top": [1.0, 2.0]}, "must be 3 numbers"), ({"coupling": "strong"}, "structures.0.coupling"),
+    ({"top": [1.0, 2.0]}, "must be 3 numbers"), ({"coupling": "stiff"}, "structures.0.coupling"),
 ])
 def test_what_cannot_be_is_refused_in_two_lines(change, words):
     with pytest.raises(InputError) as refusal:

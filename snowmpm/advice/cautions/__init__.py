@@ -3,6 +3,7 @@
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
+    deep_release,
     ground_friction,
     layers,
     round_off,
@@ -11,9 +12,11 @@ from snowmpm.advice.cautions import (  # noqa: F401
     soaked,
     sph_sums,
     standing,
+    standing_things,
     time_steps,
     transfers,
     weak_layers,
+    zone,
 )
 from snowmpm.advice.cautions.caution import RULES, Caution
 

@@ -16,7 +16,7 @@ SOAKING = [name for name, entry in METHODS.items() if entry.capabilities.water]
 def coupling(facts):
     """Steps too long for the coupling of water and skeleton, or shorter than they need be."""
     water, solver = facts.scene.water, facts.solver
-    if water is None:
+    if water is None or water.solved:
         return
     critical = solver.critical_elastic_dt()
     if water.split == "explicit":

@@ -20,7 +20,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
-from snowmpm.mpm.contact.contact_node import block_stride
+from snowmpm.mpm.node import block_nodes, node_vector
 from snowmpm.particles.blocks import EDGE
 
 LEAST_SHARE = 0.1
@@ -31,12 +31,13 @@ cell too early, and along normals that say little."""
 class BodyContact:
     """Pairs of contact blocks that hold the same nodes for two bodies, and what contact took.
 
-    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3]; lost [J]: energy
-    that their friction took since the start.
+    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3]. totals (n, n, 1 +
+    dim), since the start: of two fields, the first before the second, the energy that their friction took [J] and the
+    impulse that the first gave the second [N s].
     """
 
     def __init__(self, dim, real, flip, friction, density, serial):
-        self.lost, self._dim = np.zeros(1), dim
+        self.totals, self._dim = np.zeros((len(density), len(density), 1 + dim)), dim
         self._friction, self._density = real_array(friction), real_array(density)
         self._exchange = body_contact_kernel(dim, real, flip, serial)
 
@@ -56,27 +57,37 @@ class BodyContact:
         for k in np.unique(kind):
             group = rows[kind == k]
             cut = int_array(chunk_bounds(np.ones(len(group))))
-            self._groups.append((int_array(group), real_array(np.zeros(len(group))), cut, len(group)))
+            part = real_array(np.zeros((len(group), 1 + self._dim)))
+            self._groups.append((self.totals[k // 8, k % 8], int_array(group), part, cut, len(group)))
 
     def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""
-        for rows, part, cut, n in self._groups:
+        for total, rows, part, cut, n in self._groups:
             self._exchange(grid.nodes, grid.contact_offset, grid.contact.neighbours, rows, self._friction,
-                           self._density, dx**self._dim, part, self.lost, n, cut)
+                           self._density, dx**self._dim, part, total, n, cut)
+
+    @property
+    def lost(self):
+        """Energy that friction took since the start [J]."""
+        return float(self.totals[..., 0].sum())
+
+    @property
+    def given(self):
+        """Impulse that each field got from each other one since the start (n, n, dim) [N s]."""
+        return self.totals[..., 1:].swapaxes(0, 1) - self.totals[..., 1:]
 
 
 @functools.cache
 def body_contact_kernel(dim, real, flip, serial):
     """Kernel of one kind of pair; rows (n, 4): contact blocks of both, their fields."""
-    edge, stride = EDGE[dim], block_stride(dim, flip)
-    n_nodes = edge**dim
-    vec4 = ti.types.vector(4, real)
+    edge, n_nodes = EDGE[dim], block_nodes(dim)
+    of_node = node_vector(real, flip)
 
     @ti.func
     def mass_of(nodes: ti.template(), contact_offset, c, q):
         mass = ti.cast(0.0, real)
         if c >= 0:
-            mass = nodes[contact_offset + c * stride + q][3]
+            mass = nodes[contact_offset + c * n_nodes + q][3]
         return mass
 
     @ti.func
@@ -94,9 +105,9 @@ def body_contact_kernel(dim, real, flip, serial):
         return gradient
 
     @taichi_kernel
-    def exchange_momentum(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+    def exchange_momentum(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                           neighbours: ti.types.ndarray(), rows: ti.types.ndarray(), friction: ti.types.ndarray(),
-                          density: ti.types.ndarray(), cell: real, part: ti.types.ndarray(), lost: ti.types.ndarray(),
+                          density: ti.types.ndarray(), cell: real, part: ti.types.ndarray(), total: ti.types.ndarray(),
                           n_pairs: int, cut: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(cut)):
@@ -107,9 +118,9 @@ def body_contact_kernel(dim, real, flip, serial):
                     mu = ti.cast(friction[rows[i, 2], rows[i, 3]], real)
                     first_density = ti.cast(density[rows[i, 2]], real)
                     second_density = ti.cast(density[rows[i, 3]], real)
-                    taken = ti.cast(0.0, ti.f64)
+                    taken = ti.Vector.zero(ti.f64, 1 + dim)
                     for q in range(n_nodes):
-                        one, two = nodes[contact_offset + c1 * stride + q], nodes[contact_offset + c2 * stride + q]
+                        one, two = nodes[contact_offset + c1 * n_nodes + q], nodes[contact_offset + c2 * n_nodes + q]
                         m1, m2 = one[3], two[3]
                         if m1 > LEAST_SHARE * cell * first_density and m2 > LEAST_SHARE * cell * second_density:
                             n = -mass_gradient(nodes, contact_offset, c1, q, neighbours) / first_density
@@ -125,15 +136,18 @@ def body_contact_kernel(dim, real, flip, serial):
                                 given = approach * n + along * ti.min(1.0, mu * approach / ti.max(speed, 1e-30))
                                 after = apart - given
                                 # Force times the velocity at the end of the step, as the scheme itself does work
-                                taken += ti.cast(shared * given.dot(after), ti.f64)
+                                taken[0] += ti.cast(shared * given.dot(after), ti.f64)
                                 for a in ti.static(range(dim)):
+                                    taken[1 + a] += ti.cast(shared * given[a], ti.f64)
                                     one[a] -= shared / m1 * given[a]
                                     two[a] += shared / m2 * given[a]
-                                nodes[contact_offset + c1 * stride + q] = one
-                                nodes[contact_offset + c2 * stride + q] = two
-                    part[i] = taken
+                                nodes[contact_offset + c1 * n_nodes + q] = one
+                                nodes[contact_offset + c2 * n_nodes + q] = two
+                    for t in ti.static(range(1 + dim)):
+                        part[i, t] = taken[t]
         ti.loop_config(serialize=ti.static(in_order()))
         for i in range(n_pairs):
-            lost[0] += part[i]
+            for t in ti.static(range(1 + dim)):
+                total[t] += part[i, t]
 
     return exchange_momentum

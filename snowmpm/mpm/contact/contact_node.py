@@ -5,26 +5,21 @@ from types import SimpleNamespace
 
 import taichi as ti
 
+from snowmpm.mpm.node import MASS, block_nodes
 from snowmpm.particles.blocks import EDGE
 
 N_TOTALS = {2: 5, 3: 8}
 """What a surface gave the snow: impulse, minus work, moment about the reference point, minus the work of the solid."""
 
 
-def block_stride(dim, flip):
-    """Vectors from one contact block to the next in the memory of the nodes: FLIP keeps the velocities before too."""
-    return (2 if flip else 1) * EDGE[dim] ** dim
-
-
 @functools.cache
-def node_functions(dim, real, flip, moving):
+def node_functions(dim, real, moving):
     """Taichi functions of nodes of the contact blocks.
 
     moving: the solid moves as `motion` says: velocity, angular velocity, reference point (three numbers each; in 2-D
     the angular velocity is the last of its three), lengths in cells; moments are added up too.
     """
-    edge, stride = EDGE[dim], block_stride(dim, flip)
-    vec4 = ti.types.vector(4, real)
+    edge, stride = EDGE[dim], block_nodes(dim)
     n_totals = N_TOTALS[dim]
 
     @ti.func
@@ -58,7 +53,8 @@ def node_functions(dim, real, flip, moving):
     def set_velocity(nodes: ti.template(), contact_offset, place, u, solid, totals: ti.template(),
                      coordinates: ti.template(), motion: ti.template()):
         """Give a node the velocity u relative to the solid; add what it gained to the totals."""
-        before, mass = as_vector(nodes[contact_offset + place]), nodes[contact_offset + place][3]
+        node = nodes[contact_offset + place]
+        before, mass = as_vector(node), node[MASS]
         after = u + solid
         J = mass * (after - before)
         for a in ti.static(range(dim)):
@@ -74,10 +70,8 @@ def node_functions(dim, real, flip, moving):
                 for a in ti.static(range(3)):
                     totals[4 + a] += ti.cast(moment[a], ti.f64)
             totals[n_totals - 1] -= ti.cast(J.dot(solid), ti.f64)
-        node = vec4(0.0)
         for a in ti.static(range(dim)):
             node[a] = after[a]
-        node[3] = mass
         nodes[contact_offset + place] = node
 
     return SimpleNamespace(as_vector=as_vector, solid_velocity=solid_velocity, set_velocity=set_velocity)

@@ -18,9 +18,9 @@ FAINT = 0.01
 
 
 @functools.cache
-def extension_function(dim, real, kernel, flip):
+def extension_function(dim, real, kernel):
     """Taichi function that gives the faint followers of a line of `JoinedLines` their tangential velocity."""
-    node, rows = node_functions(dim, real, flip, False), REACH[kernel] + 1
+    node, rows = node_functions(dim, real, False), REACH[kernel] + 1
     ABOVE = rows
 
     @ti.func

@@ -20,6 +20,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
 from snowmpm.mpm.contact.faint_nodes import extension_function
 from snowmpm.mpm.contact.lines import REACH
+from snowmpm.mpm.node import node_vector
 
 STEPS = 20
 """Of the conjugate gradients at most."""
@@ -34,8 +35,8 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
 
     moving: moments are added up; stick: all components vanish on the wall, not the normal one only.
     """
-    vec4, reach, n_totals = ti.types.vector(4, real), REACH[kernel], N_TOTALS[dim]
-    node, extend = node_functions(dim, real, flip, moving), extension_function(dim, real, kernel, flip)
+    of_node, reach, n_totals = node_vector(real, flip), REACH[kernel], N_TOTALS[dim]
+    node, extend = node_functions(dim, real, moving), extension_function(dim, real, kernel)
     n_c, lateral, rows = dim if stick else 1, dim - 1, reach + 1
     ABOVE, AHEAD, BACK, ALONE = rows, rows + 1, rows + dim, rows + 2 * dim - 1
     DISTANCE, D_ABOVE, KAPPA, SHARE = dim, dim + rows, dim + rows + 1, dim + rows + dim
@@ -197,7 +198,7 @@ def joined_kernel(dim, real, kernel, flip, moving, stick):
             give(nodes, contact_offset, above, get(state, i, Y + n_c), n, totals, coordinates, motion)
 
     @taichi_kernel
-    def hold(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int, coordinates: ti.types.ndarray(),
+    def hold(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, coordinates: ti.types.ndarray(),
              ints: ti.types.ndarray(), numbers: ti.types.ndarray(), state: ti.types.ndarray(),
              motion: ti.types.ndarray(), total: ti.types.ndarray(), n_lines: int):
         ti.loop_config(serialize=True)

@@ -24,8 +24,8 @@ import taichi as ti
 
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
-from snowmpm.mpm.contact.contact_node import block_stride
 from snowmpm.mpm.contact.lines import REACH, TILT
+from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
 
 CUT = 4.0
@@ -66,13 +66,13 @@ class JoinedLines:
         self.state = ti.ndarray(real, (self.n, state_width(dim)))
 
     @classmethod
-    def of(cls, lines, blocks, others, kernel, flip, precision):
+    def of(cls, lines, blocks, others, kernel, precision):
         """Those of `Lines`, and their rows in its tables; None if the wall is along the grid, curved, or no other wall
         meets it. others: functions that give the distance [cells] from another wall at points (k, dim) [cells]."""
         normals = lines.numbers.to_numpy()[: lines.n_lines, : lines.dim]
         if not len(normals) or not is_oblique_plane(normals):
             return None, ()
-        wall = _Wall(lines, blocks, kernel, flip)
+        wall = _Wall(lines, blocks, kernel)
         if not wall.n:
             return None, ()
         gap = np.min([distance(wall.leaders.astype(float)) for distance in others] or [[np.inf]], axis=0)
@@ -98,9 +98,9 @@ def is_oblique_plane(normals):
 class _Wall:
     """Lines of `Lines` that have followers, on the nodes of the grid."""
 
-    def __init__(self, lines, blocks, kernel, flip):
+    def __init__(self, lines, blocks, kernel):
         self.dim, self.edge, self.reach, self.kernel = lines.dim, EDGE[lines.dim], REACH[kernel], kernel
-        self.stride = block_stride(self.dim, flip)
+        self.stride = block_nodes(self.dim)
         places, numbers = lines.nodes.to_numpy()[: lines.n_lines], lines.numbers.to_numpy()[: lines.n_lines]
         self.rows = np.flatnonzero((places[:, 1:] >= 0).any(axis=1))
         self.n = len(self.rows)

@@ -13,7 +13,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
-from snowmpm.mpm.contact.contact_node import block_stride
+from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
 
 REACH = {"quadratic": 3, "cubic": 4}
@@ -41,24 +41,31 @@ class Lines:
     (k, dim).
     """
 
-    def __init__(self, dim, real, kernel, flip, stored):
+    def __init__(self, dim, real, kernel, stored, serial):
         self.dim, self._real, self._reach = dim, real, REACH[kernel]
-        self.nodes = None
-        self._count, self._fill = line_kernels(dim, real, kernel, flip, stored)
+        self.nodes = self.numbers = self.deep = self.deep_normals = self.start = self.deep_start = self._counts = None
+        self._count, self._fill = line_kernels(dim, real, kernel, stored, serial)
 
     def find(self, blocks, slots, walls, plane):
         """Follow the contact blocks, or a surface that has moved. plane: axis, sign and level of a `Plane`."""
         n = max(1, blocks.n)
-        counts = ti.ndarray(ti.i32, (n, 2))
+        if self._counts is None or self._counts.shape[0] != n:
+            self._counts = ti.ndarray(ti.i32, (n, 2))
+            self.start, self.deep_start = int_array(np.zeros(blocks.n + 1)), int_array(np.zeros(blocks.n + 1))
         where = blocks.coordinates, blocks.neighbours, slots, walls, *plane
-        self._count(*where, counts, blocks.chunk_bounds)
-        found = counts.to_numpy()[: blocks.n]
-        start, deep_start = (np.concatenate([[0], np.cumsum(found[:, k])]) for k in range(2))
-        self.n_lines, self.n_deep = int(start[-1]), int(deep_start[-1])
-        self.start, self.deep_start = int_array(start), int_array(deep_start)
-        lines, deep = max(1, self.n_lines), max(1, self.n_deep)
-        self.nodes, self.numbers = ti.ndarray(ti.i32, (lines, 1 + self._reach)), self._reals(lines, self._reach + 3)
-        self.deep, self.deep_normals = ti.ndarray(ti.i32, (deep,)), self._reals(deep, 0)
+        self._count(*where, self._counts, blocks.chunk_bounds)
+        ends = np.zeros((blocks.n + 1, 2), np.int32)
+        self._counts.to_numpy()[: blocks.n].cumsum(axis=0, out=ends[1:])
+        self.n_lines, self.n_deep = int(ends[-1, 0]), int(ends[-1, 1])
+        self.start.from_numpy(ends[:, 0])
+        self.deep_start.from_numpy(ends[:, 1])
+        # A solid that moves is sought in each step: what is large enough stays
+        if self.nodes is None or self.nodes.shape[0] < self.n_lines:
+            room = _room(self.n_lines)
+            self.nodes, self.numbers = ti.ndarray(ti.i32, (room, 1 + self._reach)), self._reals(room, self._reach + 3)
+        if self.deep is None or self.deep.shape[0] < self.n_deep:
+            room = _room(self.n_deep)
+            self.deep, self.deep_normals = ti.ndarray(ti.i32, (room,)), self._reals(room, 0)
         self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
                    blocks.chunk_bounds)
 
@@ -80,6 +87,11 @@ class Lines:
 
     def _reals(self, rows, more):
         return ti.ndarray(self._real, (rows, self.dim + more))
+
+
+def _room(n):
+    """Rows for n of them, and some more."""
+    return n + n // 4 + 1
 
 
 def half_space_mass(kernel):
@@ -105,14 +117,13 @@ def half_space_mass(kernel):
 
 
 @functools.cache
-def line_kernels(dim, real, kernel, flip, stored):
+def line_kernels(dim, real, kernel, stored, serial):
     """`count` lines and deep nodes of each contact block, and `fill` their tables.
 
     stored: distance and normal of each node come from `walls`, where `slots[c]` >= 0; else the surface is the plane
     `x[axis] = level`, its normal along `sign`.
     """
-    edge, stride = EDGE[dim], block_stride(dim, flip)
-    n_nodes = edge**dim
+    edge, n_nodes = EDGE[dim], block_nodes(dim)
     vec4 = ti.types.vector(4, real)
     reach = REACH[kernel]
     mass_share = half_space_mass(kernel)
@@ -193,13 +204,14 @@ def line_kernels(dim, real, kernel, flip, stored):
             wall, known = wall_at(cf, qf, slots, walls, coordinates, axis, sign, level)
             k_f, up_f, z_f = along(wall)
             if known == 1 and k_f == k and up_f == up and z_f <= 0.5 and steps_to_leader(z_f) == j + 1:
-                place, ratio = cf * stride + qf, wall[3] / d
+                place, ratio = cf * n_nodes + qf, wall[3] / d
         return place, ratio
 
     @taichi_kernel
     def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
               walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
               counts: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
             if is_worker(w):
                 first, last = chunk(w, chunk_bounds)
@@ -222,6 +234,7 @@ def line_kernels(dim, real, kernel, flip, stored):
              start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),
              numbers: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
              chunk_bounds: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for w in range(chunks(chunk_bounds)):
             if is_worker(w):
                 first, last = chunk(w, chunk_bounds)
@@ -232,7 +245,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                             wall, _ = wall_at(c, q, slots, walls, coordinates, axis, sign, level)
                             k, up, z = along(wall)
                             if leads(z):
-                                nodes[line, 0] = c * stride + q
+                                nodes[line, 0] = c * n_nodes + q
                                 full, touching = ti.cast(0.0, real), ti.cast(0.0, real)
                                 for a in ti.static(range(dim)):
                                     numbers[line, a] = wall[a]
@@ -251,7 +264,7 @@ def line_kernels(dim, real, kernel, flip, stored):
                                 # and outside the solid there is no leader to look up
                                 if is_led(c, q, k, up, z, neighbours, slots, walls, coordinates, axis, sign,
                                           level) == 0:
-                                    deep[at_deep] = c * stride + q
+                                    deep[at_deep] = c * n_nodes + q
                                     for a in ti.static(range(dim)):
                                         deep_normals[at_deep, a] = wall[a]
                                     at_deep += 1

@@ -27,10 +27,14 @@ class SolidField:
         self._table = SolidTable([obstacle], dim=dim, precision=precision, origin=origin, dx=dx)
         self._table.move(0.0)
         self._real = DTYPES[precision][0]
-        self._fill = _fill_kernel(dim, self._real)
+        self.bind(False)
         self._box = self._prepared = self._table.boxes()
         self._n = 0
         self.array = self._allocate(8)
+
+    def bind(self, serial):
+        """Compile for one thread or all of them."""
+        self._fill = _fill_kernel(self.dim, self._real, serial)
 
     def _allocate(self, slots):
         return ti.ndarray(ti.types.vector(4, self._real), (slots * EDGE[self.dim] ** self.dim,))
@@ -69,7 +73,7 @@ class SolidField:
 
 
 @functools.cache
-def _fill_kernel(dim, real):
+def _fill_kernel(dim, real, serial):
     vec4, edge, distance = ti.types.vector(4, real), EDGE[dim], distance_function(dim, real)
     n_nodes = edge**dim
 
@@ -77,6 +81,7 @@ def _fill_kernel(dim, real):
     def fill(walls: ti.types.ndarray(dtype=vec4, ndim=1), coordinates: ti.types.ndarray(), numbers: ti.types.ndarray(),
              sizes: ti.types.ndarray(), poses: ti.types.ndarray(), samples: ti.types.ndarray(dtype=vec4, ndim=1),
              n_slots: int):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(n_slots * n_nodes):
             x, node = ti.Vector.zero(ti.f64, dim), vec4(0.0)
             for a in ti.static(range(dim)):

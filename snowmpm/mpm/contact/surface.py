@@ -1,8 +1,10 @@
 """What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
 
 import numpy as np
+import taichi as ti
 
 from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.launch import own_launches
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.joined_contact import joined_kernel
 from snowmpm.mpm.contact.joined_lines import JoinedLines
@@ -58,12 +60,14 @@ class Surface:
     def bind(self, real, kernel, flip, serial, lists=False):
         """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
         blocks."""
-        self._lines = Lines(self.dim, real, kernel, flip, self.geometry.stored)
+        self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial)
+        if self.moving:
+            self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
-        self._resolve = [contact_kernel(*scheme, some) for some in (False, True)[: 1 + lists]]
-        self._kernel = kernel
+        self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + lists]]
+        self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
         if self.joinable:
-            self._hold = joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK)
+            self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
 
     @property
     def joinable(self):
@@ -81,19 +85,23 @@ class Surface:
         geometry = self.geometry
         plane = (0, 1, 0.0) if geometry.stored else (geometry.axis, geometry.sign, geometry.level)
         self._slots, lines = slots, self._lines
-        lines.find(grid.contact, slots, geometry.array if geometry.stored else grid.nodes, plane)
+        lines.find(grid.contact, slots, geometry.array if geometry.stored else self._no_walls, plane)
         if self.joinable and grid.joins:
             others = [other.geometry.distance for other in grid.surfaces if other is not self and not other.moving]
-            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.flip, grid.precision)
+            self._joined, rows = JoinedLines.of(lines, grid.contact, others, self._kernel, grid.precision)
             lines.release(rows)
 
     def move_to(self, time, origin, dx):
         """Bring a solid that moves to where it is at `time` [s]; -> whether the grid has to prepare other blocks."""
+        self.carry(time, origin, dx)
+        return self.geometry.move_to(time)
+
+    def carry(self, time, origin, dx):
+        """Take the velocity that a solid has at `time` [s], and leave it where it is."""
         pose, motion = self.geometry.obstacle.motion.pose(time), np.zeros((3, 3))
         motion[0, : self.dim], motion[2, : self.dim] = pose.velocity, (pose.centre - origin) / dx
         motion[1, 3 - np.size(pose.omega) :] = pose.omega
         self.motion.from_numpy(motion.ravel())
-        return self.geometry.move_to(time)
 
     def speed_at(self, time):
         """Bound of the speed of a solid's points [m/s]."""
@@ -108,10 +116,13 @@ class Surface:
         """Coefficients of friction of nodes in plan, and which nodes these are."""
         return self._everywhere if self.basal is None else (self.basal.coefficients, int_array(self.basal.window))
 
-    def apply_contact(self, grid, dx):
-        """Bring it to bear on the nodes of the contact blocks of a `TileGrid`."""
+    def locate(self, grid):
+        """Find the lines anew that a surface crosses which has moved."""
         if self.moving:
             self.prepare(grid, self._slots)
+
+    def apply_contact(self, grid, dx):
+        """Bring it to bear on the nodes of the contact blocks of a `TileGrid`, where it was found last."""
         blocks, lines = grid.contact, self._lines
         if self._joined:
             joined = self._joined

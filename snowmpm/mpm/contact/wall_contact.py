@@ -40,8 +40,9 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
-from snowmpm.mpm.contact.contact_node import N_TOTALS, block_stride, node_functions
+from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
 from snowmpm.mpm.contact.lines import REACH
+from snowmpm.mpm.node import block_nodes, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.particles.blocks import EDGE
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK, contact_velocity
@@ -67,10 +68,10 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
     friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
     (`stepping.basal_friction`), in place of `friction`. lists: `work` names the contact blocks to visit.
     """
-    vec4 = ti.types.vector(4, real)
-    reach, edge, stride = REACH[kernel], EDGE[dim], block_stride(dim, flip)
+    of_node = node_vector(real, flip)
+    reach, edge, stride = REACH[kernel], EDGE[dim], block_nodes(dim)
     n_totals = N_TOTALS[dim]
-    node, pick = node_functions(dim, real, flip, moving), picker(lists)
+    node, pick = node_functions(dim, real, moving), picker(lists)
 
     @ti.func
     def coefficient(place, coordinates: ti.template(), friction, coefficients: ti.template(), window: ti.template()):
@@ -142,7 +143,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                     node.set_velocity(nodes, contact_offset, place[j], after, solid, totals, coordinates, motion)
 
     @taichi_kernel
-    def resolve_contact(nodes: ti.types.ndarray(dtype=vec4, ndim=1), contact_offset: int,
+    def resolve_contact(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
                         coordinates: ti.types.ndarray(), start: ti.types.ndarray(), places: ti.types.ndarray(),
                         numbers: ti.types.ndarray(), deep_start: ti.types.ndarray(), deep: ti.types.ndarray(),
                         deep_normals: ti.types.ndarray(), motion: ti.types.ndarray(), dx: real, code: int,

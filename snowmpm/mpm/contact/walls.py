@@ -1,12 +1,10 @@
 """Where a surface at rest is at the nodes of the grid, kept for the node blocks near it."""
 
-import functools
-
 import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.mpm.node_copy import copy_kernel
 from snowmpm.particles.blocks import EDGE
 
 NEAR = 1.75
@@ -81,23 +79,9 @@ class Walls:
         first, end = self._used * self._n_nodes, (self._used + len(walls)) * self._n_nodes
         if end > self.array.shape[0]:
             old, self.array = self.array, self._allocate(2 * (self._used + len(walls)))
-            _copy_kernel(self._real)(old, self.array, 0, first)
+            copy_kernel(4, self._real)(old, 0, self.array, 0, first)
         if len(walls):
             fresh = ti.ndarray(ti.types.vector(4, self._real), (end - first,))
             fresh.from_numpy(walls.reshape(-1, 4))
-            _copy_kernel(self._real)(fresh, self.array, first, end - first)
+            copy_kernel(4, self._real)(fresh, 0, self.array, first, end - first)
         self._used += len(walls)
-
-
-@functools.cache
-def _copy_kernel(real):
-    """Kernel copy(source, target, first, n): copy the first n vectors of `source` to `target` from `first` on."""
-    vec4 = ti.types.vector(4, real)
-
-    @taichi_kernel
-    def copy(source: ti.types.ndarray(dtype=vec4, ndim=1), target: ti.types.ndarray(dtype=vec4, ndim=1), first: int,
-             n: int):
-        for q in range(n):
-            target[first + q] = source[q]
-
-    return copy

@@ -18,6 +18,7 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import in_order
+from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.gather_packs import pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -43,28 +44,27 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     """The kernel for one particle a thread."""
     dim, sym_size = layout.dim, layout.sym_size
     access, at = accessors(layout), layout.offsets
-    vec4 = ti.types.vector(4, real)
+    of_node = node_vector(real, flip)
     n_laws, updates = len(laws), [law.update for law in laws]
     shape = gradient == "shape"
-    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
-                        law_of: ti.template(), tiles: ti.template(), changes: ti.template(), dt, inverse_dx,
-                        flip_ratio):
+                        law_of: ti.template(), tiles: ti.template(), dt, inverse_dx, flip_ratio):
         """Advance one particle; -> its report."""
         x = access.load(reals, places, p, at["position"], dim)
         address, f, w, dw = grid.locate(x, b)
-        v, moments, slopes = grid.interpolate(tiles, address, w, dw, True)
+        v, moments, slopes = grid.interpolate(tiles, address, w, dw)
         C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
         velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
         x += (dt * inverse_dx) * velocity
         if ti.static(flip):
-            change, _, _ = grid.interpolate(changes, address, w, dw, False)
+            change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
             old = access.load(reals, places, p, at["velocity"], dim)
-            velocity = particle.blend(velocity, old + ti.Vector([change[i] for i in ti.static(range(dim))]), flip_ratio)
+            velocity = particle.blend(velocity, old + change, flip_ratio)
         A, growth, ratio = particle.deform(L, access.load(reals, places, p, at["volume_ratio"], 1)[0], dt)
         h, tau = access.load(reals, places, p, at["elastic"], sym_size), ti.Vector.zero(real, sym_size)
         state = access.load(reals, places, p, at["state"], layout.state_size)
@@ -88,14 +88,14 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     @taichi_kernel
     def gather_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), block_of: ti.types.ndarray(),
-                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
-                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
-                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int, count: int):
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real,
+                      dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
+                      count: int):
         for b, c in ti.ndrange(n_tiles, N_REPORT):
             reports[b, c] = 0.0
         for p in range(count):
             one = gather_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, law_of,
-                                  tiles, changes, dt, 1.0 / dx, flip_ratio)
+                                  tiles, dt, 1.0 / dx, flip_ratio)
             for c in ti.static(range(N_REPORT)):
                 value = ti.cast(one[c], ti.f64)
                 if ti.static(c == BAD):

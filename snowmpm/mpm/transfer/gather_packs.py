@@ -13,7 +13,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
-from snowmpm.mpm.grid import NODE_MASK
+from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -30,11 +30,11 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
     """Kernel of `gather.gather_kernel` for one block a thread, in fixed order; lists: `blocks` names the blocks."""
     dim, edge, sym_size = layout.dim, EDGE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
-    vec4 = ti.types.vector(4, real)
+    of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
     some_stiffen = any(law.stiffness is not None for law in laws)
     some_bonded = any(law.bonds is not None for law in laws)
     shape, width = gradient == "shape", STENCILS[basis].width
-    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     apply_laws, pick = law_functions(layout, real, laws), picker(lists)
@@ -44,7 +44,10 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
                ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
                ("held", most_held(laws, sym_size)))
-    n_sums = 1 + dim * (1 + shape) + flip  # node vectors: w v, its moments, its slopes, w dv
+    n_sums = 1 + dim * (1 + shape)  # node vectors: w v, its moments, its slopes
+    # Of the second half of a node no moments are wanted. In single precision both halves are one register, and take
+    # no longer than one; in double precision each has its own
+    kept = size if real == ti.f32 else SECOND
     found_columns = ("most", N_REPORT), ("lowest", dim), ("highest", dim)
 
     @ti.func
@@ -71,8 +74,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
 
     @ti.func
     def sum_over_nodes(pack: ti.template(), address: ti.template(), sums: ti.template(), first, count,
-                       reals: ti.template(), places, tiles: ti.template(), changes: ti.template(), cells_per_metre):
-        """Interpolate to each lane, and move it. Node vectors are kept whole, four numbers in a register; were the
+                       reals: ti.template(), places, tiles: ti.template(), cells_per_metre):
+        """Interpolate to each lane, and move it. Node vectors are kept whole, as numbers of a register; were the
         position not stored here, the compiler would take several lanes at once and each number of a node alone."""
         for lane in range(count):
             w, dw = ti.Matrix.zero(real, width, dim), ti.Matrix.zero(real, width, dim)
@@ -81,17 +84,14 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                     w[k, a] = pack["w"][k * dim + a][lane]
                     if ti.static(shape):
                         dw[k, a] = pack["dw"][k * dim + a][lane]
-            v, moments, slopes = grid.interpolate(tiles, address[lane] & NODE_MASK, w, dw, True)
-            for c in ti.static(range(4)):
-                sums[0][4 * lane + c] = v[c]
-                for a in ti.static(range(dim)):
-                    sums[1 + a][4 * lane + c] = moments[a, c]
-                    if ti.static(shape):
-                        sums[1 + dim + a][4 * lane + c] = slopes[a, c]
-            if ti.static(flip):
-                change, _, _ = grid.interpolate(changes, address[lane] & NODE_MASK, w, dw, False)
-                for c in ti.static(range(4)):
-                    sums[n_sums - 1][4 * lane + c] = change[c]
+            v, moments, slopes = grid.interpolate(tiles, address[lane] & mask, w, dw)
+            for c in ti.static(range(size)):
+                sums[0][size * lane + c] = v[c]
+                if ti.static(c < kept):
+                    for a in ti.static(range(dim)):
+                        sums[1 + a][size * lane + c] = moments[a, c]
+                        if ti.static(shape):
+                            sums[1 + dim + a][size * lane + c] = slopes[a, c]
             x = read_lane(pack["x"], lane)
             for a in ti.static(range(dim)):
                 x[a] += cells_per_metre * v[a]
@@ -103,13 +103,13 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
         """From node vectors to one array for each number, which is what a loop over lanes needs."""
         for lane in range(LANES):
             for i in ti.static(range(dim)):
-                pack["v"][i][lane] = sums[0][4 * lane + i]
+                pack["v"][i][lane] = sums[0][size * lane + i]
                 for a in ti.static(range(dim)):
-                    pack["moments"][a * dim + i][lane] = sums[1 + a][4 * lane + i]
+                    pack["moments"][a * dim + i][lane] = sums[1 + a][size * lane + i]
                     if ti.static(shape):
-                        pack["slopes"][a * dim + i][lane] = sums[1 + dim + a][4 * lane + i]
+                        pack["slopes"][a * dim + i][lane] = sums[1 + dim + a][size * lane + i]
                 if ti.static(flip):
-                    pack["old"][i][lane] += sums[n_sums - 1][4 * lane + i]
+                    pack["old"][i][lane] += sums[0][size * lane + ti.static(SECOND + i)]
 
     @ti.func
     def deform_pack(pack: ti.template(), dt, inverse_dx, flip_ratio):
@@ -195,9 +195,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
     @taichi_kernel
     def gather_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                       materials: ti.types.ndarray(), law_of: ti.types.ndarray(), start: ti.types.ndarray(),
-                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=vec4, ndim=1),
-                      changes: ti.types.ndarray(dtype=vec4, ndim=1), dt: real, dx: real, flip_ratio: real,
-                      reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
+                      active_nodes: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real,
+                      dx: real, flip_ratio: real, reports: ti.types.ndarray(), report: ti.types.ndarray(), n_tiles: int,
                       chunk_bounds: ti.types.ndarray(), blocks: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
@@ -206,7 +205,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                 places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
                 blank, count_blank = ti.Vector.zero(real, LANES), ti.Vector.zero(ti.i32, LANES)
-                blanks = ti.Vector.zero(real, 4 * LANES)
+                blanks = ti.Vector.zero(real, size * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
                 found = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(found_columns)}
                 work, iterations, worst, address = blank, count_blank, count_blank, count_blank
@@ -218,7 +217,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)
                         read_pack(pack, address, first, count, b, reals, places)
-                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, changes, dt / dx)
+                        sum_over_nodes(pack, address, sums, first, count, reals, places, tiles, dt / dx)
                         spread_sums(pack, sums)
                         deform_pack(pack, dt, 1.0 / dx, flip_ratio)
                         apply_laws(pack, work, iterations, first, count, material, materials, law_of, dt)

@@ -15,16 +15,17 @@ from types import SimpleNamespace
 import taichi as ti
 
 from snowmpm.mpm.grid import TILE
+from snowmpm.mpm.node import node_vector
 from snowmpm.mpm.transfer.stencil import STENCILS
 
 
 @functools.cache
-def interpolation(dim, real, basis, moving, sloping):
+def interpolation(dim, real, basis, moving, sloping, flip):
     """Taichi functions of a basis. moving: the first moments of the velocity are wanted, from which the affine matrix C
-    follows; sloping: its sums with the slopes of the weights, which give grad v."""
+    follows; sloping: its sums with the slopes of the weights, which give grad v; flip: of nodes with a second half."""
     stencil, tile_edge = STENCILS[basis], TILE[dim]
     width = stencil.width
-    vec4 = ti.types.vector(4, real)
+    of_node = node_vector(real, flip)
     stride = [tile_edge ** (dim - 1 - a) for a in range(dim)]
 
     @ti.func
@@ -41,21 +42,21 @@ def interpolation(dim, real, basis, moving, sloping):
         return address, f, w, dw
 
     @ti.func
-    def interpolate(tiles: ti.template(), address, w, dw, more: ti.template()):
-        """Sums of w v, and if `more` the first moments and the slopes: one row for each axis, a node's vector long."""
-        v = vec4(0.0)
-        moments, slopes = [vec4(0.0) for _ in ti.static(range(dim))], [vec4(0.0) for _ in ti.static(range(dim))]
-        if ti.static(dim == 2 and more and moving and not sloping):
+    def interpolate(tiles: ti.template(), address, w, dw):
+        """Sums of w v, the first moments and the slopes: one row for each axis, a node's vector long."""
+        v = of_node(0.0)
+        moments, slopes = [of_node(0.0) for _ in ti.static(range(dim))], [of_node(0.0) for _ in ti.static(range(dim))]
+        if ti.static(dim == 2 and moving and not sloping):
             v, moments[0], moments[1] = moments_of_plane(tiles, address, w)
         else:
-            v = add_planes(tiles, address, w, dw, moments, slopes, more)
+            v = add_planes(tiles, address, w, dw, moments, slopes)
         return v, ti.Matrix.rows(moments), ti.Matrix.rows(slopes)
 
     @ti.func
     def moments_of_plane(tiles: ti.template(), address, w):
         """Sum over the last two axes, and its moments along them; in 3-D rows and columns of a plane together fill a
         register, and are as fast."""
-        columns, along = [vec4(0.0) for _ in ti.static(range(width))], vec4(0.0)
+        columns, along = [of_node(0.0) for _ in ti.static(range(width))], of_node(0.0)
         for k in ti.static(range(width)):
             column, moment = sum_and_moment([w[j, dim - 2] * tiles[address + j * stride[dim - 2] + k]
                                              for j in ti.static(range(width))])
@@ -75,47 +76,42 @@ def interpolation(dim, real, basis, moving, sloping):
         return parts[0] + later, moment
 
     @ti.func
-    def add_planes(tiles: ti.template(), address, w, dw, moments: ti.template(), slopes: ti.template(),
-                   more: ti.template()):
-        """Sum of w v, and if `more` what else is wanted."""
-        v = vec4(0.0)
-        rows, columns = [vec4(0.0) for _ in ti.static(range(width))], [vec4(0.0) for _ in ti.static(range(width))]
+    def add_planes(tiles: ti.template(), address, w, dw, moments: ti.template(), slopes: ti.template()):
+        """Sum of w v, and what else is wanted."""
+        v = of_node(0.0)
+        rows, columns = [of_node(0.0) for _ in ti.static(range(width))], [of_node(0.0) for _ in ti.static(range(width))]
         if ti.static(dim == 3):
             for i in ti.static(range(width)):
-                plane = add_plane(tiles, address + i * stride[0], w, w[i, 0], rows, columns, more)
+                plane = add_plane(tiles, address + i * stride[0], w, w[i, 0], rows, columns)
                 v += w[i, 0] * plane
-                add_axis(moments, slopes, 0, i, plane, w, dw, more)
+                add_axis(moments, slopes, 0, i, plane, w, dw)
         else:
-            v = add_plane(tiles, address, w, ti.cast(1.0, real), rows, columns, more)
+            v = add_plane(tiles, address, w, ti.cast(1.0, real), rows, columns)
         for k in ti.static(range(width)):
-            add_axis(moments, slopes, dim - 2, k, rows[k], w, dw, more)
-            add_axis(moments, slopes, dim - 1, k, columns[k], w, dw, more)
+            add_axis(moments, slopes, dim - 2, k, rows[k], w, dw)
+            add_axis(moments, slopes, dim - 1, k, columns[k], w, dw)
         return v
 
     @ti.func
-    def add_axis(moments: ti.template(), slopes: ti.template(), a: ti.template(), k: ti.template(), part, w, dw,
-                 more: ti.template()):
+    def add_axis(moments: ti.template(), slopes: ti.template(), a: ti.template(), k: ti.template(), part, w, dw):
         """Add plane k along axis a, whose sum is `part`."""
-        if ti.static(moving and more and k > 0):
+        if ti.static(moving and k > 0):
             moments[a] += (float(k) * w[k, a]) * part
-        if ti.static(sloping and more):
+        if ti.static(sloping):
             slopes[a] += dw[k, a] * part
 
     @ti.func
-    def add_plane(tiles: ti.template(), address, w, weight, rows: ti.template(), columns: ti.template(),
-                  more: ti.template()):
+    def add_plane(tiles: ti.template(), address, w, weight, rows: ti.template(), columns: ti.template()):
         """Sum over the last two axes, and what it adds to v_j (`rows`) and v_k (`columns`); weight: along the first."""
-        total = vec4(0.0)
+        total = of_node(0.0)
         for j in ti.static(range(width)):
-            row, row_weight = vec4(0.0), weight * w[j, dim - 2]
+            row, row_weight = of_node(0.0), weight * w[j, dim - 2]
             for k in ti.static(range(width)):
                 node = tiles[address + j * stride[dim - 2] + k]
                 row += w[k, dim - 1] * node
-                if ti.static(more):
-                    columns[k] += row_weight * node
+                columns[k] += row_weight * node
             total += w[j, dim - 2] * row
-            if ti.static(more):
-                rows[j] += weight * row
+            rows[j] += weight * row
         return total
 
     @ti.func

@@ -20,6 +20,7 @@ import taichi as ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE
+from snowmpm.mpm.node import node_size, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.scatter_packs import scatter_pack_kernel
 from snowmpm.particles.material_table import DENSITY
@@ -30,7 +31,7 @@ def scatter_kernel(layout, real, atomic, flip, basis="quadratic", gradient="affi
                    lists=False):
     """Kernel that fills the tiles. atomic: one particle a thread (GPU); else one block a thread, in fixed order (CPU).
 
-    flip: the internal impulse goes to tiles of its own, since FLIP needs the velocity before it.
+    flip: the internal impulse goes to the second half of a node, since FLIP needs the velocity before it.
     basis: name of a stencil; gradient: "affine" or "shape", see above; affine: whether C counts (APIC, AFLIP). serial:
     by one thread, lists: the blocks that a list names, unless atomic.
     """
@@ -44,8 +45,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
     dim, tile_edge = layout.dim, TILE[layout.dim]
     shape = gradient == "shape"
     access, at = accessors(layout), layout.offsets
-    vec4 = ti.types.vector(4, real)
-    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    of_node, size = node_vector(real, flip), node_size(flip)
+    grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     parts = spreading(dim, real, basis, gradient, flip, affine, True)
 
     @ti.func
@@ -58,7 +59,7 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
 
     @ti.func
     def scatter_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
-                         tiles: ti.template(), impulses: ti.template(), dt, dx):
+                         tiles: ti.template(), dt, dx):
         address, f, w, dw = grid.locate(access.load(reals, places, p, at["position"], dim), b)
         velocity = access.load(reals, places, p, at["velocity"], dim)
         C = ti.Matrix.zero(real, dim, dim)
@@ -72,22 +73,18 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
         mass = volume * materials[material[p], DENSITY]
         if ti.static(layout.water_size > 0):
             mass += volume * access.load(reals, places, p, at["water"], 1)[0]
-        for field, n in ti.static(parts.fields):
-            vectors = [vec4(0.0) for _ in ti.static(range(n))]
-            parts.prepare(field, vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
-            parts.spread(field, impulses if ti.static(field == 1) else tiles, address, w, vectors, 0)
+        vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
+        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
+        parts.spread(tiles, address, w, vectors, 0)
 
     @taichi_kernel
     def scatter_atomic(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), block_of: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
-                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                       dt: real, dx: real, n_tiles: int, count: int):
+                       tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real, dx: real, n_tiles: int, count: int):
         for q in range(n_tiles * tile_edge**dim):
-            tiles[q] = vec4(0.0)
-            if ti.static(flip):
-                impulses[q] = vec4(0.0)
+            tiles[q] = of_node(0.0)
         for p in range(count):
             scatter_particle(p, block_of[p], reals, access.places(reals, slot_offset), material, materials, tiles,
-                             impulses, dt, dx)
+                             dt, dx)
 
     return scatter_atomic

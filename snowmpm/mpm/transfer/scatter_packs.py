@@ -1,7 +1,7 @@
 """The scatter of a CPU: packs of particles, like its gather (`gather_packs`).
 
 What a particle gives to its nodes (`spreading`) is worked out for a vector register of particles at a time; then they
-add it up one after the other, in their order, four numbers of a node in a register.
+add it up one after the other, in their order, the numbers of a node in a register.
 """
 
 import functools
@@ -12,7 +12,8 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
 from snowmpm.mpm.contact.spreading import spreading
-from snowmpm.mpm.grid import NODE_MASK, TILE, tile_strides
+from snowmpm.mpm.grid import TILE, tile_strides
+from snowmpm.mpm.node import node_mask, node_size, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
@@ -25,10 +26,10 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     """Kernel of `scatter.scatter_kernel` for one block a thread, in fixed order; lists: `work` names the blocks."""
     dim, tile_edge, sym_size = layout.dim, TILE[layout.dim], layout.sym_size
     access, at = accessors(layout), layout.offsets
-    vec4 = ti.types.vector(4, real)
+    of_node, size, mask = node_vector(real, flip), node_size(flip), node_mask(flip)
     width, plane = STENCILS[basis].width, tile_strides(dim)[0]
     shape = gradient == "shape"
-    grid = interpolation(dim, real, basis, affine or not shape, shape)
+    grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     parts, pick = spreading(dim, real, basis, gradient, flip, affine, False), picker(lists)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
@@ -68,41 +69,41 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 for j in ti.static(range(dim)):
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
-            for field, _ in ti.static(parts.fields):
-                parts.prepare(field, vectors[field], lane, f, w, dw, pack["mass"][0][lane],
-                              read_lane(pack["v"], lane), C, impulse)
+            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse)
 
     @ti.func
     def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):
         """Set the box of tile b to zero, whole rows of it: one loop compiles several times faster than two."""
         first = b * tile_edge**dim + active_nodes[b, 0] * plane + active_nodes[b, 1] * tile_edge
         wide = active_nodes[b, 4] - active_nodes[b, 1]
-        for q in range((active_nodes[b, 3] - active_nodes[b, 0]) * wide):
-            row = (first + q // wide * plane + q % wide * tile_edge) & NODE_MASK
+        row, left = first, wide
+        for _ in range((active_nodes[b, 3] - active_nodes[b, 0]) * wide):
+            at = row & mask
             for k in ti.static(range(tile_edge)):
                 # Always zero; told so by a choice, LLVM stores a node at once, not number by number
-                tiles[row + k] = ti.select(first >= 0, vec4(0.0), tiles[row + k])
+                tiles[at + k] = ti.select(first >= 0, of_node(0.0), tiles[at + k])
+            row, left = row + tile_edge, left - 1
+            if left == 0:
+                row, left = row + plane - wide * tile_edge, wide
 
     @taichi_kernel
     def scatter_blocks(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                        materials: ti.types.ndarray(), start: ti.types.ndarray(), active_nodes: ti.types.ndarray(),
-                       tiles: ti.types.ndarray(dtype=vec4, ndim=1), impulses: ti.types.ndarray(dtype=vec4, ndim=1),
-                       dt: real, dx: real, n_tiles: int, chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
+                       tiles: ti.types.ndarray(dtype=of_node, ndim=1), dt: real, dx: real, n_tiles: int,
+                       chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray()):
         ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
                 places = access.places(reals, slot_offset)
                 # Each a copy of its own; zeros anew for every array would take Taichi a tenth of its time
-                blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, 4 * LANES)
+                blank, blanks = ti.Vector.zero(real, LANES), ti.Vector.zero(real, size * LANES)
                 pack = {name: [blank for _ in ti.static(range(n))] for name, n in ti.static(columns)}
-                vectors = [[blanks for _ in ti.static(range(n))] for _, n in ti.static(parts.fields)]
+                vectors = [blanks for _ in ti.static(range(parts.n_vectors))]
                 address = ti.Vector.zero(ti.i32, LANES)
                 for turn in range(begin, end):
                     b = pick(work, turn)
                     clear_box(tiles, active_nodes, b)
-                    if ti.static(flip):
-                        clear_box(impulses, active_nodes, b)
                     for k in range((start[b + 1] - start[b] + LANES - 1) // LANES):
                         first = start[b] + k * LANES
                         count = ti.min(LANES, start[b + 1] - first)
@@ -111,8 +112,6 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                         for lane in range(count):
                             w = ti.Matrix([[pack["w"][k * dim + a][lane] for a in ti.static(range(dim))]
                                            for k in ti.static(range(width))])
-                            parts.spread(0, tiles, address[lane] & NODE_MASK, w, vectors[0], lane)
-                            if ti.static(flip):
-                                parts.spread(1, impulses, address[lane] & NODE_MASK, w, vectors[1], lane)
+                            parts.spread(tiles, address[lane] & mask, w, vectors, lane)
 
     return scatter_blocks

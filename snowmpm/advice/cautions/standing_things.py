@@ -1,0 +1,49 @@
+"""Rules: structures that bend in the snow, and free bodies."""
+
+from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
+from snowmpm.setup.standing import held_share
+
+HEAVIER = 30.0
+"""Ratio of the masses of two free bodies from which on `heavy_on_light` is asked."""
+
+
+@rule("mpm", "sph")
+def few_segments(facts):
+    """A structure of fewer pieces than its deflection needs."""
+    for i, spec in enumerate(facts.scene.structures):
+        if border := beyond("few_segments", "load at its end", float(spec.segments)):
+            yield worded(border, f"structures.{i}.segments", float(spec.segments))
+
+
+@rule("mpm", "sph")
+def light_structure(facts):
+    """A structure with weak coupling that snow cannot leave, by the mass of the snow that contact holds."""
+    for i, (spec, rod) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
+        share = held_share(facts.scene, spec, rod, max(law.density for law in facts.model.laws))
+        setting = "weak, separate" if spec.contact == "separate" else "weak, stick"
+        if spec.coupling == "weak" and (border := beyond("light_structure", setting, share)):
+            yield worded(border, f"structures.{i}.coupling", share)
+
+
+@rule("mpm", "sph")
+def short_segments(facts):
+    """Pieces shorter than a cell, which the grid does not tell apart."""
+    for i, (spec, rod) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
+        if rod.length < facts.dx and spec.segments > 8:
+            most = max(8, int(rod.length * rod.n / facts.dx))
+            says = (f"{spec.segments} pieces of {rod.length / facts.dx:.2g} cells: the snow does not tell them apart,"
+                    " and each costs as much as an obstacle")
+            yield Caution("", f"structures.{i}.segments", says, f"{most} segments")
+
+
+@rule("mpm", "sph")
+def heavy_on_light(facts):
+    """Free bodies so unlike in mass that contact between them does not settle."""
+    bodies = [(i, obstacle) for i, obstacle in enumerate(facts.model.obstacles) if obstacle.free]
+    if len(bodies) < 2:
+        return
+    masses = [obstacle.motion.matter.mass for _, obstacle in bodies]
+    ratio = max(masses) / min(masses)
+    setting = "2 blocks" if len(bodies) == 2 else "6 blocks"
+    if ratio > HEAVIER and (border := beyond("heavy_on_light", setting, ratio)):
+        yield worded(border, f"obstacles.{bodies[masses.index(max(masses))][0]}.free", ratio)

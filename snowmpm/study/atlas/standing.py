@@ -1,0 +1,116 @@
+"""Entries: structures that bend in the snow, and free bodies on each other."""
+
+import itertools
+
+import numpy as np
+
+from snowmpm.errors import SimulationError
+from snowmpm.materials import Elastic
+from snowmpm.particles.population import Population
+from snowmpm.rigid.body import Body
+from snowmpm.rigid.world import World
+from snowmpm.scenes.schema import Scene
+from snowmpm.setup.standing import standing
+from snowmpm.solids import Obstacle
+from snowmpm.structures.rod import Rod
+from snowmpm.structures.rods import Rods, Standing
+from snowmpm.structures.section import Section
+from snowmpm.study.atlas.entry import WORST, Entry
+from snowmpm.study.problems.schemes import Scheme, lattice
+
+DX = 0.05
+SNOW = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
+HEIGHT, PLATE = 8 * DX, 1.5 * DX
+
+
+def deflected(segments, even):
+    """Error of the deflection of a rod of so many pieces at rest, against a beam; even: under a load along all of it,
+    else at its end."""
+    n, section = round(segments), Section.tube(0.06, 0.01, 2e9, 1000.0)
+    rod = Rod(np.zeros(3), np.array([0.0, 0.0, 1.0]), n, section, damping=1.0)
+    forces = np.zeros_like(rod.x)
+    share = rod.masses / rod.masses.sum() if even else np.arange(n + 1) == n
+    forces[:, 0] = 5.0 * share
+    rod.advance(4.0 * 2.0 * np.pi / 1.8751040687**2 * np.sqrt(section.line_mass / section.bending), forces)
+    return rod.x[-1, 0] / (5.0 / section.bending / (8.0 if even else 3.0)) - 1.0
+
+
+def struck(ratio, coupling, contact):
+    """Energy of a block and of the plate that it is thrown at, at the end over that at the start, less 1; ratio: mass
+    of the snow in the cells on both sides of the plate over that of the plate."""
+    block, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
+    speed = 0.01 * SNOW.wave_speed()
+    foot, density = 4.3 * DX + 0.5 * PLATE, 2.0 * DX * SNOW.density / (ratio * PLATE)
+    scene = Scene.model_validate({
+        "name": "struck", "dimension": 2, "end_time": 1.0, "solver": {"dx": DX}, "materials": {"snow": SNOW},
+        "domain": {"min": [-1.0, 0.0], "max": [2.0, 2.0]},
+        "bodies": [{"name": "block", "material": "snow",
+                    "shape": {"kind": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}}],
+        "structures": [{"name": "plate", "foot": [foot, 0.0], "top": [foot, HEIGHT], "width": PLATE, "segments": 4,
+                        "youngs_modulus": 1e6, "density": density, "damping": 0.0, "coupling": coupling,
+                        "contact": contact}]})
+    made, obstacles = standing(scene)
+    solver = Scheme("apic").solver(
+        Population(block, volumes, 0, np.tile([speed, 0.0], (len(block), 1))), [SNOW], dx=DX, origin=np.full(2, -1.0),
+        lower=np.full(2, -1.0), upper=np.full(2, 2.0), gravity=np.zeros(2), obstacles=obstacles)
+    solver.move("structures", Rods([Standing("plate", made[0], 0, coupling == "strong")], 2))
+    start = 0.5 * solver.particles.mass * speed**2
+    try:
+        while solver.time < 2.0 * DX / speed:
+            solver.step(solver.stable_dt()[0])
+    except SimulationError:
+        return WORST
+    v = solver.particles.column("velocity")
+    kinetic = 0.5 * float(solver.particles.masses() @ (v**2).sum(axis=1))
+    return max(0.0, (kinetic + made[0].energy) / start - 1.0)
+
+
+def stacked(ratio, blocks):
+    """Largest overlap, over the height of a block, in a stack of so many blocks after 0.2 s, the uppermost of which has
+    `ratio` times the mass of the others."""
+    g, made = 9.81, []
+    for i in range(blocks):
+        spec = Scene.model_validate({
+            "name": "stack", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.5}, "materials": {"snow": SNOW},
+            "domain": {"min": [-9.0, 0.0], "max": [9.0, 9.0]},
+            "bodies": [{"name": "snow", "material": "snow",
+                        "shape": {"kind": "box", "min": [4.0, 0.0], "max": [5.0, 1.0]}}],
+            "obstacles": [{"name": "block", "shape": {"kind": "box", "min": [0.0, float(i)], "max": [1.0, i + 1.0]},
+                           "free": {"density": ratio * 1e3 if i == blocks - 1 else 1e3}}]}).obstacles[0]
+        made.append(Body(i, Obstacle.of(spec, 2), 0.5))
+    world = World(made, ground=lambda x: (x[:, 1], np.tile([0.0, 1.0], (len(x), 1))))
+    world.begin()
+    for k in range(40):
+        world.advance(0.005 * k, 0.005, np.array([0.0, -g]), np.zeros((blocks, 4)))
+    levels = [0.0, *(body.motion.centre[1] + 0.5 for body in made)]
+    return max(low - high + 1.0 for low, high in itertools.pairwise(levels))
+
+
+ENTRIES = (
+    Entry(
+        name="few_segments", title="A mast of few pieces", scene="A rod at rest under a load across it",
+        seen="A chain of n straight pieces gives way further than the beam that it stands for, by 1 / 2n^2 under a load"
+             " at its end", cure="more segments", parameter="segments", unit="",
+        values=(2, 3, 4, 5, 6, 8, 12, 16), settings={"load at its end": {"even": False}, "even load": {"even": True}},
+        symptom="error of the deflection", limit=0.02, measure=deflected, shown="load at its end", fails="below"),
+    Entry(
+        name="light_structure", title="A structure that the snow sticks to",
+        scene="An elastic block that is thrown at a plate of four pieces",
+        seen="With weak coupling the plate is thrown back by more than the snow came with, and the snow that sticks to"
+             " it goes along: energy comes from nowhere. Snow that may leave does no harm",
+        cure='contact = "separate", or coupling = "strong"',
+        parameter="mass of the snow in the cells around it over its own", unit="",
+        values=(0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 1.0, 2.0, 5.0, 10.0),
+        settings={f"{coupling}, {contact}": {"coupling": coupling, "contact": contact}
+                  for contact in ("stick", "separate") for coupling in ("weak", "strong")}, symptom="energy gained",
+        limit=0.05, measure=struck, shown="weak, stick", cured="strong, stick", resolution=0.1),
+    Entry(
+        name="heavy_on_light", title="Heavy bodies on light ones",
+        scene="A stack of blocks, the uppermost heavier than the others",
+        seen="Impulses pass down a stack by a sweep for each block, and slowly where a heavy one lies on light ones:"
+             " sweeps that are cut off leave blocks sunk into each other",
+        cure="bodies of more equal mass, or fewer on each other", parameter="mass of the uppermost over the others",
+        unit="", values=(1.0, 10.0, 100.0, 1e3, 1e4, 1e5),
+        settings={"2 blocks": {"blocks": 2}, "6 blocks": {"blocks": 6}},
+        symptom="overlap over height", limit=1e-3, measure=stacked, shown="6 blocks"),
+)

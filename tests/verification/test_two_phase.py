@@ -1,0 +1,146 @@
+"""Depth-averaged flow of grains and water with a velocity each (P6, P8): a Riemann problem against finite volumes,
+drag, the limit of one phase, a liquefied dam."""
+
+import numpy as np
+import pytest
+
+from snowmpm.ground import Coulomb
+from tests.support import two_phase_volumes
+from tests.support.depth_flows import (
+    WALL,
+    G,
+    Ground,
+    coulomb,
+    flat,
+    flow,
+    front,
+    graded,
+    momentum,
+    pore_water,
+    profile,
+    run_to,
+    slope,
+)
+from tests.support.mixed_flows import WATER, anderson, depths_of_phases, mixed_flow, phase
+
+GRAINS = 2000.0
+LEFT, RIGHT = (0.32, 0.72), (0.84, 0.54)
+"""Depths of grains and water of the Riemann problem [m] (Pastor et al. 2020, section 6.1)"""
+
+
+def riemann(time, dx, drag):
+    """x, depths of both phases (2, nx) after `time` [s], of columns and by finite volumes."""
+    cells = round(80.0 / dx)
+    x = -10.0 + (np.arange(cells) + 0.5) * 20.0 / cells
+    plan = np.stack(np.meshgrid(x, (np.arange(3) + 0.5) * dx, indexing="ij"), axis=-1).reshape(-1, 2)
+    volumes = [np.where(plan[:, 0] < 0.0, LEFT[k], RIGHT[k]) * 20.0 / cells * dx for k in (0, 1)]
+    ground = Ground(flat, (-10.0, 0.0), (10.0, 3.0 * dx), sides=(WALL, WALL))
+    solver = run_to(mixed_flow(plan, volumes, ground, dx, grains=GRAINS, drag=drag), time)
+    nodes, found = depths_of_phases(solver)
+    fine = -10.0 + (np.arange(2000) + 0.5) * 0.01
+    start = [np.where(fine < 0.0, LEFT[k], RIGHT[k]) for k in (0, 1)]
+    h_s, h_w, _, _ = two_phase_volumes.flow(*start, 0.01, time, grains=GRAINS, water=WATER,
+                                            drag=lambda n: drag.coefficient(n, 0.0))
+    at = np.round((nodes + 10.0 - 0.5 * dx) / dx).astype(int)
+    of_cell = [h.reshape(len(nodes), -1).mean(axis=1)[at] for h in (h_s, h_w)]
+    return solver, found, np.array(of_cell)
+
+
+def distance(found, exact):
+    """L1 over the exact depth, of each phase and of both."""
+    both = np.abs(found.sum(axis=0) - exact.sum(axis=0)).sum() / exact.sum()
+    return [*(np.abs(found - exact).sum(axis=1) / exact.sum(axis=1)), both]
+
+
+@pytest.mark.parametrize(("time", "terminal"), [
+    (2.0, 1e-3), (1.0, 1.0), pytest.param(0.5, 1e-3, marks=pytest.mark.slow),
+    pytest.param(1.0, 1e6, marks=pytest.mark.slow)])
+def test_riemann_problem(time, terminal):
+    """P6: within 3 %, from phases that drag holds together (1e-4 s) to such that hardly feel each other."""
+    solver, found, exact = riemann(time, 0.1, anderson(GRAINS, terminal))
+    assert max(distance(found, exact)) < 0.01
+    assert solver.particles.masses().sum() == pytest.approx(sum(
+        10.0 * 0.3 * (GRAINS * s + WATER * w) for s, w in (LEFT, RIGHT)), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_riemann_problem_converges():
+    errors = [max(distance(*riemann(1.0, dx, anderson(GRAINS, 1e6))[1:])) for dx in (0.1, 0.05)]
+    assert errors[1] < 0.6 * errors[0]
+
+
+def sheet(*, drag, velocities=None, angle=0.0, friction=0.0, porosity=0.4, deep=1.0, length=20.0, **choices):
+    """An even sheet between walls along y, open along x."""
+    plan = np.stack(np.meshgrid(0.25 + 0.5 * np.arange(round(2 * length)), 0.25 + 0.5 * np.arange(6), indexing="ij"),
+                    axis=-1).reshape(-1, 2)
+    volumes = np.array([1.0 - porosity, porosity])[:, None] * np.full(len(plan), 0.25 * deep)
+    ground = Ground(slope(angle), (-40.0, 0.0), (200.0, 3.0), coulomb(friction), (["open"] * 2, WALL))
+    if velocities is not None:
+        velocities = np.array([np.tile([v, 0.0], (len(plan), 1)) for v in velocities])
+    return mixed_flow(plan, volumes, ground, 1.0, grains=2500.0, drag=drag, porosity=porosity, velocities=velocities,
+                      **choices)
+
+
+@pytest.mark.parametrize("dt", [0.002, 0.05])
+def test_drag_takes_the_slip(dt):
+    """In the middle of a sheet the slip falls as exp(-l t), l = h C (1 / m_s + 1 / m_w), whatever the step, and what
+    the grains gain the water loses."""
+    law = anderson(2500.0, 5.0)
+    solver = sheet(drag=law, velocities=(0.0, 1.0), length=40.0)
+    before, rate = momentum(solver), law.coefficient(0.4, 0.0) * (1.0 / (0.6 * 2500.0) + 1.0 / (0.4 * WATER))
+    run_to(solver, 0.2, dt)
+    x, v = solver.particles.positions()[:, 0], solver.particles.column("velocity")[:, 0]
+    inner = (x > 16.0) & (x < 24.0)
+    slip = v[inner & phase(solver, 1)].mean() - v[inner & phase(solver, 0)].mean()
+    assert slip == pytest.approx(np.exp(-rate * 0.2), rel=2e-3)
+    # The ends of the sheet spread over a grid that moves against it
+    np.testing.assert_allclose(momentum(solver)[0], before[0], rtol=1e-3)
+
+
+def test_one_phase_is_the_limit_of_strong_drag():
+    """Saturated snow over a drained ground, without friction and with such that its middle rests on the slope: columns
+    of both phases end within 1 cm of those of one phase, on ways of up to 2.6 m."""
+    for angle in (0.0, 20.0):
+        pores, dry = pore_water(porosity=0.4, grains=2500.0, drained=True)
+        mixed = run_to(sheet(drag=anderson(2500.0, 1e-4), angle=5.0, friction=angle), 1.5, 0.02)
+        plan = mixed.particles.count // 2
+        start = sheet(drag=anderson(2500.0), angle=5.0, friction=angle).particles.positions()[:plan, :2]
+        ground = Ground(slope(5.0), (-40.0, 0.0), (200.0, 3.0), coulomb(angle), (["open"] * 2, WALL))
+        one = run_to(flow(start, np.full(plan, 0.25), ground, 1.0, densities=(dry,), water=pores), 1.5, 0.02)
+        of_mixed, of_one = (solver.particles.positions()[:, 0] for solver in (mixed, one))
+        assert np.abs(of_one - start[:, 0]).max() > 2.0
+        for k in (0, 1):
+            assert np.abs(np.sort(of_mixed[phase(mixed, k)]) - np.sort(of_one)).mean() < 0.01
+
+
+def test_speed_on_a_slope():
+    """Without drag between them, water runs off as on ice and grains slide under their buoyant weight."""
+    solver = run_to(sheet(drag=anderson(2500.0, 1e9), angle=20.0, friction=10.0, length=60.0), 0.5, 0.02)
+    x, v = solver.particles.positions()[:, 0], solver.particles.column("velocity")
+    speed = np.linalg.norm(v, axis=1)
+    inner = (x > 25.0) & (x < 40.0)
+    g, c, s, mu = G, np.cos(np.radians(20.0)), np.sin(np.radians(20.0)), np.tan(np.radians(10.0))
+    assert speed[inner & phase(solver, 1)].mean() == pytest.approx(0.5 * g * s, rel=2e-3)
+    assert speed[inner & phase(solver, 0)].mean() == pytest.approx(0.5 * g * (s - mu * c * (1.0 - 1.0 / 2.5)), rel=2e-3)
+
+
+def dam(mixed, dx=0.25):
+    """Run-outs [m] of a dam where the depth falls below 1 and 5 cm: dry, or liquefied and of two phases."""
+    x, widths = graded(-10.0, 0.0, dx / 4, 3.0)
+    plan = np.stack(np.meshgrid(x, (np.arange(3) + 0.5) * dx, indexing="ij"), axis=-1).reshape(-1, 2)
+    ground = Ground(flat, (-10.0, 0.0), (45.0, 3.0 * dx), Coulomb(mu=1.5), (["slip", "open"], WALL))
+    volume = np.repeat(widths * 10.0, 3) * dx
+    if mixed:
+        solver = mixed_flow(plan, [0.7 * volume, 0.3 * volume], ground, dx, grains=2500.0, drag=anderson(2500.0),
+                            porosity=0.3, consolidation=2.92, excess=1.0, drained=False)
+    else:
+        solver = flow(plan, volume, ground, dx, densities=(1750.0,))
+    while solver.time < 8.0 and (solver.time < 0.5 or solver.extremes.speed > 0.0):
+        solver.step(solver.stable_dt()[0])
+    return np.array([front(*profile(solver), depth) for depth in (0.01, 0.05)])
+
+
+@pytest.mark.slow
+def test_liquefied_dam():
+    """P8's third flow: 31.6 / 11.8 = 2.68 of the dry one, within 20 %."""
+    np.testing.assert_allclose(dam(True) / dam(False), 31.6 / 11.8, rtol=0.2)
