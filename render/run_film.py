@@ -54,7 +54,8 @@ def render_run(
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
     timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
     plain      no words, scales and insets
-    The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
+    The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
+    unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     timing = timing or Timing(fps)
@@ -98,7 +99,8 @@ def write_pictures(view: Any, times: Floats, output: PathLike, time: float | Non
     workers = worker_count(view.size, view.most_points, len(first))
     if progress:
         progress(0, len(first))
-    with open_film(output, timing.fps) as show, closing(drawn(view.picture, frames[first].tolist(), workers)) as pictures:
+    begun = drawn(view.picture, frames[first].tolist(), workers)
+    with open_film(output, timing.fps) as show, closing(begun) as pictures:
         for done, (picture, count) in enumerate(zip(pictures, often, strict=True), 1):
             for _ in range(count):
                 show(picture)

@@ -60,8 +60,8 @@ def _released_nothing(run, history):
         fastest = float(np.nanmax(speed[after]))
         if fastest < limit:
             yield (f"The {RELEASING[event['kind']]} at {start:g} s released nothing: after it no snow was faster than"
-                   f" {fastest:.2g} m/s. `snowmpm check` says whether the weak layer has the cells that it needs; else a"
-                   " longer cut, or a weaker layer, lets it go.")
+                   f" {fastest:.2g} m/s. `snowmpm check` says whether the weak layer has the cells that it needs; else"
+                   " a longer cut, or a weaker layer, lets it go.")
 
 
 def _last(history, name):

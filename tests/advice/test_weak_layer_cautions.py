@@ -1,4 +1,4 @@
-"""A weak layer through which no crack runs on this grid: said by `check` and before a run, and by the audit after it."""
+"""A weak layer through which no crack runs on this grid: said by `check`, before a run, and by its audit."""
 
 import numpy as np
 import pytest
