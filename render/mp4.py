@@ -60,7 +60,8 @@ def open_mp4(path, fps):
 
 def film_so_far(path, pictures):
     """The interruption that tells where the film so far is."""
-    return KeyboardInterrupt(f"interrupted; the film so far, {pictures} picture{'s' * (pictures != 1)}, is in {path}")
+    return KeyboardInterrupt(f"interrupted; the film so far, {pictures} picture{'s' * (pictures != 1)}, is in {path};"
+                             " the same command draws it anew (with --from TIME only the rest)")
 
 
 def _encoder(path, fps):

@@ -35,11 +35,12 @@ class Overlay:
         font = _font(max(8, round(size * self.unit)), bold)
         self.draw.text(position, words, ink, font, anchor, stroke_width=halo, stroke_fill=HALO)
 
-    def heading(self, title, time, duration=1.0):
-        """Title and time in the upper left corner; duration [s]: of the whole run, which chooses the unit."""
+    def heading(self, title, time, duration=1.0, pace=""):
+        """Title and time in the upper left corner; duration [s]: of the whole run, which chooses the unit; pace: of a
+        film beside real time."""
         left, (factor, prefix) = self.px(28), small_prefix(10.0 * duration)
         self.text((left, self.px(22)), title, 24, bold=True)
-        self.text((left, self.px(56)), f"t = {time / factor:.2f} {prefix}s", 22)
+        self.text((left, self.px(56)), f"t = {time / factor:.2f} {prefix}s" + (f", {pace}" if pace else ""), 22)
 
     def warnings(self, sentences):
         """Below the heading, in red: why what the picture shows is not final, a line each."""

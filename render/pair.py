@@ -11,6 +11,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.framing import Action, sample_action
 from snowmpm.render.run_film import (
+    PREPARING,
     SectionView,
     SpaceView,
     check_drawable,
@@ -20,7 +21,9 @@ from snowmpm.render.run_film import (
     write_pictures,
 )
 from snowmpm.render.section import Profile
+from snowmpm.render.timing import Timing
 from snowmpm.render.tracking import joint_track, plan_track
+from snowmpm.stages import stage
 
 GAP = 4  # px of white between the two
 
@@ -50,6 +53,16 @@ class PairView:
             view.title = title
 
     @property
+    def pace(self):
+        """Simulated seconds in a second of film, None of a single picture."""
+        return self.views[0].pace
+
+    @pace.setter
+    def pace(self, pace):
+        for view in self.views:
+            view.pace = pace
+
+    @property
     def most_points(self):
         """Particles of the fullest frame of either run."""
         return max(view.most_points for view in self.views)
@@ -69,15 +82,20 @@ class PairView:
 
 def render_pair(first: Run, second: Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
                 time: float | None = None, size: tuple[int, int] = (1920, 720), fps: float = 25, cutaway: bool = False,
-                progress: Callable[[int, int], object] | None = None) -> Path:
+                progress: Callable[[int, int], object] | None = None, timing: Timing | None = None,
+                plain: bool = False) -> Path:
     """Draw two `snowmpm.io.Run`s side by side to a film or picture; -> its path. The rest as of `render_run`.
 
     Frames are those of the run that lasts longer; the other shows its nearest frame, at last its end.
     """
     longer = max(first, second, key=lambda run: run.times[-1] if len(run) else 0.0)
-    size = checked_wishes(output, size, time, fps, longer)
-    view = PairView(first, second, size, color, camera, cutaway)
-    return write_pictures(view, view.times, output, time, fps, progress)
+    timing = timing or Timing(fps)
+    size = checked_wishes(output, size, time, timing, longer)
+    with stage(PREPARING):
+        view = PairView(first, second, size, color, camera, cutaway)
+    for part in view.views:
+        part.plain = plain
+    return write_pictures(view, view.times, output, time, timing, progress)
 
 
 def _spaces(runs, size, color, camera, cutaway):

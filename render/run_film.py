@@ -1,6 +1,6 @@
 """From a run to a film or a picture: `render_run`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -26,9 +26,12 @@ from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
 from snowmpm.render.snow import SNOW, draw_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
+from snowmpm.render.timing import Timing, pace_in_words
 from snowmpm.render.tracking import plan_track
 from snowmpm.render.workers import drawn, worker_count
+from snowmpm.stages import stage
 
+PREPARING = "choosing colours and camera, lighting the ground"
 SIZES = (64, 8192)
 INSET = 0.30  # of the picture's sides
 
@@ -36,31 +39,41 @@ INSET = 0.30  # of the picture's sides
 def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
-    progress: Callable[[int, int], object] | None = None
+    progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
     run_path   folder or file of the run, or a `snowmpm.io.Run`
-    output     .mp4 or .gif: every frame of the run at `fps`; a folder: every frame as a PNG; .png: one of them
+    output     .mp4 or .gif: every frame of the run at `fps`, or those of `timing`; a folder: the same as PNGs; .png:
+               one frame
     color      name of a field; "snow" for plain white; "fracture": the weak layer by its damage, all else white; by
                default the speed, on a map whose low end is snow white
     camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; in 2-D "auto" or "side" (whole)
     time       [s], for .png only: the frame nearest to it, by default the last
     cutaway    leave out, on the side of the camera, what lies over the weak layer: its damage is seen as it spreads
-    size       (width, height) [px];  progress(done, total) is called after each picture
-    Raises InputError for a run without frames, an unknown field or camera, another ending of `output`.
+    size       (width, height) [px];  progress(done, total) is called before the first picture and after each
+    timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
+    plain      no words, scales and insets
+    The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
+    unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
-    size = checked_wishes(output, size, time, fps, run)
-    return write_pictures(view_of(run, size, color, camera, cutaway), run.times, output, time, fps, progress)
+    timing = timing or Timing(fps)
+    size = checked_wishes(output, size, time, timing, run)
+    with stage(PREPARING):
+        view = view_of(run, size, color, camera, cutaway)
+    view.plain = plain
+    return write_pictures(view, run.times, output, time, timing, progress)
 
 
-def checked_wishes(output, size, time, fps, run):
+def checked_wishes(output, size, time, timing, run):
     """The size [px] to draw in. Raises InputError for what does not go together, before anything is drawn; run: the
     `Run` that has to reach `time`."""
     kind = output_kind(output)
-    if not fps > 0:
-        raise InputError.at("fps", fps, "must be > 0")
+    timing.check(run.path, run.times)
+    if timing.chosen and kind == ".png":
+        raise InputError("--speed, --from, --to and --every are of films and folders of pictures; --time chooses the"
+                         " frame of a .png")
     if time is not None and kind != ".png":
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
     if time is not None and len(run) and not 0.0 <= time <= run.times[-1] * (1.0 + 1e-9):
@@ -68,21 +81,31 @@ def checked_wishes(output, size, time, fps, run):
     return checked_size(size, even=kind == ".mp4")
 
 
-def write_pictures(view: Any, times: Floats, output: PathLike, time: float | None = None, fps: float = 25,
-                   progress: Callable[[int, int], object] | None = None) -> Path:
-    """One picture of a view for each of `times`, several drawn at a time (`workers`); -> the path.
+def write_pictures(view: Any, times: Floats, output: PathLike, time: float | None = None,
+                   timing: Timing | None = None, progress: Callable[[int, int], object] | None = None) -> Path:
+    """The pictures of a view of `times`, several drawn at a time (`workers`); -> the path.
 
-    output, time, fps, progress as of `render_run`.
+    output, time, timing, progress as of `render_run`.
     """
-    chosen: Sequence[int] = range(len(times))
+    timing = timing or Timing()
     if output_kind(output) == ".png":
-        chosen = [len(times) - 1 if time is None else int(np.abs(times - time).argmin())]
-    workers = worker_count(view.size, view.most_points, len(chosen))
-    with open_film(output, fps) as show, closing(drawn(view.picture, chosen, workers)) as pictures:
-        for done, picture in enumerate(pictures, 1):
-            show(picture)
+        frames = np.array([len(times) - 1 if time is None else int(np.abs(times - time).argmin())])
+    else:
+        frames = timing.frames(times)
+        view.pace = timing.pace(times)
+    # A frame that comes several times is drawn once
+    first = np.flatnonzero(np.diff(frames, prepend=-1))
+    often = np.diff(first, append=len(frames))
+    workers = worker_count(view.size, view.most_points, len(first))
+    if progress:
+        progress(0, len(first))
+    begun = drawn(view.picture, frames[first].tolist(), workers)
+    with open_film(output, timing.fps) as show, closing(begun) as pictures:
+        for done, (picture, count) in enumerate(zip(pictures, often, strict=True), 1):
+            for _ in range(count):
+                show(picture)
             if progress:
-                progress(done, len(chosen))
+                progress(done, len(first))
     return Path(output)
 
 
@@ -133,6 +156,7 @@ class _View:
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
         self.title, self._cautions = run.name, cautions(run)
+        self.pace, self.plain = None, False
 
     @property
     def most_points(self):
@@ -170,7 +194,7 @@ class _View:
         return frame.time, (points, spacing, colours, identity)
 
     def _legend(self, overlay, time, side="right"):
-        overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]))
+        overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
         if time == self.run.times[-1]:
             overlay.warnings(self._cautions)
         if self.scale is not None:
@@ -200,6 +224,8 @@ class SpaceView(_View):
         time, snow = self._frame(i)
         behind = draw_solids(self.ground, self.camera, self.sun, *placed(self.run, i))
         overlay = Overlay(light.encode(draw_snow(behind, self.camera, self.sun, *snow)))
+        if self.plain:
+            return overlay.picture()
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
         if not self.camera.perspective:
@@ -228,6 +254,8 @@ class SectionView(_View):
         time, snow = self._frame(i)
         camera, snow = self.track.camera(i), (*snow, placed(self.run, i))
         overlay = Overlay(light.encode(draw_section(self.profile, camera, *snow)))
+        if self.plain:
+            return overlay.picture()
         side = "right" if self.track.falls_left else "left"
         if self.track.close:
             self._inset(overlay, camera, snow)

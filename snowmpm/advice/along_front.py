@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snowmpm.advice.facts import SceneFacts
+from snowmpm.advice.weak_layers import coarsest_dx, tuned_to_grid
 from snowmpm.setup.build import build
 from snowmpm.setup.refusals import require
 from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
@@ -16,6 +17,8 @@ from snowmpm.study import presets
 from snowmpm.study.measurement import read
 from snowmpm.study.presets import FASTER, LESS_ERROR, MARGIN
 
+WORTH_IT = 0.95
+"""Share of the time that a move must leave at most to be a saving."""
 LEAST_CELLS = 0.7
 """Least thickness of the thinnest part of a scene [cells]: a row or two of particles, with the stiffness of a cell."""
 
@@ -39,8 +42,13 @@ def faster(scene, budget=None):
     Raises InputError as `build`."""
     _refuse_unmeasured(scene, "--fast")
     limit, saving = coarsest(scene), _saving(scene, budget)
-    allowed = [gain for gain in _table(scene) if gain.move.coarser <= limit]
-    gain = presets.fastest(allowed, saving)
+    tuned = tuned_to_grid(scene)
+    allowed = [gain for gain in _table(scene) if gain.move.coarser <= (1.0 if tuned else limit)]
+    gains = [gain for gain in allowed if saving(gain.move) <= WORTH_IT]
+    if not gains:
+        thin = "" if tuned or thinnest(scene) == float("inf") else f": its thinnest part is {thinnest(scene):.3g} m"
+        return _unchanged("--fast", f"nothing that was measured makes it faster on this grid{thin}", tuned)
+    gain = presets.fastest(gains, saving)
     lines = _said(scene, gain, saving, "--fast")
     thin = thinnest(scene)
     if gain.move.coarser > 1.0 and thin < gain.move.coarser * scene.solver.dx:
@@ -56,12 +64,24 @@ def faster(scene, budget=None):
 def more_accurate(scene, budget=None):
     """`Change` that reduces the typical error to LESS_ERROR of its value, at the least measured cost."""
     _refuse_unmeasured(scene, "--accurate")
-    saving = _saving(scene, budget)
-    gain = presets.most_accurate(_table(scene), saving)
+    saving, tuned = _saving(scene, budget), tuned_to_grid(scene)
+    gains = [gain for gain in _table(scene) if gain.typical < 1.0 and (gain.move.coarser == 1.0 or not tuned)]
+    if not gains:
+        return _unchanged("--accurate", "nothing that was measured leaves less error", tuned)
+    gain = presets.most_accurate(gains, saving)
     lines = _said(scene, gain, saving, "--accurate")
     if gain.typical > LESS_ERROR:
         lines.append(f"not {LESS_ERROR:g} of the error: nothing that was measured does that for this choice of solver")
     return Change(_overrides(scene, gain.move), tuple(lines), saving(gain.move))
+
+
+def _unchanged(option, why, tuned):
+    """A `Change` of nothing; tuned: the weak layer that holds the grid, or None."""
+    lines = [f"{option}: changes nothing: {why}"]
+    if tuned:
+        lines.append(f"the softening of materials.{tuned.material} was chosen for this solver.dx, on another cracks run"
+                     " at another load; with reference_thickness it would not depend on it")
+    return Change({}, tuple(lines), 1.0)
 
 
 def _table(scene):
@@ -165,5 +185,7 @@ def _extent(shape):
 
 
 def coarsest(scene):
-    """Largest factor of dx at which the thinnest part is still LEAST_CELLS thick; 1 where it is less already."""
-    return max(1.0, thinnest(scene) / (LEAST_CELLS * scene.solver.dx) * (1.0 + 1e-9))
+    """Largest factor of dx at which the thinnest part is still LEAST_CELLS thick, and a weak layer has the cells that
+    it needs; 1 where it is less already."""
+    dx = min(thinnest(scene) / LEAST_CELLS, coarsest_dx(scene))
+    return max(1.0, dx / scene.solver.dx * (1.0 + 1e-9))

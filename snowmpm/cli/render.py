@@ -65,21 +65,44 @@ def render(
     ] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Width and height in pixels.")] = "1280x720",
     fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second of film.")] = 25.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            metavar="X",
+            help="Simulated seconds in a second of film: 1 is real time, 0.25 four times slower; every frame once, in"
+            " the order of the run, by default.",
+        ),
+    ] = None,
+    begin: Annotated[
+        float | None, typer.Option("--from", metavar="T", help="Begin the film at this time of the run, in seconds.")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="T", help="End the film at this time of the run, in seconds.")
+    ] = None,
+    every: Annotated[int, typer.Option(metavar="N", help="Every n-th frame only.")] = 1,
+    plain: Annotated[
+        bool, typer.Option("--plain", help="The picture alone: no title, clock, scales, notes and inset.")
+    ] = False,
     quiet: Quiet = False,
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
 
+    A film shows every frame once, and its clock says how much faster than real time that is.
     Needs no display and no graphics card. A run in progress is drawn up to its last frame. A page (-o scene.html) is
     self-contained: it opens in any browser, and can be sent.
     """
     shape = _pixels(size)
     from snowmpm.io import Run
+    from snowmpm.render.timing import Timing
 
+    timing = Timing(fps, speed, begin, end, every)
     if mirror:
         from snowmpm.render.mirrored import MirroredRun as Run
     opened = Run(run)
     if output and output.suffix.lower() == ".html":
-        _draw_page(opened, output, color, camera, quiet, {"RUN2": beside, "--time": time, "--cutaway": cutaway})
+        others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
+                  "--from": begin, "--to": end, "--every": every if every != 1 else None}
+        _draw_page(opened, output, color, camera, quiet, others)
         return
     if beside:
         second = Run(beside)
@@ -87,7 +110,8 @@ def render(
     else:
         second = None
         target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
-    draw(opened, target, quiet, second, color=color, camera=camera, time=time, size=shape, fps=fps, cutaway=cutaway)
+    draw(opened, target, quiet, second, color=color, camera=camera, time=time, size=shape, timing=timing,
+         cutaway=cutaway, plain=plain)
 
 
 def _draw_page(run, output, color, camera, quiet, others):

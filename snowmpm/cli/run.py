@@ -173,6 +173,8 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
         print(f"warning: {many}", file=sys.stderr)
 
     def approve(simulation):
+        if not resume:
+            _warn_before(simulation)
         if not accept_cost:
             refuse_unaffordable(simulation, folder, runtime.threads())
 
@@ -188,6 +190,15 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
         raise KeyboardInterrupt(f"interrupted{kept}") from None
     except WriteError as error:
         raise WriteError(_with_command(error, again)) from error
+
+
+def _warn_before(simulation):
+    """Print why a run may show nothing."""
+    from snowmpm.advice.cautions.weak_layers import before_a_run
+    from snowmpm.advice.facts import SceneFacts
+
+    for caution in before_a_run(SceneFacts(simulation.scene, simulation.model, simulation.solver)):
+        print(f"warning: {caution}", file=sys.stderr)
 
 
 def _with_command(error, again):

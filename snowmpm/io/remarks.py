@@ -7,6 +7,12 @@ from snowmpm.io.status import cautions
 
 MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
 """Thresholds of the warnings: shares of momentum, of the energy put in, and of the cells."""
+G = 9.81
+STILL = 0.25
+"""Share of the speed of a fall through half a cell, sqrt(g dx), below which snow that was cut has not been released:
+what a cut alone sets in motion reached 0.08 of it."""
+RELEASING = {"cut": "cut", "remove": "removal"}
+"""Kinds of events that are meant to release snow, in words."""
 
 
 def remarks(run):
@@ -27,6 +33,7 @@ def remarks(run):
     if turned > 0.0 and abs(taken) > ENERGY * turned and not at_rest(run):
         yield (f"The scheme itself took {taken / turned:.1%} of the energy that was stored and turned over: a finer"
                " grid, or a transfer with less damping, takes less.")
+    yield from _released_nothing(run, history)
     cells = _last(history, "occupied_cells")
     if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
         share, method = _last(history, "emptied_cells") / cells, method_of(run, last=True)
@@ -36,6 +43,25 @@ def remarks(run):
         else:
             yield (f"{share:.1%} of the cells are empty between occupied ones: there snow is thinner than the grid"
                    " resolves (numerical fracture).")
+
+
+def _released_nothing(run, history):
+    """Cuts and removals after which no snow went anywhere."""
+    time, speed = (np.asarray(history.get(name, ()), float) for name in ("time", "max_speed"))
+    dx, events = run.provenance.get("dx"), run.scene.get("events") or ()
+    if not len(time) or len(speed) != len(time) or not isinstance(dx, int | float):
+        return
+    limit = STILL * np.sqrt(G * dx)
+    for event in events:
+        start = event.get("start", 0.0)
+        after = time > start
+        if event.get("kind") not in RELEASING or not after.any() or _last(history, "front_distance") != 0.0:
+            continue
+        fastest = float(np.nanmax(speed[after]))
+        if fastest < limit:
+            yield (f"The {RELEASING[event['kind']]} at {start:g} s released nothing: after it no snow was faster than"
+                   f" {fastest:.2g} m/s. `snowmpm check` says whether the weak layer has the cells that it needs; else"
+                   " a longer cut, or a weaker layer, lets it go.")
 
 
 def _last(history, name):

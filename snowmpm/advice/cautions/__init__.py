@@ -15,6 +15,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     standing_things,
     time_steps,
     transfers,
+    weak_layers,
     zone,
 )
 from snowmpm.advice.cautions.caution import RULES, Caution

@@ -1,0 +1,54 @@
+"""Rules: weak layers through which no crack runs on this grid, or another one than the scene was made for."""
+
+from snowmpm.advice.cautions.caution import Caution, rule
+from snowmpm.advice.weak_layers import LEAST_CELLS, SLACK, weak_layers
+from snowmpm.errors import InputError
+from snowmpm.measured.borders import shipped
+from snowmpm.scenes import load_scene
+
+OFF = 1.25
+"""Fracture energy over that of the scene's own grid that matters, as the limit of the entry softening_on_grid."""
+
+
+@rule("mpm")
+def cells_through_weak_layer(facts):
+    """Fewer cells through a weak layer than a crack needs."""
+    for layer in weak_layers(facts.scene):
+        cells = facts.thickness(layer.body)
+        if cells < LEAST_CELLS * (1.0 - SLACK):
+            yield Caution("", f"bodies.{layer.body} ({layer.name})",
+                          f"{cells:.3g} cells through a weak layer are fewer than {LEAST_CELLS:g}: cracks may not run"
+                          " in it, and nothing is released",
+                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less")
+
+
+@rule("mpm")
+def another_grid(facts):
+    """A softening that the scene's file gives with its dx, on another dx."""
+    scene = facts.scene
+    layers = [layer for layer in weak_layers(scene) if layer.tuned]
+    if not layers or "solver.dx" not in scene.overrides:
+        return
+    try:
+        own = load_scene(scene.source).solver.dx
+    except InputError:  # it came from no file
+        return
+    ratio = facts.dx / own
+    if ratio <= OFF and not shipped()["softening_on_grid", "as given"].failing(ratio):
+        return
+    for layer in layers:
+        if any(key.startswith(f"materials.{layer.material}") for key in scene.overrides):
+            continue  # chosen anew for this grid
+        effect = "cracks need longer cuts and may not run" if ratio > 1.0 else "the layer may fail by itself"
+        yield Caution("softening_on_grid", f"solver.dx ({layer.name})", f"{facts.dx:g} is {ratio:.3g} times the"
+                      f" {own:g} of the scene's file, on which the softening of {layer.material} was chosen: the energy"
+                      f" to break it goes with dx, so that {effect}",
+                      f"solver.dx = {own:g}, or materials.{layer.material}.softening chosen anew, or"
+                      f" materials.{layer.material}.reference_thickness")
+
+
+def before_a_run(facts):
+    """Cautions that a run prints before it starts, since it would show nothing."""
+    if facts.scene.solver.method == "mpm":
+        yield from cells_through_weak_layer(facts)
+        yield from another_grid(facts)
