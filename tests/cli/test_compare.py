@@ -20,7 +20,7 @@ def test_two_resolutions(two_runs, call, tmp_path):
     assert done.code == 0, done.err
     head, *rows = done.out.splitlines()
     assert head.split() == ["coarse", "fine"]
-    table = {line[:30].split("  ")[0].strip(): line for line in rows}
+    table = {line[:40].split("  ")[0].strip(): line for line in rows}
     assert table["dx [m]"].split()[-2:] == ["0.1", "0.05"]
     assert table["particles"].split()[-2:] == ["32", "128"]
     assert "%" in table["kinetic energy, at most in a frame"] and "%" in table["profile apart, of its depth"]

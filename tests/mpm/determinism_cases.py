@@ -72,7 +72,8 @@ def outcome(case):
     for _ in range(STEPS):
         solver.step(solver.stable_dt()[0])
     numbers = [solver.particles.table(), solver.particles.labels(), solver.particles.blocks.keys, solver.impulse,
-               solver.obstacle_totals, solver.grid.bodies.totals, [solver.contact_work, solver.plastic_work, solver.time],
+               solver.obstacle_totals, solver.grid.bodies.totals,
+               [solver.contact_work, solver.plastic_work, solver.time],
                *(surface.total for surface in solver.surfaces)]
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in numbers)).hexdigest()
     return {"hash": digest, "sorts": solver.particles.sorts, "blocks": len(solver.particles.blocks),
