@@ -203,7 +203,7 @@ def _warn_before(simulation):
 
 def _with_command(error, again):
     """The message of an error, with the command that continues the run where it says that one can."""
-    return f"{error}:\n{again}" if again and str(error).endswith(GOES_ON) else str(error)
+    return f"{error}: {again}" if again and str(error).endswith(GOES_ON) else str(error)
 
 
 def _tell_saw_test(result):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from snowmpm.errors import InputError
 from snowmpm.io.parameters import at_rest, method_of
 from snowmpm.io.status import cautions
 
@@ -48,7 +49,7 @@ def remarks(run):
 def _released_nothing(run, history):
     """Cuts and removals after which no snow went anywhere."""
     time, speed = (np.asarray(history.get(name, ()), float) for name in ("time", "max_speed"))
-    dx, events = run.provenance.get("dx"), run.scene.get("events") or ()
+    dx, events = run.provenance.get("dx"), _events(run)
     if not len(time) or len(speed) != len(time) or not isinstance(dx, int | float):
         return
     limit = STILL * np.sqrt(G * dx)
@@ -62,6 +63,14 @@ def _released_nothing(run, history):
             yield (f"The {RELEASING[event['kind']]} at {start:g} s released nothing: after it no snow was faster than"
                    f" {fastest:.2g} m/s. `snowmpm check` says whether the weak layer has the cells that it needs; else"
                    " a longer cut, or a weaker layer, lets it go.")
+
+
+def _events(run):
+    """Tables of the events of a run; none of a file that does not hold its scene."""
+    try:
+        return run.scene.get("events") or ()
+    except InputError:
+        return ()
 
 
 def _last(history, name):

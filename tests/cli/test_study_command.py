@@ -14,10 +14,11 @@ def test_an_unknown_problem_is_refused(call):
 
 
 def test_fast_says_what_it_changes_and_the_run_holds_it(call, block, tmp_path):
-    done = call("run", block, "-o", tmp_path / "fast", "--fast")
+    fine = {"solver.dx": 0.02}
+    done = call("run", block, "-o", tmp_path / "fast", "--set", "solver.dx=0.02", "--fast")
     assert done.code == 0
     assert "--fast: " in done.err and "times faster" in done.err and "times the error" in done.err
-    before, after = load_scene(block).solver, load_scene(tmp_path / "fast" / "scene.toml").solver
+    before, after = load_scene(block, fine).solver, load_scene(tmp_path / "fast" / "scene.toml").solver
     assert (after.dx, after.cfl) != (before.dx, before.cfl)
 
 

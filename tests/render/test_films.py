@@ -214,11 +214,11 @@ def test_film_has_every_frame_at_the_asked_rate(section, tmp_path, name, fps):
 
 
 def test_folder_gets_every_frame_and_png_the_one_asked_for(section, tmp_path):
-    render_run(section, tmp_path / "pictures", size=SIZE)
+    render_run(section, tmp_path / "pictures", size=SIZE, plain=True)  # without the pace of a film
     names = sorted(path.name for path in (tmp_path / "pictures").iterdir())
     assert names == [f"frame_{i:05d}.png" for i in range(5)]
     for time, frame in ((None, 4), (3.9, 2), (0.0, 0)):
-        render_run(section, tmp_path / "one.png", time=time, size=SIZE)
+        render_run(section, tmp_path / "one.png", time=time, size=SIZE, plain=True)
         one, expected = (imageio.imread(tmp_path / path) for path in ("one.png", f"pictures/{names[frame]}"))
         assert one.shape == (*SIZE[::-1], 3) and np.array_equal(one, expected)
 
