@@ -184,7 +184,7 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
             return snowmpm.run(scene, folder, progress=progress, resume=resume, overwrite=overwrite, approve=approve)
     except KeyboardInterrupt as interruption:
         if interruption.args:
-            raise KeyboardInterrupt(_with_command(interruption, again)) from None
+            raise KeyboardInterrupt(_with_command(interruption, again, "\n")) from None
         written = (folder / "run.vtkhdf").exists()
         kept = f"; the frames written so far are in {folder}" if written else "; nothing was written"
         raise KeyboardInterrupt(f"interrupted{kept}") from None
@@ -201,9 +201,9 @@ def _warn_before(simulation):
         print(f"warning: {caution}", file=sys.stderr)
 
 
-def _with_command(error, again):
+def _with_command(error, again, gap=" "):
     """The message of an error, with the command that continues the run where it says that one can."""
-    return f"{error}: {again}" if again and str(error).endswith(GOES_ON) else str(error)
+    return f"{error}:{gap}{again}" if again and str(error).endswith(GOES_ON) else str(error)
 
 
 def _tell_saw_test(result):
