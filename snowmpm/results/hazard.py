@@ -84,14 +84,16 @@ def thalweg(top, path, momentum, step, reach, ground):
     nothing moved further than a few steps.
     """
     carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
-    line, lowest, path = [np.asarray(top, float)], (np.inf, 1), path[carried]
+    line, path = [np.asarray(top, float)], path[carried]
+    lowest, down = np.inf, 1  # height of the lowest point so far, and how many points lead to it
     for place, height in zip(path, ground(path), strict=True):
-        onward, climbs = place - line[-1], height > lowest[0]
+        onward, climbs = place - line[-1], height > lowest
         # What climbs is to keep the direction in which it came down
-        direction = _direction(line[: lowest[1]] if climbs else line, step)
-        if np.linalg.norm(onward) > step and _turn(onward, direction) >= (AHEAD if climbs else 0.0):
+        direction = _direction(line[:down] if climbs else line, step)
+        if np.linalg.norm(onward) > step and _cosine(onward, direction) >= (AHEAD if climbs else 0.0):
             line.append(place)
-            lowest = lowest if climbs else (height, len(line))
+            if not climbs:
+                lowest, down = height, len(line)
     if len(line) < 3:
         return None
     line = equally_spaced(smoothed(equally_spaced(np.array(line), step)), step)
@@ -113,7 +115,7 @@ def _direction(line, step):
     return line[-1] - line[0]
 
 
-def _turn(onward, direction):
+def _cosine(onward, direction):
     """Cosine of the angle between two ways (2,); 1 for one of no length."""
     lengths = float(np.linalg.norm(onward) * np.linalg.norm(direction))
     return onward @ direction / lengths if lengths > 0.0 else 1.0

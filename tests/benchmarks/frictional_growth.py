@@ -14,7 +14,8 @@ import matplotlib
 import numpy as np
 
 import snowmpm
-from snowmpm.materials import MohrCoulomb, MuI
+from snowmpm.materials import MohrCoulomb
+from snowmpm.study.atlas.granular import mu_of_i
 from snowmpm.study.problems.frictional_growth import growth_rate
 from snowmpm.study.problems.granular_slab import granular
 
@@ -25,20 +26,14 @@ HERE = Path(__file__).parent
 SOIL = {"density": 1500.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 FRICTIONAL = granular(np.arcsin(0.5))
 
-
-def grains(diameter):
-    """mu(I) of grains of a diameter [m]."""
-    return MuI(**SOIL, static_friction=0.5, limit_friction=0.76, grain_diameter=diameter, grain_density=2500.0)
-
-
 LAWS = {
     "Drucker-Prager": FRICTIONAL,
     "Mohr-Coulomb": MohrCoulomb(**SOIL, friction_angle=30.0),
     "Drucker-Prager, dilation 10 degrees": FRICTIONAL.model_copy(update={"dilation_angle": 10.0}),
     "Drucker-Prager, dilation 30 degrees": FRICTIONAL.model_copy(update={"dilation_angle": 30.0}),
-    "mu(I), grains of 2 mm": grains(0.002),
-    "mu(I), 10 mm": grains(0.01),
-    "mu(I), 30 mm": grains(0.03),
+    "mu(I), grains of 2 mm": mu_of_i(0.002),
+    "mu(I), 10 mm": mu_of_i(0.01),
+    "mu(I), 30 mm": mu_of_i(0.03),
 }
 
 

@@ -10,23 +10,19 @@ import numpy as np
 
 from snowmpm.materials import MuI
 from snowmpm.study.atlas.entry import Entry
-from snowmpm.study.problems.granular_slab import STEEP, G, exact_acceleration, gained, granular, pressed, slab
-from snowmpm.study.problems.particle_states import ParticleStates
-from snowmpm.study.problems.schemes import Scheme, lattice
+from snowmpm.study.problems.frictional_growth import DURATION, stirred_slab
+from snowmpm.study.problems.granular_slab import exact_acceleration, gained, granular, pressed_slab
+from snowmpm.study.problems.schemes import Scheme
 
-SINE, DEPTH = 0.5, 0.4
-"""Sine of the friction angle of the slab, and its depth [m]."""
-STIR, DURATION = 1e-6, 0.4
-"""Random velocities at the start [m/s], as float32 would make them, and how long they may grow [s]."""
+SINE = 0.5
+"""Sine of the friction angle of the slab."""
 WRONG_SPEED, GROWN = 0.05, 1e-3
 """Limits of the entries below."""
 
 
 def on_slope(cells, law, **scheme):
     """Solver of a granular slab on rough ground in the pressure of its weight, volume ratios and heights [m]."""
-    height = lattice([0.0, 0.0], [8 * DEPTH / cells, DEPTH], DEPTH / cells)[0][:, 1]
-    state, volume_ratio = pressed(law, height, DEPTH, STEEP)
-    return slab(law, Scheme(**{"transfer": "apic", **scheme}), DEPTH, cells, STEEP, G, **state), volume_ratio, height
+    return pressed_slab(law, Scheme(**{"transfer": "apic", **scheme}), cells)
 
 
 def slab_speed(cells, **scheme):
@@ -44,17 +40,13 @@ def mu_of_i(grains):
 
 def disturbance(cells, dilation=0.0, grains=None, **scheme):
     """Largest spread of the velocity along the slope, which should have none, over the speed of the surface, of a slab
-    stirred by STIR; dilation [degrees]; grains [m]: diameter, with mu(I) as the law."""
+    that is stirred; dilation [degrees]; grains [m]: diameter, with mu(I) as the law."""
     law = mu_of_i(grains) if grains else granular(np.arcsin(SINE)).model_copy(update={"dilation_angle": dilation})
-    solver, volume_ratio, height = on_slope(round(cells), law, **scheme)
-    states = ParticleStates(solver)
-    states.set(volume_ratio=volume_ratio)
-    states.add(velocity=STIR * np.random.default_rng(1).standard_normal(states.reference.shape))
-    rows = np.argsort(height, kind="stable")
+    solver, states, rows = stirred_slab(law, round(cells), Scheme(**{"transfer": "apic", **scheme}))
     while solver.time < DURATION:
         for _ in range(50):
             solver.step(solver.stable_dt()[0])
-        v = states.column("velocity")[rows].reshape(-1, 16, 2)
+        v = states.column("velocity")[rows]
         found = v.std(axis=1).max() / v[-1, :, 0].mean()
         if found > 2.0 * GROWN and solver.time > 0.05:
             break

@@ -7,12 +7,10 @@ k along the slope grows at a rate that rises with k, and the shortest that the g
 
 import numpy as np
 
-from snowmpm.study.problems.granular_slab import STEEP, G, pressed, slab
+from snowmpm.study.problems.granular_slab import pressed_slab
 from snowmpm.study.problems.particle_states import ParticleStates
-from snowmpm.study.problems.schemes import APIC, lattice
+from snowmpm.study.problems.schemes import APIC
 
-DEPTH = 0.4
-"""Of the slab [m]."""
 STIR = 1e-6
 """Standard deviation of the random velocities at the start [m/s], as float32 would make them."""
 DURATION = 0.4
@@ -24,10 +22,9 @@ SMALL = (3e-6, 3e-3)
 
 
 def stirred_slab(law, cells, scheme=APIC):
-    """-> solver, `ParticleStates`, and rows (heights, 16) of particles of one height each, of a slab `cells` deep."""
-    height = lattice([0.0, 0.0], [8 * DEPTH / cells, DEPTH], DEPTH / cells)[0][:, 1]
-    state, volume_ratio = pressed(law, height, DEPTH, STEEP)
-    solver = slab(law, scheme, DEPTH, cells, STEEP, G, **state)
+    """-> solver, `ParticleStates`, and rows (heights, 16) of particles of one height each, of a slab of
+    0.4 m, `cells` deep."""
+    solver, volume_ratio, height = pressed_slab(law, scheme, cells)
     states = ParticleStates(solver)
     states.set(volume_ratio=volume_ratio)
     states.add(velocity=STIR * np.random.default_rng(1).standard_normal(states.reference.shape))

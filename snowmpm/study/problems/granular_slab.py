@@ -38,6 +38,13 @@ def pressed(law, height, depth, slope):
                 stress=-pressure[:, None] * isotropic), np.exp(3.0 * strain)
 
 
+def pressed_slab(law, scheme, cells, offset=0.0, slope=STEEP, depth=0.4, per_axis=2):
+    """-> solver of a `slab` in the pressure of its weight, volume ratios and heights [m] of its particles."""
+    height = lattice([0.0, 0.0], [8 * depth / cells, depth], depth / cells, per_axis)[0][:, 1]
+    state, volume_ratio = pressed(law, height, depth, slope)
+    return slab(law, scheme, depth, cells, slope, G, offset, per_axis, **state), volume_ratio, height
+
+
 def granular(friction_angle):
     """A granular law; friction_angle [rad]."""
     return DruckerPrager(density=1500.0, youngs_modulus=1e6, poisson_ratio=0.3, cone="plane_strain",
@@ -68,7 +75,5 @@ def acceleration(friction_angle, scheme, cells=20, offset=0.0, slope=STEEP, dept
 
 def acceleration_of(law, scheme, cells=20, offset=0.0, slope=STEEP, depth=0.4, per_axis=2):
     """Of the upper tenth of a slab of a law [m/s2]."""
-    height = lattice([0.0, 0.0], [8 * depth / cells, depth], depth / cells, per_axis)[0][:, 1]
-    state, volume_ratio = pressed(law, height, depth, slope)
-    solver = slab(law, scheme, depth, cells, slope, G, offset, per_axis, **state)
+    solver, volume_ratio, height = pressed_slab(law, scheme, cells, offset, slope, depth, per_axis)
     return gained(solver, volume_ratio, height > 0.9 * depth, np.array([1.0, 0.0]))
