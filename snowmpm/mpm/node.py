@@ -2,7 +2,7 @@
 
     0 .. dim - 1: momentum, then velocity;   MASS: mass
     SECOND .. SECOND + dim - 1 (FLIP and AFLIP only): internal impulse, then the velocity before it while surfaces act,
-    then the change of velocity
+    then the change of velocity; SECOND + MASS: beside water in the pores, volume of snow
 
 Eight single-precision numbers are one vector register of a CPU: a node of FLIP costs little more than one without.
 """

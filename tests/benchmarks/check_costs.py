@@ -130,6 +130,7 @@ def water():
     particles with and without it, step by step in turn."""
     for dim, sides in ((2, (10, 60)), (3, (4, 16))):
         yield from _more_by_water("u_p", dim, "f64", [_soaked(dim, side) for side in sides], 1)
+        yield from _more_by_water("v_w", dim, "f64", [_layered(dim, side) for side in sides], 1)
     for precision in ("f32", "f64"):
         yield from _more_by_water("one_phase", 3, precision, [_slush(side, precision) for side in (8, 100)], LAYERS)
         yield from _more_by_water("two_phase", 3, precision, [_mixed(side, precision) for side in (8, 100)], LAYERS)
@@ -168,6 +169,14 @@ def _soaked(dim, side):
            "bodies": [{"name": "block", "material": "snow", "shape": {
                "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
     return {**dry, "water": {"permeability": 1e-9}}, dry
+
+
+def _layered(dim, side):
+    """The same with particles of water beside those of snow, and twice as many dry particles."""
+    _, dry = _soaked(dim, side)
+    own = {**dry, "solver": {**dry["solver"], "transfer": "aflip"}}
+    twice = {**own, "solver": {**own["solver"], "particles_per_cell": 2 ** (dim + 1)}}
+    return {**own, "water": {"scheme": "v_w", "permeability": 1e-9}}, twice
 
 
 def _slush(side, precision):

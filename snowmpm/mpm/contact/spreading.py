@@ -35,10 +35,10 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic):
     n_vectors = width * dim + (dim == 2)
 
     @ti.func
-    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse):
+    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, bulk):
         """Write the vectors of a particle: u along each axis, q where none took it up, `size` numbers a lane.
 
-        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s].
+        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; bulk: V J beside water [m3].
         """
         for half in ti.static(range(size // SECOND)):
             s, g = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
@@ -52,6 +52,8 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic):
             if ti.static(half == 0):
                 q += mass * velocity
                 heavy = mass
+            else:
+                heavy = bulk
             for a in ti.static(range(dim)):
                 for k in ti.static(range(width)):
                     u, taken = (float(k) * w[k, a]) * s[:, a] + dw[k, a] * g[:, a], ti.cast(0.0, real)

@@ -70,11 +70,12 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
                     C[i, a] = rows[dim * i + a]
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
-        mass = volume * materials[material[p], DENSITY]
+        mass, bulk = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
         if ti.static(layout.water_size > 0):
             mass += volume * access.load(reals, places, p, at["water"], 1)[0]
+            bulk = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
-        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau)
+        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau, bulk)
         parts.spread(tiles, address, w, vectors, 0)
 
     @taichi_kernel

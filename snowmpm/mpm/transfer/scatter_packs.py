@@ -33,7 +33,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     parts, pick = spreading(dim, real, basis, gradient, flip, affine, False), picker(lists)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
-               ("w", width * dim))
+               ("w", width * dim), ("bulk", int(layout.water_size > 0)))
     entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
 
     @ti.func
@@ -52,6 +52,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
             pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
             if ti.static(layout.water_size > 0):
                 pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
+                pack["bulk"][0][lane] = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
@@ -69,7 +70,10 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 for j in ti.static(range(dim)):
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
-            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse)
+            bulk = ti.cast(0.0, real)
+            if ti.static(layout.water_size > 0):
+                bulk = pack["bulk"][0][lane]
+            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, bulk)
 
     @ti.func
     def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):
