@@ -7,6 +7,7 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import TRANSFERS
+from snowmpm.setup.interface_refusals import refuse_interfaces
 
 
 def demands(scene, later=False):
@@ -43,6 +44,8 @@ def demands(scene, later=False):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+        if body.interface:
+            yield "interfaces", True, f"bodies.{i}.interface", body.interface
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
         if hasattr(raster := getattr(body.shape, "top", None), "file"):
@@ -113,6 +116,7 @@ def refuse_beyond(scene):
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
     _refuse_free(scene)
+    refuse_interfaces(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
