@@ -4,9 +4,9 @@
 
 TERRAIN: folder with AvaFrame's avaGar.asc, avaAlr.tif and their releases. The snow of `avalanche_on_raster`, 2.4 m of
 it, Coulomb friction 0.35 of the ground, on cells of 2 m in 3-D and of 5 m in plan, maps of six cells of the elevation
-model. The snow has no cohesion, and more inner friction than the ground: it slides, as columns do. One thread, processor
-seconds of whole runs. Runs that are complete in FOLDER are read, not made again. Half an hour on one core. Writes
-depth_on_paths.csv and depth_on_paths.png.
+model. The snow has no cohesion, and more inner friction than the ground: it slides, as columns do. One thread,
+processor seconds of whole runs. Runs that are complete in FOLDER are read, not made again. Half an hour on one core.
+Writes depth_on_paths.csv and depth_on_paths.png.
 """
 
 import argparse
