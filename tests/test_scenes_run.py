@@ -42,6 +42,8 @@ COARSE = {
     "impact_mast": {"solver.dx": 0.4},
     "boulders_2d": {},
     "block_wall_2d": {"solver.dx": 0.0625},
+    "flexible_wall_2d": {},
+    "fence_2d": {},
     "mast": {"domain.max": [2.0, 2.4, 4.0], "solver.particles_per_cell": 1},
     "pst_2d": {"solver.dx": 0.05},
     "pst": {"solver.dx": 0.05, "saw_test.length": 1.5},
