@@ -15,7 +15,7 @@ def scene(end_time, floor="stick", push="-100*t"):
     return Scene.model_validate({
         "name": "pushed", "dimension": 2, "end_time": end_time, "gravity": 0.0,
         "output": {"interval": 0.1, "checkpoint_interval": 0.1},
-        "solver": {"dx": 0.1, "implicit": {"time": "quasi_static", "iterations": 5}},
+        "solver": {"dx": 0.1, "implicit": {"time": "quasi_static", "iterations": 3}},
         "materials": {"soil": SOIL},
         "forces": [{"kind": "acceleration", "value": [push, "0"]}],
         "domain": {"min": [-1.0, 0.0], "max": [1.0, 1.0], "boundary": {"z_min": floor}},
