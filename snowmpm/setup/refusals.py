@@ -117,6 +117,7 @@ def refuse_beyond(scene):
     _refuse_sleeping(scene)
     _refuse_free(scene)
     refuse_interfaces(scene)
+    _refuse_f_bar(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -160,6 +161,15 @@ def _refuse_free(scene):
         raise InputError.at(*free[0], "does not go with switch: no hand-over keeps it", scene.source)
     if free and scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
+
+
+def _refuse_f_bar(scene):
+    """Raise InputError for a pressure in or around snow whose cells change their volume as one."""
+    if not (scene.solver.implicit and scene.solver.implicit.f_bar):
+        return
+    pressing = any(force.kind == "pressure" for force in scene.forces)
+    if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
+        raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
 
 
 def _refuse_sleeping(scene):
