@@ -27,16 +27,7 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or None for plain snow
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
     """
-    x, y, depth = camera.project(points)
-    radii = BALL * np.broadcast_to(spacing, len(points))
-    radius = float(np.median(radii)) if len(radii) else BALL
-    radius_px = radii * camera.pixels_per_metre(depth) * np.where(_lonely(points, np.max(spacing)), SPRAY, 1.0)
-    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
-    # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
-    # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
-    own = radii[number] if len(radii) else radius
-    hidden = front > ground.depth + 2.0 * own * ground.slack
-    number[hidden], front[hidden] = -1, np.inf
+    number, front, radius_px, radius = seen_snow(ground, camera, points, spacing)
     hit = number >= 0
     if not hit.any():
         return ground.light.copy()
@@ -64,6 +55,22 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     lit = albedo * shade
     picture[window] = _compose(picture[window], lit, hit, width)
     return picture
+
+
+def seen_snow(ground, camera, points, spacing):
+    """The particle at each pixel (height, width), -1 for none, its depth [m] along the view, inf for none, and of all
+    particles their sizes on the picture [px] and their usual radius [m]; arguments as of `draw_snow`."""
+    x, y, depth = camera.project(points)
+    radii = BALL * np.broadcast_to(spacing, len(points))
+    radius = float(np.median(radii)) if len(radii) else BALL
+    radius_px = radii * camera.pixels_per_metre(depth) * np.where(_lonely(points, np.max(spacing)), SPRAY, 1.0)
+    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
+    # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
+    # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
+    own = radii[number] if len(radii) else radius
+    hidden = front > ground.depth + 2.0 * own * ground.slack
+    number[hidden], front[hidden] = -1, np.inf
+    return number, front, radius_px, radius
 
 
 def _shaded_ground(ground, shadow):
