@@ -168,6 +168,10 @@ class Law(BaseModel):
         collapse of the layer, per area."""
         return self.model_copy(update={"youngs_modulus": self.youngs_modulus * new_thickness / thickness})
 
+    def as_interface(self, thickness: float) -> "Law":
+        """The law of a layer [m] that deforms as a whole, without cells, half of whose mass rests on the ground."""
+        return self.model_copy(update={"density": 0.5 * self.density})
+
     @property
     def lateral_pressure(self) -> float:
         """K₀ = σ_lateral / σ_axial of a first compression without lateral strain; elastic value ν / (1 − ν) [-]."""
