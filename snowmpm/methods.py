@@ -68,6 +68,8 @@ class Capabilities:
     """snow that does nothing is left out of the step"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
+    two_velocities: bool = False
+    """water with a velocity of its own (`snowmpm.mixture`)"""
     solved_water: bool = False
     """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
@@ -130,7 +132,8 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, sleeping=True, water=True, interfaces=True, separate_bodies=True, saw_test=True, grid=True,
+        receives=True, sleeping=True, water=True, two_velocities=True, interfaces=True, separate_bodies=True,
+        saw_test=True, grid=True,
         presets=True, free_bodies=True, structures=True, strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),

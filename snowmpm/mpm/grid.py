@@ -51,7 +51,7 @@ class TileGrid:
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
-        """flip: nodes have two halves (`mpm.node`); bodies: `BodyContact`, or None
+        """flip: nodes have two halves (`mpm.node`); bodies: `FieldPairs`, or None
         where all share one velocity field; joins: whether walls may hold their lines together (`JoinedLines`)."""
         self.dim = dim
         self.precision = precision
@@ -89,8 +89,10 @@ class TileGrid:
         met, places = False, places_of(keys, dim)
         if self.bodies:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
-            met = count[place] > 1
+            met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.bodies.everywhere)
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
+        if self.bodies and self.bodies.everywhere:
+            self.contact.part_fields(fields_of(keys, dim))
         if self.bodies:
             self.bodies.rebuild(places, fields_of(keys, dim), self.contact.index_of)
         self.nodes = self._reserved(self.nodes, self.contact_offset + block_nodes(dim) * self.contact.n)

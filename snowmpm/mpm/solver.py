@@ -41,7 +41,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0, expected=0):
+                 sleeping=0.0, expected=0, phases=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -54,7 +54,8 @@ class MpmSolver(Solver):
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
-        be, of a solver that receives some.
+        be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
+        velocity fields are those of grains and of water, by a transfer with FLIP.
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -84,6 +85,7 @@ class MpmSolver(Solver):
             period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
+        self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         if sleeping and (self.atomic or bodies):
@@ -101,6 +103,8 @@ class MpmSolver(Solver):
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
+        if phases:
+            self.fill_pores(phases, shorten=False)
 
     @classmethod
     def of(cls, population, laws, options, **setting):
@@ -161,7 +165,7 @@ class MpmSolver(Solver):
     @property
     def between_bodies(self):
         """Impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]."""
-        return self.grid.bodies.given if self.grid.bodies else None
+        return self.grid.bodies.given if self.grid.bodies and not self._phases else None
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
@@ -185,10 +189,17 @@ class MpmSolver(Solver):
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
+            def to_tiles():
+                write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+                           grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
+                           grid.contact.n_work, grid.asleep, *self._held)
+
+            if self._phases:
+                grid.bodies.begin(dt, pushed, self.gravity)
             self.meet_surfaces(dt)
-            write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-                       grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
-                       grid.contact.n_work, grid.asleep, *self._held)
+            if self._phases:
+                self._phases.find_flow(self, to_tiles)
+            to_tiles()
 
     def meet_surfaces(self, dt):
         """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
@@ -310,7 +321,7 @@ class MpmSolver(Solver):
         self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
-            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None)
+            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None)
 
     def _refuse_beside_interface(self, sleeping, bodies):
         """Raise InputError for what does not go with an interface."""
@@ -320,8 +331,10 @@ class MpmSolver(Solver):
             raise InputError("bodies: an interface goes neither with sleeping snow nor with bodies that part")
 
     def _meeting_bodies(self, population, friction):
-        """`BodyContact` of a population with several velocity fields, else None."""
+        """`FieldPairs` of a population with several velocity fields, else None."""
         fields, volumes = population.field, population.volumes
+        if self._phases:
+            return self._phases.exchange(self.dim, runtime.DTYPES[self.precision][0], self._serial)
         if fields.max(initial=0) == 0:
             return None
         masses = volumes * self.materials.density[population.material]
@@ -331,6 +344,11 @@ class MpmSolver(Solver):
                            self._serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
+
+    @property
+    def gradient_form(self):
+        """ "affine" or "shape"."""
+        return self._gradient
 
     def second_moment(self):
         """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""

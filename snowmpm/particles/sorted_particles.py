@@ -64,6 +64,7 @@ class SortedParticles(ParticleStore, Particles):
             self.mass += float(population.volumes @ population.water[:, 0])
         self.removed = {"count": 0, "mass": 0.0, "taken": 0.0, "water": 0.0, "energy": 0.0,
                         "momentum": np.zeros(self.dim)}
+        self.fluid = None
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
         self._rebuild_for(blocks)

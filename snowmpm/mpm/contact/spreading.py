@@ -36,11 +36,11 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False)
     n_vectors = width * dim + (dim == 2)
 
     @ti.func
-    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, pull, mark):
+    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, pull, beside):
         """Write the vectors of a particle: u along each axis, q where none took it up, `size` numbers a lane.
 
-        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s], mark: impulse
-        of an interface, which goes by the weights alone, and 1 for its points.
+        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: impulse of an
+        interface, which goes by the weights alone; beside: V J beside water [m3], or 1 of the points of an interface.
         """
         for half in ti.static(range(size // SECOND)):
             s, g = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
@@ -54,10 +54,10 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False)
             if ti.static(half == 0):
                 q += mass * velocity
                 heavy = mass
+            else:
+                heavy = beside
             if ti.static(half == pulled and interface):
                 q += pull
-            if ti.static(half == 1 and interface):
-                heavy = mark
             for a in ti.static(range(dim)):
                 for k in ti.static(range(width)):
                     u, taken = (float(k) * w[k, a]) * s[:, a] + dw[k, a] * g[:, a], ti.cast(0.0, real)

@@ -73,9 +73,10 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
                     C[i, a] = rows[dim * i + a]
         tau = symmetric_matrix(access.load(reals, places, p, at["stress"], layout.sym_size))
         volume = access.load(reals, places, p, at["volume"], 1)[0]
-        mass = volume * materials[material[p], DENSITY]
+        mass, bulk = volume * materials[material[p], DENSITY], ti.cast(0.0, real)
         if ti.static(layout.water_size > 0):
             mass += volume * access.load(reals, places, p, at["water"], 1)[0]
+            bulk = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
         pull, mark, turn = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.Matrix.zero(real, dim, dim)
         if ti.static(joined):
@@ -85,7 +86,7 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             pull = (-dt * volume / access.load(reals, places, p, at["volume_ratio"], 1)[0]) * (tau @ per_length)
             turn = (own[ti.static(lift_at(dim))] / dx) * pull.outer_product(layer.normal(per_length))
         impulse = ((mark - 1.0) * dt / dx * volume) * tau - mark * turn
-        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, mark)
+        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, mark if ti.static(joined) else bulk)
         parts.spread(tiles, address, w, vectors, 0)
 
     @taichi_kernel

@@ -36,7 +36,8 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     layer = interface_functions(dim, real)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
-               ("w", width * dim), ("per_length", dim * joined), ("ratio", 1 * joined), ("lift", 1 * joined))
+               ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("per_length", dim * joined),
+               ("ratio", 1 * joined), ("lift", 1 * joined))
     entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
 
     @ti.func
@@ -61,6 +62,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 pack["ratio"][0][lane] = access.load(reals, places, p, at["volume_ratio"], 1)[0]
             if ti.static(layout.water_size > 0):
                 pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
+                pack["bulk"][0][lane] = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
 
     @ti.func
     def prepare_pack(pack: ti.template(), address: ti.template(), vectors: ti.template(), b, dt, dx):
@@ -78,15 +80,18 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 for j in ti.static(range(dim)):
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
-            pull, mark = ti.Vector.zero(real, dim), ti.cast(0.0, real)
+            pull, mark, beside = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.cast(0.0, real)
+            if ti.static(layout.water_size > 0):
+                beside = pack["bulk"][0][lane]
             if ti.static(joined):
                 per_length = read_lane(pack["per_length"], lane)
                 mark = layer.stands(per_length)
                 pull = (mark * dx / ti.max(pack["ratio"][0][lane], 1e-30)) * (impulse @ per_length)
                 turn = (pack["lift"][0][lane] / dx) * pull.outer_product(layer.normal(per_length))
                 impulse = (1.0 - mark) * impulse - mark * turn
+                beside = mark
             parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, pull,
-                          mark)
+                          beside)
 
     @ti.func
     def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):
