@@ -1,8 +1,8 @@
 """Saw tests S1 to S4 with the weak layer as an interface, against the layer resolved by cells of 2.5 cm (F5).
 
-Resolved, in bins of 5 cm: critical length 0.202 m (W3 on the flat), 0.139 and 0.391 m (up and down 35 degrees, the layer
-stronger in shear); 44.3 m/s on the flat, 107 m/s on 45 degrees (S4, cells of 5 cm). Elements on points of the same law,
-without a grid (`test_anticrack`): 0.146 up, 0.374 down.
+Resolved, in bins of 5 cm: critical length 0.202 m (W3 on the flat), 0.139 and 0.391 m (up and down 35 degrees, of a
+layer stronger in shear); 44.3 m/s on the flat, 107 m/s on 45 degrees (S4, cells of 5 cm). Elements on points of the
+same law, without a grid (`test_anticrack`): 0.146 up, 0.374 down.
 """
 
 import functools
