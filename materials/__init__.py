@@ -23,6 +23,7 @@ from .mixed_control import MixedControl
 from .modified_cam_clay import ModifiedCamClay
 from .mohr_coulomb import MohrCoulomb
 from .mu_i import MuI
+from .solid_to_gas import SolidToGas
 from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated
 from .symmetric import pack, unpack
@@ -41,6 +42,7 @@ Material = Annotated[
     | StomakhinSnow
     | Hypoplastic
     | CriticalStateHypoplastic
+    | SolidToGas
     | WetSnow,
     Field(discriminator="kind"),
 ]
@@ -68,6 +70,7 @@ __all__ = [
     "MohrCoulomb",
     "MuI",
     "Path",
+    "SolidToGas",
     "StateVariable",
     "StomakhinSnow",
     "StressUpdate",

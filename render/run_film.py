@@ -14,6 +14,7 @@ from snowmpm.io import Run
 from snowmpm.io.parameters import methods_of
 from snowmpm.io.status import cautions
 from snowmpm.render import light
+from snowmpm.render.camera_path import MOVING, CameraPath, path_of
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.credit import attribution
 from snowmpm.render.film import open_film, output_kind
@@ -39,7 +40,8 @@ INSET = 0.30  # of the picture's sides
 def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
-    progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False
+    progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
+    camera_path: PathLike | None = None
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -48,7 +50,9 @@ def render_run(
                one frame
     color      name of a field; "snow" for plain white; "fracture": the weak layer by its damage, all else white; by
                default the speed, on a map whose low end is snow white
-    camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; in 2-D "auto" or "side" (whole)
+    camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; "orbit" goes round the action,
+               "follow" stays with what moves; in 2-D "auto" or "side" (whole)
+    camera_path  CSV file of places of the eye and the target over time (`camera_path.CameraPath.read`), in 3-D
     time       [s], for .png only: the frame nearest to it, by default the last
     cutaway    leave out, on the side of the camera, what lies over the weak layer: its damage is seen as it spreads
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
@@ -61,7 +65,7 @@ def render_run(
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway)
+        view = view_of(run, size, color, camera, cutaway, camera_path)
     view.plain = plain
     return write_pictures(view, run.times, output, time, timing, progress)
 
@@ -115,16 +119,20 @@ def check_drawable(run):
         raise InputError(f"{run.path}: no frame with particles to draw")
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False):
+def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None):
     """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
     check_drawable(run)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
     color = FRACTURE if cutaway and color is None else color
+    if camera_path is not None and (run.dimension == 2 or camera is not None):
+        raise InputError.at("camera_path", str(camera_path), "is of a run in three dimensions" if run.dimension == 2
+                            else f'goes without camera = "{camera}"')
     if run.dimension == 2:
         return SectionView(run, size, color, camera or "auto")
-    return SpaceView(run, size, color, camera or "auto", cutaway)
+    path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
+    return SpaceView(run, size, color, camera or "auto", cutaway, path=path)
 
 
 def nearest_frame(run, time):
@@ -202,16 +210,18 @@ class _View:
 
 
 class SpaceView(_View):
-    """Three-dimensional runs: the ground is drawn once, the snow of each frame over it."""
+    """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
-    def __init__(self, run, size, color, camera, cutaway=False, action=None):
-        """action: what the camera has to show, by default that of the run (`framing.sample_action`)."""
+    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None):
+        """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
+        of one that moves."""
         super().__init__(run, size, color)
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
         self.action, self.relief = action, relief
-        self.camera = choose_camera(camera, action, relief, size)
+        self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
+        self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
         self.sun = light.sun_direction(self.camera.axes, facing)
         self.side = emptier_side(self.camera, action)
@@ -222,19 +232,23 @@ class SpaceView(_View):
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
         time, snow = self._frame(i)
-        behind = draw_solids(self.ground, self.camera, self.sun, *placed(self.run, i))
-        overlay = Overlay(light.encode(draw_snow(behind, self.camera, self.sun, *snow)))
+        camera, ground = self.camera, self.ground
+        if self.path is not None:
+            camera = self.path.camera(time, self.size)
+            ground = draw_ground(self.relief, camera, self.sun)
+        behind = draw_solids(ground, camera, self.sun, *placed(self.run, i))
+        overlay = Overlay(light.encode(draw_snow(behind, camera, self.sun, *snow)))
         if self.plain:
             return overlay.picture()
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
-        if not self.camera.perspective:
-            overlay.length_scale(self.camera.scale, other)
-        elif self.ground.contour_interval:
-            words = [f"contours every {self.ground.contour_interval:g} m", attribution(self.run.provenance)]
+        if not camera.perspective:
+            overlay.length_scale(camera.scale, other)
+        elif ground.contour_interval:
+            words = [f"contours every {ground.contour_interval:g} m", attribution(self.run.provenance)]
             overlay.note("; ".join(filter(None, words)), other)
         else:
-            overlay.length_scale(self.action.size_in(self.camera), other, about=True)
+            overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
 
 

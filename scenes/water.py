@@ -1,5 +1,5 @@
-"""Water in the pores of the snow, with method = "mpm" or "implicit" or, with scheme = "one_phase" or
-"two_phase", "depth".
+"""Water in the pores of the snow, with method = "mpm" or "implicit"; with scheme = "v_w" "mpm", with "one_phase" or
+"two_phase" "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -7,6 +7,11 @@
     pressure = 1.0e4            # Pa, at the start
     surface = "drained"
     sides = { z_min = "drained" }
+
+    [water]
+    scheme = "v_w"              # water with a velocity of its own, which leaves the snow; method = "mpm"
+    permeability = 1.0e-8
+    bulk_modulus = 1e7          # Pa
 
     [water]
     scheme = "one_phase"
@@ -30,7 +35,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension, tag
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
-from snowmpm.water.permeability import Permeability
+from snowmpm.water.permeability import ICE_DENSITY, Permeability
 
 Border = Literal["drained", "sealed"]
 
@@ -137,6 +142,54 @@ class SeepingWater(Spec):
         return {name: kind == "drained" for name, kind in kinds.items()}
 
 
+class MovingWater(Spec):
+    """Water with particles and a velocity of its own beside the grains: it runs through the pores, leaves the snow and
+    pools; method = "mpm" only."""
+
+    NEEDS: ClassVar = "two_velocities"
+
+    scheme: Literal["v_w"]
+    """v_w: grains and water have a velocity each, v and w, with drag between them; explicit"""
+    permeability: Permeability
+    """intrinsic permeability [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
+    grain_density: Positive = ICE_DENSITY
+    """of the grains [kg/m3]: 1 - density / grain_density of a material is its porosity; ice when missing"""
+    grain_size: Positive | None = None
+    """diameter of the grains [m], of the part of the drag that grows with the square of the speed (Forchheimer); none
+    when missing"""
+    density: Positive = 1000.0
+    """of water [kg/m3]"""
+    bulk_modulus: Positive = 2.2e9
+    """K_w of water [Pa]. The step follows its waves: 100 times the largest pressure is enough for flow, and keeps
+    compression below 1 %"""
+    viscosity: Positive = 1.792e-3
+    """dynamic viscosity of water [Pa s]; at 0 °C when missing"""
+    pressure: NonNegative = 0.0
+    """pressure at the start [Pa]"""
+    table: Number | None = None
+    """height z of the water table at the start [m]: below it the pressure is hydrostatic, and snow above it is dry;
+    replaces pressure"""
+    dry: tuple[str, ...] = ()
+    """names of bodies without water in their pores"""
+
+    @field_validator("permeability")
+    @classmethod
+    def _is_of_the_snow(cls, value: Any) -> Any:
+        return _no_raster(value)
+
+    @model_validator(mode="after")
+    def _goes_together(self):
+        if self.table is not None and self.pressure != 0.0:
+            raise refuse("does not go with table, which gives the pressure", "pressure", self.pressure)
+        return self
+
+
+def _no_raster(value):
+    if getattr(value, "law", None) == "raster":
+        raise refuse("is not for water that moves: a number, or a law", "file", value.file)
+    return value
+
+
 class _Flowing(Spec):
     """What depth-averaged flows with water have in common."""
 
@@ -187,9 +240,7 @@ class DarcyDrag(Spec):
     @field_validator("permeability")
     @classmethod
     def _moves(cls, value: Any) -> Any:
-        if getattr(value, "law", None) == "raster":
-            raise refuse("is not for water that moves: a number, or a law", "file", value.file)
-        return value
+        return _no_raster(value)
 
 
 class AndersonDrag(Spec):
@@ -214,7 +265,7 @@ class MixedWater(_Flowing):
     """between water and grains"""
 
 
-SCHEMES = ("u_p", "one_phase", "two_phase")
+SCHEMES = ("u_p", "v_w", "one_phase", "two_phase")
 
 
 def _known_scheme(value: Any) -> Any:
@@ -230,7 +281,7 @@ def _which(value: Any) -> str:
 
 
 Water = Annotated[
-    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[FlowingWater, Tag(tag("one_phase"))]
-              | Annotated[MixedWater, Tag(tag("two_phase"))],
+    Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[MovingWater, Tag(tag("v_w"))]
+              | Annotated[FlowingWater, Tag(tag("one_phase"))] | Annotated[MixedWater, Tag(tag("two_phase"))],
               Discriminator(_which)],
     BeforeValidator(_known_scheme)]

@@ -55,6 +55,7 @@ MAY_IMPORT = {
     "sph": {*GROUND, *SHARED, "materials"},
     # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores
     "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
+    "mixture": {*GROUND, *SHARED, "mpm", "materials", "water"},  # on the nodes of MPM
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -62,8 +63,9 @@ MAY_IMPORT = {
     "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
+    "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns", "micro"},
+            "campaigns", "micro", "strength"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

@@ -112,6 +112,8 @@ class Forcing:
         # While an initial state settles, the step that follows takes its share of this, too
         solver.add_impulse((mass @ gain) * (solver.damping_factor if solver.DAMPED_IMPULSE else 1.0))
         self.force_work += float(mass @ (gain * (v + 0.5 * gain)).sum(axis=1))
+        if store.fluid is not None:  # a pressure on the surface bears on the skeleton
+            pressure[store.material.to_numpy()[: store.count] == store.fluid] = 0.0
         if pressure.any():
             kernels.confine(store.reals, store.slot_offset, ratio * pressure, store.count)
             self._confined = pressure * volume, ratio, pressure

@@ -45,12 +45,13 @@ class TileGrid:
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
     into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
+    hiding: kernels of `hidden_nodes` where there is an interface, else None.
     asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
     zeros, where all is visited; listed: whether not all is.
     """
 
     def __init__(self, dim, precision, surfaces=(), flip=False, bodies=None, joins=False):
-        """flip: nodes have two halves (`mpm.node`); bodies: `BodyContact`, or None
+        """flip: nodes have two halves (`mpm.node`); bodies: `FieldPairs`, or None
         where all share one velocity field; joins: whether walls may hold their lines together (`JoinedLines`)."""
         self.dim = dim
         self.precision = precision
@@ -58,7 +59,7 @@ class TileGrid:
         self.surfaces = list(surfaces)
         self.bodies = bodies
         self.joins = joins
-        self.tiles = self.nodes = None
+        self.tiles = self.nodes = self.hiding = None
         self.contact_offset = block_nodes(dim) * most_workers()
         self.work = self.everyone = int_array([])
         self.asleep = self.nobody = int_array([])
@@ -88,8 +89,10 @@ class TileGrid:
         met, places = False, places_of(keys, dim)
         if self.bodies:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
-            met = count[place] > 1
+            met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.bodies.everywhere)
         self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
+        if self.bodies and self.bodies.everywhere:
+            self.contact.part_fields(fields_of(keys, dim))
         if self.bodies:
             self.bodies.rebuild(places, fields_of(keys, dim), self.contact.index_of)
         self.nodes = self._reserved(self.nodes, self.contact_offset + block_nodes(dim) * self.contact.n)
@@ -140,11 +143,24 @@ class TileGrid:
         surfaces that are only found, in the order in which they are to act."""
         if self.bodies:
             self.bodies.apply_contact(self, dx)
+        hidden = self.hiding is not None
+        if hidden:
+            self._turn_hidden(0)
         for surface, active in zip(self.surfaces, self.contact.active, strict=True):
+            if hidden and surface.tracked:  # obstacles come last
+                hidden = self._turn_hidden(1)
             if active:
                 surface.locate(self)
                 if surface not in but:
                     surface.apply_contact(self, dx)
+
+        if hidden:
+            self._turn_hidden(1)
+
+    def _turn_hidden(self, which):
+        """Hide marked nodes from the surfaces that follow, or show them again; -> False: none is hidden."""
+        self.hiding[which](self.nodes, self.contact_offset, block_nodes(self.dim) * self.contact.n)
+        return False
 
     def acts(self, surface):
         """Whether a surface is near any snow."""

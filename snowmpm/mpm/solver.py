@@ -9,6 +9,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
+from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
@@ -17,6 +18,8 @@ from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.interface import lift_at, stiffest, swing
+from snowmpm.particles.interface_impulse import InterfaceImpulse
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
@@ -38,7 +41,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0, expected=0):
+                 sleeping=0.0, expected=0, phases=None):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -51,7 +54,8 @@ class MpmSolver(Solver):
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
-        be, of a solver that receives some.
+        be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
+        velocity fields are those of grains and of water, by a transfer with FLIP.
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -81,17 +85,26 @@ class MpmSolver(Solver):
             period=period, keep_block_of=self.atomic)
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
+        self._phases = phases
         bodies = self._meeting_bodies(population, body_friction)
         self.grid = TileGrid(dim, precision, self.surfaces, self.flip, bodies, joins=not (bodies or period.any()))
         if sleeping and (self.atomic or bodies):
             raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
         real = runtime.DTYPES[precision][0]
+        lift = 0.0 if population.interface is None else population.interface[:, lift_at(dim)].max(initial=0.0) / dx
+        self._interface_rate = stiffest(population, laws, dim) * swing(lift, STENCILS[kernel].inverse_second_moment)
+        if population.interface is not None:
+            self._refuse_beside_interface(sleeping, bodies)
+            self.grid.hiding = hiding_kernels(real, self._serial)
+        self._interface = InterfaceImpulse(self.particles, self._serial) if self.grid.hiding else None
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
         self._rebuild_for_blocks()
+        if phases:
+            self.fill_pores(phases, shorten=False)
 
     @classmethod
     def of(cls, population, laws, options, **setting):
@@ -114,6 +127,8 @@ class MpmSolver(Solver):
             if self.sleep and self.sleep.all_asleep:
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
+                if self._interface:
+                    self.add_impulse(self.damping_factor * self._interface.of(pushed))
                 self.particles_to_grid(pushed)
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
@@ -150,7 +165,7 @@ class MpmSolver(Solver):
     @property
     def between_bodies(self):
         """Impulse that each velocity field got from each other one since time zero (n, n, dim) [N s]."""
-        return self.grid.bodies.given if self.grid.bodies else None
+        return self.grid.bodies.given if self.grid.bodies and not self._phases else None
 
     def particles_to_grid(self, dt):
         grid, store = self.grid, self.particles
@@ -174,10 +189,17 @@ class MpmSolver(Solver):
                self.damping_factor, self._impulses, self._loaded, self._n_loads, grid.n_work, grid.node_chunk_bounds,
                grid.work, grid.asleep, *self._held)
         if grid.contact.n:
+            def to_tiles():
+                write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
+                           grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
+                           grid.contact.n_work, grid.asleep, *self._held)
+
+            if self._phases:
+                grid.bodies.begin(dt, pushed, self.gravity)
             self.meet_surfaces(dt)
-            write_back(grid.tiles, grid.active_nodes, grid.nodes, grid.contact_offset, grid.first_tile,
-                       grid.tiles_at, grid.contact.node_block, grid.contact.work_bounds, grid.contact.work,
-                       grid.contact.n_work, grid.asleep, *self._held)
+            if self._phases:
+                self._phases.find_flow(self, to_tiles)
+            to_tiles()
 
     def meet_surfaces(self, dt):
         """Contact of the nodes; of structures that answer within the step with the velocity that they then have."""
@@ -216,6 +238,10 @@ class MpmSolver(Solver):
         """Bring every particle to its block; those outside the domain are removed and counted."""
         self.particles.sort(self.extremes.speed)
         self._rebuild_for_blocks()
+
+    def open(self, cut, state):
+        """Cut points of interfaces, `cut` (n,) true in the order of their rows."""
+        self.particles.open(cut, state)
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
@@ -276,6 +302,13 @@ class MpmSolver(Solver):
             self.sleep.stir_along(line, radius)
         return hit
 
+    def _step_at(self, elastic, advective):
+        """With the swings of an interface under its points' own mass: frequencies add up by their squares."""
+        dt, cause = super()._step_at(elastic, advective)
+        if self._interface_rate > 0.0:
+            dt /= np.hypot(1.0, 0.5 * self._interface_rate * dt * self.critical_cfl / elastic)
+        return dt, cause
+
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
@@ -288,11 +321,20 @@ class MpmSolver(Solver):
         self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
-            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None)
+            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None)
+
+    def _refuse_beside_interface(self, sleeping, bodies):
+        """Raise InputError for what does not go with an interface."""
+        if not self.flip:
+            raise InputError('solver.transfer: must be "flip" or "aflip" beside an interface')
+        if sleeping or bodies:
+            raise InputError("bodies: an interface goes neither with sleeping snow nor with bodies that part")
 
     def _meeting_bodies(self, population, friction):
-        """`BodyContact` of a population with several velocity fields, else None."""
+        """`FieldPairs` of a population with several velocity fields, else None."""
         fields, volumes = population.field, population.volumes
+        if self._phases:
+            return self._phases.exchange(self.dim, runtime.DTYPES[self.precision][0], self._serial)
         if fields.max(initial=0) == 0:
             return None
         masses = volumes * self.materials.density[population.material]
@@ -302,6 +344,11 @@ class MpmSolver(Solver):
                            self._serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
+
+    @property
+    def gradient_form(self):
+        """ "affine" or "shape"."""
+        return self._gradient
 
     def second_moment(self):
         """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""

@@ -7,6 +7,7 @@ from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
+from snowmpm.seeding.interface import interface_points
 from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
@@ -15,6 +16,7 @@ from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.standing import standing
 from snowmpm.setup.taken_state import TakenState, take
+from snowmpm.setup.two_velocities import first_columns, soaked
 from snowmpm.setup.velocity_fields import velocity_fields
 from snowmpm.solids import Obstacle, inside_any
 from snowmpm.stages import counted, stage
@@ -55,6 +57,8 @@ def build(scene, kept=None):
             stress_from_weight(model)
     if scene.water and scene.water.scheme == "u_p":
         model.population.water = water_columns(model, pore_water(model))
+    elif scene.water and scene.water.scheme == "v_w":
+        model.population.water = first_columns(model)
     return model
 
 
@@ -108,6 +112,11 @@ def _seed(scene, surface, obstacles, taken):
             parts.append(_as_left(taken.bodies[body.name], material, field))
             continue
         try:
+            if body.interface:
+                x, volumes, columns = interface_points(scene, body, surface, f"bodies.{i}.shape")
+                parts.append(Population(x, volumes, material, interface=columns))
+                shares[body.name] = 1.0
+                continue
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
                               particles_per_cell=solver.filling, sampling=solver.sampling,
                               base_dir=scene.base_dir, cut=cut, columns=solver.in_plan)
@@ -120,11 +129,19 @@ def _seed(scene, surface, obstacles, taken):
         shares[body.name] = seeds.share
         part = Population(seeds.positions, seeds.volumes, material,
                           np.broadcast_to(body.velocity, seeds.positions.shape), field=field, starts=body.start_time)
-        parts.append(two_phases(scene, part) if scene.water and scene.water.scheme == "two_phase" else part)
+        parts.append(_with_water(scene, body, part))
     population = Population.joined(parts)
     if len(population.volumes) == 0:
         raise InputError(f"{scene.source}: bodies: no particles at all; refine solver.dx or enlarge a body")
     return population, np.cumsum([0, *(len(part.volumes) for part in parts[:-1])]), shares
+
+
+def _with_water(scene, body, part):
+    """A body's particles and those of the water in its pores, of a scheme where it has particles of its own."""
+    scheme = scene.water.scheme if scene.water else ""
+    if scheme == "two_phase":
+        return two_phases(scene, part)
+    return soaked(scene, body, part) if scheme == "v_w" else part
 
 
 def _as_left(columns, material, field):

@@ -22,12 +22,14 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
+from snowmpm.seeding.interface import thickness_of
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
+from snowmpm.setup.two_velocities import two_velocities
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -64,7 +66,11 @@ class Model:
     @cached_property
     def laws(self):
         dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        joined = {body.material: thickness_of(self.scene, body) for body in self.scene.bodies if body.interface}
         for name, law in self.scene.materials.items():
+            if name in joined:
+                found.append(law.as_interface(joined[name]))
+                continue
             if test and test.weak_layer.cells and test.weak_layer.material == name:
                 law = law.thickened_to(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
             try:
@@ -76,8 +82,10 @@ class Model:
     @property
     def laws_of_phases(self):
         """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
-        mixed = self.scene.water and self.scene.water.scheme == "two_phase"
-        return self.laws * 2 if mixed else self.laws
+        scheme = self.scene.water.scheme if self.scene.water else ""
+        if scheme == "v_w":
+            return [*self.laws, pkgutil.resolve_name("snowmpm.mixture.pore_fluid:PoreFluid")()]
+        return self.laws * 2 if scheme == "two_phase" else self.laws
 
     @cached_property
     def map_grid(self):
@@ -141,7 +149,10 @@ class Model:
     @cached_property
     def release_volume(self):
         """Volume of all bodies at time zero, with what symmetric sides of the domain left out (m2 in 2-D) [m3]."""
-        volumes = np.bincount(self.body_of, self.population.volumes, len(self.scene.bodies))
+        own = np.ones(len(self.population.volumes), bool)
+        if self.scene.water and self.scene.water.scheme == "v_w":  # water in the pores takes no room
+            own = self.population.material < len(self.laws)
+        volumes = np.bincount(self.body_of[own], self.population.volumes[own], len(self.scene.bodies))
         return float(sum(volume / self.shares.get(body.name, 1.0)
                          for volume, body in zip(volumes, self.scene.bodies, strict=True)))
 
@@ -247,6 +258,8 @@ class Model:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
             if METHODS[chosen.method].capabilities.flow_water and scene.water:
                 contact["flow_water"] = flow_water(self)
+        if scene.water and scene.water.scheme == "v_w":
+            contact["phases"] = two_velocities(self)
         if self.expected:
             contact["expected"] = self.expected
         return {"dx": chosen.dx, "precision": chosen.precision, "origin": self.lower, "lower": self.lower,

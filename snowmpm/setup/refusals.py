@@ -6,6 +6,8 @@ from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
+from snowmpm.schemes import TRANSFERS
+from snowmpm.setup.interface_refusals import refuse_interfaces
 
 
 def demands(scene, later=False):
@@ -42,6 +44,8 @@ def demands(scene, later=False):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+        if body.interface:
+            yield "interfaces", True, f"bodies.{i}.interface", body.interface
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
         if hasattr(raster := getattr(body.shape, "top", None), "file"):
@@ -113,6 +117,7 @@ def refuse_beyond(scene):
     _refuse_sleeping(scene)
     _refuse_free(scene)
     _refuse_f_bar(scene)
+    refuse_interfaces(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -183,7 +188,8 @@ def _refuse_sleeping(scene):
 
 def _refuse_beside_water(scene):
     """Raise InputError for what does not go with water in the pores."""
-    seeps = scene.water.scheme == "u_p"
+    scheme = scene.water.scheme
+    seeps = scheme in ("u_p", "v_w")
     if seeps and scene.solver.precision != "f64":
         raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
                             " compression is smaller than the round-off of single precision", scene.source)
@@ -198,13 +204,45 @@ def _refuse_beside_water(scene):
                             scene.source)
     if scene.saw_test:
         raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
-    if scene.water.scheme == "two_phase":
+    if scheme == "v_w":
+        _refuse_beside_two_velocities(scene)
+    if scheme == "two_phase":
         terrain = scene.terrain
         beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
                   "obstacles": scene.obstacles}
         if found := [name for name, there in beside.items() if there]:
             raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
                                 ' "one_phase"', scene.source)
+
+
+def _refuse_beside_two_velocities(scene):
+    """Raise InputError for what does not go with water that has a velocity of its own."""
+    solver, terrain = scene.solver, scene.terrain
+    if not TRANSFERS[solver.transfer].flip:
+        raise InputError.at("solver.transfer", solver.transfer, 'must be "aflip" or "flip" beside water.scheme = "v_w",'
+                            " which needs the velocity before the forces", scene.source)
+    if scene.initial.stress != "none":
+        raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" beside water.scheme = "v_w"',
+                            scene.source)
+    for i, event in enumerate(scene.events):
+        if event.kind in ("rain", "drainage", "load"):
+            raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
+                                scene.source)
+    for i, body in enumerate(scene.bodies):
+        if body.contact == "separate":
+            raise InputError.at(f"bodies.{i}.contact", body.contact, 'must be "shared" beside water.scheme = "v_w"',
+                                scene.source)
+    if scene.structures:
+        raise InputError.at("structures.0.name", scene.structures[0].name, 'does not go with water.scheme = "v_w"',
+                            scene.source)
+    # What presses on a surface is the water as well, and friction is that of the grains
+    rubbing = [("terrain", terrain)] if terrain else []
+    rubbing += [(f"obstacles.{i}", obstacle) for i, obstacle in enumerate(scene.obstacles)]
+    for key, surface in rubbing:
+        if surface.contact not in ("stick", "symmetric") and surface.friction != 0.0:
+            raise InputError.at(f"{key}.friction", surface.friction if isinstance(surface.friction, int | float)
+                                else "a law", f'must be 0 beside water.scheme = "v_w", or {key}.contact = "stick"',
+                                scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

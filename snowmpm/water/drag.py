@@ -47,8 +47,24 @@ class Forchheimer(Darcy):
 
     def coefficient(self, porosity: Floats, slip: Floats) -> Floats:
         """C [Pa s/m2] at the porosity n and |w - v| [m/s]."""
-        linear = super().coefficient(porosity, slip)
-        return linear + 1.75 * self.density * (1.0 - porosity) / self.grain_size * np.abs(slip)
+        return super().coefficient(porosity, slip) + _ergun(self.density, self.grain_size, porosity, slip)
+
+
+@dataclass(frozen=True)
+class ForchheimerOfPorosity(DarcyOfPorosity):
+    """grain_size: d [m]; density: rho_w [kg/m3]."""
+
+    grain_size: float
+    density: float = 1000.0
+
+    def coefficient(self, porosity: Floats, slip: Floats) -> Floats:
+        """C [Pa s/m2] at the porosity n and |w - v| [m/s]."""
+        return super().coefficient(porosity, slip) + _ergun(self.density, self.grain_size, porosity, slip)
+
+
+def _ergun(density, grain_size, porosity, slip):
+    """Part of C that grows with the slip [Pa s/m2]."""
+    return 1.75 * density * (1.0 - porosity) / grain_size * np.abs(slip)
 
 
 @dataclass(frozen=True)

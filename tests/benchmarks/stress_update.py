@@ -58,6 +58,9 @@ LAWS = {
     "critical_state_hypoplastic": m.CriticalStateHypoplastic(
         **SAND, void_ratio=0.6, least_void_ratio=0.4, critical_void_ratio_limit=0.9, critical_void_ratio_drop=0.3,
         density_effect=0.2),
+    "solid_to_gas": m.SolidToGas(
+        **SAND, void_ratio=0.6, least_void_ratio=0.4, critical_void_ratio_limit=0.9, critical_void_ratio_drop=0.3,
+        density_effect=0.2, collision_time=8e-4),
 }
 COLUMNS = ("law", "dimension", "precision", "ns_per_update", "ns_in_packs", "yielding", "iterations")
 

@@ -247,6 +247,20 @@ def _holds_water(simulation):
     assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
 
 
+def _with_moving_water(method):
+    return _free(method, solver={"transfer": "aflip"}, precision="f64", gravity=given.G,
+                 water={"scheme": "v_w", "permeability": 1e-9, "bulk_modulus": 1e6})
+
+
+def _falls_together(simulation):
+    before = simulation.audit()
+    steps(simulation, 5)
+    fields, row = simulation.particles, simulation.audit()
+    np.testing.assert_allclose(fields["velocity"][:, -1], -given.G * simulation.time, rtol=1e-9)
+    assert row["water_mass"] == before["water_mass"] > 0.0
+    assert row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
+
+
 def _full(method):
     return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "split": "monolithic"})
 
@@ -283,6 +297,7 @@ CAPABILITIES = {
     "forces": Asked(_blown_at, _flies_off),
     "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
+    "two_velocities": Asked(_with_moving_water, _falls_together),
     "solved_water": Asked(_full, _stays_full),
     "separate_bodies": Asked(_two_bodies, _parted),
     "saw_test": Asked(_saw, _is_recorded),

@@ -9,6 +9,10 @@ from snowmpm.schemes import TRANSFERS
 LARGEST_REYNOLDS = 10.0
 """Of grains, up to which Darcy's law holds (Bear 1972, Dynamics of Fluids in Porous Media, section 5.3)."""
 
+SQUEEZED, ENOUGH, STIFFER = 0.02, 100.0, 3.0
+"""Compression of water with a velocity of its own that is told; its stiffness over the largest pressure that is enough;
+and how much shorter than the skeleton's its steps may be."""
+
 SOAKING = [name for name, entry in METHODS.items()
            if entry.capabilities.water or entry.capabilities.solved_water]
 
@@ -17,7 +21,7 @@ SOAKING = [name for name, entry in METHODS.items()
 def coupling(facts):
     """Steps too long for the coupling of water and skeleton, or shorter than they need be."""
     water, solver = facts.scene.water, facts.solver
-    if water is None:
+    if water is None or water.scheme != "u_p":
         return
     if water.solved:
         border = beyond("weak_alpha", water.split, 2.0 * water.alpha) if water.split == "fixed_stress" else None
@@ -37,11 +41,31 @@ def coupling(facts):
         yield worded(border, "solver.dt" if facts.scene.solver.dt else "solver.cfl", size)
 
 
+@rule("mpm")
+def own_velocity(facts):
+    """Water with a velocity of its own that is stiffer than flow needs, or so soft that it is squeezed."""
+    water, solver = facts.scene.water, facts.solver
+    if water is None or water.scheme != "v_w":
+        return
+    x = facts.model.population.positions[:, -1]
+    pressure = max(water.pressure, water.density * facts.gravity * float(np.ptp(x)), 1e-300)
+    squeezed, enough = pressure / water.bulk_modulus, float(f"{ENOUGH * pressure:.2g}")
+    if squeezed > SQUEEZED:
+        yield Caution("", "water.bulk_modulus", f"water of this stiffness is squeezed by {100.0 * squeezed:.2g} % under"
+                      f" its own weight, {pressure:.3g} Pa", f"water.bulk_modulus = {enough:g}")
+    factor = solver.critical_elastic_dt() * solver.limits.cfl / solver.limits.critical_cfl / solver.stable_dt()[0]
+    shorter = solver.water.wave_speed / solver.materials.fastest_wave
+    if factor > STIFFER and water.bulk_modulus > 2.0 * enough and shorter > STIFFER:
+        yield Caution("undrained_step", "water.bulk_modulus", f"steps follow waves in undrained snow and are"
+                      f" {factor:.3g} times shorter than the skeleton needs",
+                      f"water.bulk_modulus = {enough:g} squeezes the water by 1 % at most; or water.scheme = \"u_p\"")
+
+
 @rule(*SOAKING)
 def drainage(facts):
     """Drainage that reaches less than a cell within the run."""
     water, solver = facts.scene.water, facts.solver
-    if water is None or water.suction is not None:
+    if water is None or water.scheme != "u_p" or water.suction is not None:
         return
     least = min(law.density * law.wave_speed() ** 2 for law in facts.model.laws)
     mobility = _permeability(facts).max() / water.viscosity
@@ -56,7 +80,7 @@ def fast_flow(facts):
     """Water that flows by its weight too fast for Darcy's law."""
     water = facts.scene.water
     size = getattr(water.permeability, "grain_size", None) if water else None
-    if size is None:
+    if size is None or water.scheme != "u_p":
         return
     speed = _permeability(facts).max() * water.density * facts.gravity / water.viscosity
     reynolds = water.density * speed * size / water.viscosity

@@ -14,12 +14,12 @@ gradient of Nairn 2013, doi:10.3970/cmes.2013.092.271).
 
 import functools
 
-import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.mpm.contact.field_pairs import FieldPairs
 from snowmpm.mpm.node import block_nodes, node_vector
 from snowmpm.particles.blocks import EDGE
 
@@ -28,53 +28,22 @@ LEAST_SHARE = 0.1
 cell too early, and along normals that say little."""
 
 
-class BodyContact:
-    """Pairs of contact blocks that hold the same nodes for two bodies, and what contact took.
+class BodyContact(FieldPairs):
+    """Contact of bodies, and what it took.
 
-    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3]. totals (n, n, 1 +
-    dim), since the start: of two fields, the first before the second, the energy that their friction took [J] and the
-    impulse that the first gave the second [N s].
+    friction (n, n): Coulomb mu between fields; density (n,): mean reference density of each [kg/m3].
     """
 
     def __init__(self, dim, real, flip, friction, density, serial):
-        self.totals, self._dim = np.zeros((len(density), len(density), 1 + dim)), dim
+        super().__init__(dim, len(density))
         self._friction, self._density = real_array(friction), real_array(density)
         self._exchange = body_contact_kernel(dim, real, flip, serial)
-
-    def rebuild(self, keys, fields, index):
-        """Follow a block map: keys (m,) without the field, fields (m,), index (m,) of the contact block of each."""
-        order = np.lexsort((fields, keys))
-        pairs = [np.zeros((0, 2), np.int64)]
-        for apart in range(1, int(fields.max(initial=0)) + 1):
-            first, second = order[:-apart], order[apart:]
-            same = keys[first] == keys[second]
-            pairs.append(np.stack([first[same], second[same]], axis=1))
-        pair = np.concatenate(pairs)
-        rows = np.concatenate([index[pair], fields[pair]], axis=1)
-        # Pairs of the same two fields share no node: they go in parallel, one kind of pair after the other
-        kind = fields[pair[:, 0]] * 8 + fields[pair[:, 1]]
-        self._groups = []
-        for k in np.unique(kind):
-            group = rows[kind == k]
-            cut = int_array(chunk_bounds(np.ones(len(group))))
-            part = real_array(np.zeros((len(group), 1 + self._dim)))
-            self._groups.append((self.totals[k // 8, k % 8], int_array(group), part, cut, len(group)))
 
     def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""
         for total, rows, part, cut, n in self._groups:
             self._exchange(grid.nodes, grid.contact_offset, grid.contact.neighbours, rows, self._friction,
                            self._density, dx**self._dim, part, total, n, cut)
-
-    @property
-    def lost(self):
-        """Energy that friction took since the start [J]."""
-        return float(self.totals[..., 0].sum())
-
-    @property
-    def given(self):
-        """Impulse that each field got from each other one since the start (n, n, dim) [N s]."""
-        return self.totals[..., 1:].swapaxes(0, 1) - self.totals[..., 1:]
 
 
 @functools.cache

@@ -51,7 +51,15 @@ class ContactBlocks:
         self.chunk_bounds = self.work_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
         self.work, self.n_work = int_array(np.arange(self.n)), self.n
         self._full = np.ones(self.n, bool)
+        self.layers = ()
         self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))
+
+    def part_fields(self, fields):
+        """Keep the blocks of grains and of water apart, for surfaces that treat them differently; fields (m,): of all
+        node blocks. layers: (numbers, chunks, how many) of each."""
+        own = fields[self._numbers]
+        chosen = [np.flatnonzero(own == field) for field in (0, 1)]
+        self.layers = [(int_array(some), int_array(chunk_bounds(np.ones(len(some)))), len(some)) for some in chosen]
 
     def visit(self, reached):
         """Leave out those that no snow comes to; reached (m,): node blocks with snow that moves. -> contact blocks that

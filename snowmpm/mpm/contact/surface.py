@@ -128,7 +128,12 @@ class Surface:
             joined = self._joined
             self._hold(grid.nodes, grid.contact_offset, blocks.coordinates, joined.ints, joined.numbers, joined.state,
                        self.motion, self.total, joined.n)
-        resolve = self._resolve[grid.listed]
-        resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
-                lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, self.code, self.friction,
-                *self._coefficients(), blocks.part, self.total, blocks.n_work, blocks.work_bounds, blocks.work)
+        resolve = self._resolve[grid.listed or bool(blocks.layers)]
+        whole = (blocks.work, blocks.work_bounds, blocks.n_work)
+        # Water slips where grains stick
+        codes = self.code, SLIP if self.code == STICK else self.code
+        for code, (work, bounds, n) in zip(codes, blocks.layers or [whole], strict=False):
+            if n:
+                resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
+                        lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, code, self.friction,
+                        *self._coefficients(), blocks.part, self.total, n, bounds, work)

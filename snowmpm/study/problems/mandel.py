@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
-from snowmpm.study.problems.soaked_column import K_W, LOAD, PERMEABILITY, POROSITY, VISCOSITY
+from snowmpm.study.problems.soaked_column import K_W, LOAD, PERMEABILITY, POROSITY, VISCOSITY, pores
 
 TALL = 3.0
 POISSON, MODULUS = 0.2, 1e7
@@ -40,7 +40,7 @@ def mandel_scene(dx, water, solver):
         "bodies": [{"name": "block", "material": "soil",
                     "shape": {"kind": "box", "min": [0.0, 0.0], "max": [1.0, TALL]}}],
         "forces": [{"kind": "pressure", "value": LOAD}],
-        "water": {"permeability": PERMEABILITY, "porosity": POROSITY, "pressure": LOAD, **water}})
+        "water": pores(water)})
 
 
 def mandel(dx=0.1, water=None, **solver):
@@ -65,8 +65,9 @@ def pressure(x, T):
 def found(simulation, dx):
     """(x (n,), p / p_0 (n,)) of the cells along the plane of symmetry z = 0."""
     fields, cells = simulation.particles, round(1.0 / dx)
-    low = fields["position"][:, -1] < dx
-    column = np.minimum((fields["position"][low, 0] / dx).astype(int), cells - 1)
+    x, z = fields["position"].T
+    low = (z < dx) & (x < 1.0) & (fields["liquid_water"] > 0.0)  # grains beside water of its own have no pressure
+    column = (x[low] / dx).astype(int)
     p = np.bincount(column, fields["pore_pressure"][low], cells) / np.bincount(column, minlength=cells) / LOAD
     return (np.arange(cells) + 0.5) * dx, p
 

@@ -1,0 +1,207 @@
+"""Water with particles and a velocity of its own, beside the grains of the skeleton, over each step of explicit MPM.
+
+Both live on the same nodes, where they exchange momentum (`mixture.phase_exchange`). A particle of water keeps its
+mass for good, so that water that leaves the snow goes on as water, and pools. With theta the logarithm of the volume of
+a piece of water over that at rest,
+
+    theta' = theta + dt / n div q,   q = n w + (1 - n) v,   p = -K_w min(theta, 0),   tau = -J p I,   J = 1 / n
+
+n is the share of water around the particle, so that its volume V / n is that of the snow that it fills; V, its volume
+in the reference state, is that of the water alone. Water bears no tension: theta > 0 is a gap, which must close again
+before it presses. One theta belongs to each cell of the grid, the mean over its particles by volume: velocities within
+a cell that no node can tell apart build up no pressure (Bandara and Soga 2015, doi:10.1016/j.compgeo.2014.09.009).
+
+The step is explicit in the pressure, and follows waves in undrained snow, swelling along all axes:
+
+    c² = c_skeleton² + dim K_w (1 / rho_w + (1 - n) / (n rho_g))
+"""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.mixture.phase_exchange import LEAST_POROSITY, PhaseExchange
+from snowmpm.mpm.node import MASS as NODE_MASS
+from snowmpm.mpm.node import SECOND, block_nodes, node_size, node_vector
+from snowmpm.mpm.node_copy import copy_kernel
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.particles.blocks import EDGE, fields_of, keys_of
+from snowmpm.particles.store import accessors
+from snowmpm.water.budget import Budget
+from snowmpm.water.particle_kernels import MASS, N_WATER, PRESSURE, SOLID, water_kernels
+
+THETA = 3
+"""Entry of the column "water" of water's particles, beside those of `water.particle_kernels`."""
+
+
+class TwoVelocities:
+    """density, bulk_modulus: of water [kg/m3], [Pa]; grains: density of the grains [kg/m3]; porosity (materials,): at
+    J = 1; drag: law of `water.drag`. budget: `Budget`."""
+
+    rain = outlets = None
+    share = 1.0
+    """No split of `water.pore_water`: failures are not its."""
+
+    def __init__(self, density, bulk_modulus, grains, porosity, drag):
+        self.density, self.bulk_modulus, self.grains, self.drag = density, bulk_modulus, grains, drag
+        self.porosity = np.asarray(porosity, float)
+        self.budget, self._kept = Budget(), None
+
+    @property
+    def material(self):
+        """Index of the material of water's particles."""
+        return len(self.porosity)
+
+    def exchange(self, dim, real, serial):
+        """`PhaseExchange` of a grid."""
+        return PhaseExchange(dim, real, (self.grains, self.density), self.drag, serial)
+
+    def columns(self, material, ratio, pressure):
+        """Rows (n, N_WATER) that particles start with, of grains and of water; ratio (n,): J; pressure (n,) [Pa], of
+        water alone."""
+        wet, rows = material == self.material, np.zeros((len(material), N_WATER))
+        rows[~wet, SOLID] = 1.0 - self.porosity[material[~wet]]
+        rows[wet, MASS], rows[wet, PRESSURE], rows[wet, SOLID] = self.density, pressure[wet], ratio[wet] - 1.0
+        rows[wet, THETA] = -pressure[wet] / self.bulk_modulus
+        return rows
+
+    def begin(self, solver):
+        """Time zero of a solver."""
+        self._solver, solver.particles.water_density = solver, self.density
+        solver.particles.fluid = self.material
+        self.budget = Budget(start=self.held())
+        self._note(solver, solver.particles.column("volume_ratio")[self._wet(solver), 0])
+
+    def _wet(self, solver):
+        store = solver.particles
+        return store.material.to_numpy()[: store.count] == self.material
+
+    def _note(self, solver, ratio):
+        """Keep what the choice of the next step needs: the speed of waves; ratio: J = 1 / n of the water."""
+        most = max(1.0, float(ratio.max(initial=1.0)))  # (1 - n) / n = J - 1
+        stiff = solver.dim * self.bulk_modulus * (1.0 / self.density + (most - 1.0) / self.grains)
+        self.wave_speed = float(np.sqrt(solver.materials.fastest_wave**2 + stiff))
+
+    # ---- the step -------------------------------------------------------------------------------------------------
+
+    def act(self, solver):
+        """Before the forces of a step."""
+        store = solver.particles
+        water_kernels(store.layout, runtime.DTYPES[solver.precision][0]).pressurise(
+            store.reals, store.slot_offset, store.count)
+        store.changes += 1
+
+    def find_flow(self, solver, write_back):
+        """Before nodes go back to the particles: div q [1/s] and n around the particles of water. write_back(): brings
+        the nodes of contact blocks to the tiles."""
+        grid, store = solver.grid, solver.particles
+        real = runtime.DTYPES[solver.precision][0]
+        self._flow = np.zeros((store.count, 2))
+        first = int(np.searchsorted(fields_of(store.blocks.keys, solver.dim), 1))
+        if first == len(store.blocks):
+            return
+        copy, n = copy_kernel(node_size(True), real), grid.contact.n * block_nodes(grid.dim)
+        if self._kept is None or self._kept.shape[0] < n:
+            self._kept = ti.ndarray(node_vector(real, True), (int(1.25 * n) + 64,))
+        copy(grid.nodes, grid.contact_offset, self._kept, 0, n)
+        grid.bodies.mix(grid)
+        write_back()
+        find = flow_kernel(store.layout, real, solver.basis, solver.gradient_form)
+        find(store.reals, store.slot_offset, store.start, grid.tiles, 1.0 / solver.dx, first, self._flow,
+             store.chunk_bounds)
+        copy(self._kept, 0, grid.nodes, grid.contact_offset, n)
+
+    def close(self, solver, dt):
+        """After a step of dt [s]: the pressure that its flow gives."""
+        store, wet = solver.particles, self._wet(solver)
+        if not wet.any():
+            return
+        water, volume = store.column("water"), store.column("volume")[:, 0][wet]
+        own, (growth, n) = water[wet], self._flow[wet].T
+        grown, n = dt * growth, np.clip(n, LEAST_POROSITY, 1.0)
+        self.budget.work += float((volume * (1.0 + own[:, SOLID]) * own[:, PRESSURE]) @ grown)
+        cell = self._cells(store, wet)
+        held = np.bincount(cell, volume)
+        theta = (np.bincount(cell, volume * (own[:, THETA] + grown / n)) / held)[cell]
+        own[:, THETA], own[:, PRESSURE] = theta, self.bulk_modulus * np.maximum(-theta, 0.0)
+        own[:, SOLID] = 1.0 / n - 1.0
+        water[wet] = own
+        fill_kernel(store.layout, runtime.DTYPES[solver.precision][0])(
+            store.reals, store.slot_offset, water, wet.astype(np.int32), store.count)
+        store.changes += 1
+        self._note(solver, 1.0 / n)
+
+    @staticmethod
+    def _cells(store, wet):
+        """Number of the cell of each of these particles, (k,)."""
+        blocks = store.blocks
+        corner = EDGE[store.dim] * np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)[wet]
+        cells = np.floor(store.column("position")[wet]).astype(np.int64) + corner
+        period = np.maximum(store.period, 1)
+        return np.unique(keys_of(np.where(store.period > 0, cells % period, cells)), return_inverse=True)[1]
+
+    # ---- checkpoint -----------------------------------------------------------------------------------------------
+
+    def held(self):
+        """Water in the particles now [kg]."""
+        particles = self._solver.particles
+        return float(particles.column("volume")[:, 0] @ particles.column("water")[:, MASS])
+
+    def state(self):
+        """All that a bitwise continuation needs beside the particles, by name."""
+        return {"budget": self.budget.state()}
+
+    def restore(self, state, solver):
+        """Take over what `state()` gave."""
+        self._solver, self.budget = solver, Budget(**state["budget"])
+        self._note(solver, solver.particles.column("volume_ratio")[self._wet(solver), 0])
+
+
+@functools.cache
+def flow_kernel(layout, real, basis, gradient):
+    """Kernel: div of the velocity and the second half's volume of the nodes around the particles of blocks from `first`
+    on, into `found` (n, 2)."""
+    dim, shape = layout.dim, gradient == "shape"
+    access, at = accessors(layout), layout.offsets
+    of_node = node_vector(real, True)
+    grid = interpolation(dim, real, basis, not shape, shape, True)
+
+    @taichi_kernel
+    def find(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+             tiles: ti.types.ndarray(dtype=of_node, ndim=1), inverse_dx: real, first: int,
+             found: ti.types.ndarray(dtype=ti.f64, ndim=2), chunk_bounds: ti.types.ndarray()):
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
+                for b in range(ti.max(begin, first), end):
+                    for p in range(start[b], start[b + 1]):
+                        address, f, w, dw = grid.locate(access.load(reals, places, p, at["position"], dim), b)
+                        v, moments, slopes = grid.interpolate(tiles, address, w, dw)
+                        _C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
+                        found[p, 0] = ti.cast(L.trace(), ti.f64)
+                        found[p, 1] = ti.cast(v[ti.static(SECOND + NODE_MASS)], ti.f64)
+
+    return find
+
+
+@functools.cache
+def fill_kernel(layout, real):
+    """Kernel: column "water" from rows (n, N_WATER), and J = 1 + its entry SOLID, of particles with wet[p] = 1."""
+    access, at = accessors(layout), layout.offsets
+
+    @taichi_kernel
+    def fill(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray(dtype=ti.f64, ndim=2),
+             wet: ti.types.ndarray(dtype=ti.i32, ndim=1), count: int):
+        for p in range(count):
+            if wet[p] == 1:
+                places = access.places(reals, slot_offset)
+                held = ti.Vector([ti.cast(rows[p, c], real) for c in ti.static(range(N_WATER))])
+                access.store(reals, places, p, at["water"], held)
+                access.store(reals, places, p, at["volume_ratio"], ti.Vector([1.0 + held[SOLID]]))
+
+    return fill
