@@ -11,7 +11,7 @@ SIZE = 0.42
 APART = 0.55
 """How far pieces lie from the middle of their particle, at most, in spacings along each axis."""
 
-VISIBLE = 1.2
+VISIBLE = 0.8
 """Radius of a particle on the picture [px] from which pieces can be told."""
 
 
