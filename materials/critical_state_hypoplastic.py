@@ -1,7 +1,7 @@
 """Hypoplasticity that knows its density: dense sand is strong and softens, loose sand is weak, to one void ratio."""
 
 from functools import cached_property
-from typing import ClassVar, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -86,8 +86,6 @@ class CriticalStateHypoplastic(RateLaw):
     """
 
     kind: Literal["critical_state_hypoplastic"] = "critical_state_hypoplastic"
-
-    OUTPUTS: ClassVar[dict[str, str]] = {"void_ratio": "-", "gap": "-"}
 
     void_ratio: Positive  # initial e [-], that of `density`
     least_void_ratio: NonNegative  # e_min [-]

@@ -50,6 +50,14 @@ def _simple_shear(amount: float, pressure: float, steps: int, duration: float) -
     return [LoadingStage({"xz": amount}, {"zz": -pressure}, steps, duration)]
 
 
+def _accelerated_shear(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
+    # Equal times, in which the shear grows as their square: twice the time that the last rate alone would take
+    return [
+        LoadingStage({"xz": amount * (i / steps) ** 2}, {"zz": -pressure}, 1, 2.0 * duration / steps)
+        for i in range(1, steps + 1)
+    ]
+
+
 def _simple_shear_constant_volume(amount: float, pressure: float, steps: int, duration: float) -> list[LoadingStage]:
     return [LoadingStage({"xz": amount}, {}, steps, duration)]
 
@@ -76,6 +84,9 @@ EXPERIMENTS: dict[str, Experiment] = {
     "simple_shear": Experiment("shear, normal stress held", SHEAR, 10.0, 1000, _simple_shear),
     "simple_shear_constant_volume": Experiment(
         "shear at constant volume", SHEAR, 10.0, 1000, _simple_shear_constant_volume
+    ),
+    "accelerated_shear": Experiment(
+        "shear from rest, its rate growing to the one given; normal stress held", SHEAR, 0.5, 500, _accelerated_shear
     ),
     "tension": Experiment("isotropic expansion, then back into compression (healing)", EXPANSION, 0.05, 300, _tension),
 }

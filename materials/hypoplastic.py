@@ -26,6 +26,8 @@ JAMMED_ANGLE = 5.0  # no granular material fails below this friction angle [deg]
 FARTHEST_RATIO = 100.0  # principal over mean stress, above which a stress has failed by any measure
 VOID_RATIO = StateVariable("void_ratio", "-", "e: volume of the pores over that of the grains")
 
+STRAIN = StateVariable("accumulated_strain", "-", "∫ √(2/3 D':D') dt, D' the deviator of the stretching")
+
 
 class RateParameters(NamedTuple):
     """What the functions of every rate law read."""
@@ -79,8 +81,8 @@ class RateLaw(Law):
     that energies add up; it is negative where unloading gives work back (DISSIPATIVE is False).
     """
 
-    STATE: ClassVar[tuple[StateVariable, ...]] = (VOID_RATIO, GAP)
-    OUTPUTS: ClassVar[dict[str, str]] = {"void_ratio": "-", "gap": "-"}
+    STATE: ClassVar[tuple[StateVariable, ...]] = (VOID_RATIO, GAP, STRAIN)
+    OUTPUTS: ClassVar[dict[str, str]] = {"void_ratio": "-", "gap": "-", "accumulated_strain": "-"}
     STORED: ClassVar[Literal["strain", "stress"]] = "stress"
     DISSIPATIVE: ClassVar[bool] = False
 
@@ -205,7 +207,7 @@ class RateLaw(Law):
         )
 
     def initial_state(self) -> tuple[float, ...]:
-        return self.void_ratio, 0.0
+        return self.void_ratio, 0.0, 0.0
 
     def hencky_from_stress(self, stress: ArrayLike, state: ArrayLike | None = None) -> Array:
         """NaN: a rate law has no elastic strain."""
@@ -238,9 +240,9 @@ class RateLaw(Law):
         return np.where(held, np.where(beyond, np.inf, np.linalg.norm(flow, axis=-1)), 0.0) - 1.0
 
     def outputs(self, state: Array) -> dict[str, Array]:
-        """void_ratio and gap."""
+        """void_ratio, gap and accumulated_strain."""
         state = np.asarray(state)
-        return {"void_ratio": state[..., 0], "gap": state[..., 1]}
+        return {"void_ratio": state[..., 0], "gap": state[..., 1], "accumulated_strain": state[..., 2]}
 
 
 class Hypoplastic(RateLaw):

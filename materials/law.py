@@ -66,6 +66,7 @@ class Law(BaseModel):
     OUTPUTS: ClassVar[dict[str, str]] = {}  # derived fields of `outputs` and their units
     STORED: ClassVar[Literal["strain", "stress"]] = "strain"  # what h is; a law that stores its stress has `stiffness`
     stiffness: ClassVar[Any] = None  # Taichi function (prm, τ, state) -> bound of ρ₀ c² [Pa], of a law that stiffens
+    TENSORS: ClassVar[tuple[int, ...]] = ()  # first index in STATE of each symmetric tensor kept there, 6 entries each
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     vector_update: ClassVar[Any] = None  # Taichi function like `update`, see above
     failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
@@ -166,6 +167,10 @@ class Law(BaseModel):
         """The law of a thin layer [m] that is made thicker or thinner: with the stiffness, strength and
         collapse of the layer, per area."""
         return self.model_copy(update={"youngs_modulus": self.youngs_modulus * new_thickness / thickness})
+
+    def as_interface(self, thickness: float) -> "Law":
+        """The law of a layer [m] that deforms as a whole, without cells, half of whose mass rests on the ground."""
+        return self.model_copy(update={"density": 0.5 * self.density})
 
     @property
     def lateral_pressure(self) -> float:

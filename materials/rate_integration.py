@@ -32,8 +32,8 @@ GROWTH_LIMITS = (1e-3, 1e4)  # of 1 + e over its initial value: beyond, the volu
 
 
 @ti.func
-def rotated(sigma, A, deviator, volume, deviator2):
-    """R σ Rᵀ of f = I + A = V R, with the deviator, trace and square e : e of ln V."""
+def turning(A, deviator, volume, deviator2):
+    """R − I of f = I + A = V R, with the deviator, trace and square e : e of ln V."""
     w = deviation_of_strain(deviator, -0.5 * volume, deviator2, -0.5)  # V⁻¹ − I
     # R − I = A + w + w A, and w A is the transpose of Aᵀ w
     B = A + product_in_space(A.transpose(), w).transpose()
@@ -43,7 +43,13 @@ def rotated(sigma, A, deviator, volume, deviator2):
             B[i, j] += w[k]
             if ti.static(i != j):
                 B[j, i] += w[k]
-    return add_symmetric_part(sigma, product_in_space(B, sigma), B)
+    return B
+
+
+@ti.func
+def turned(tensor, B):
+    """R X Rᵀ of a symmetric tensor X; B = R − I."""
+    return add_symmetric_part(tensor, product_in_space(B, tensor), B)
 
 
 @ti.func
@@ -107,9 +113,16 @@ def integrate(rate: ti.template(), prm: ti.template(), r, log_p, start, solid, d
 
 
 @ti.func
-def advance(rate: ti.template(), prm: ti.template(), h, state, A):
-    """The update of `rate_update`."""
-    _, deviator, volume, deviator2, valid = elastic_trial(ti.Vector.zero(float, h.n), A)
+def stretching_of(A):
+    """Of f = I + A = V R: deviator, trace and square e : e of ln V, 1 if the step can be made, and R − I."""
+    _, deviator, volume, deviator2, valid = elastic_trial(ti.Vector.zero(float, ti.static(6 if A.n == 3 else 4)), A)
+    return deviator, volume, deviator2, valid, turning(A, deviator, volume, deviator2)
+
+
+@ti.func
+def advance(rate: ti.template(), prm: ti.template(), h, state, deviator, volume, deviator2, B):
+    """Cauchy stress, state, work of the step per reference volume, sub-steps (−1: too many) from the stress h; the rest
+    as `stretching_of` has it."""
     size = ti.sqrt(deviator2 + volume * volume * ti.static(1.0 / 3.0))
     isotropic = plus_isotropic(ti.Vector.zero(float, h.n), ti.static(1.0 / 3.0))
     solid = 1.0 + state[0]
@@ -122,7 +135,7 @@ def advance(rate: ti.template(), prm: ti.template(), h, state, A):
         gap = 0.0
     steps, dissipation = 0, 0.0
     if start < 1.0:
-        eta = rotated(eta, A, deviator, volume, deviator2)
+        eta = turned(eta, B)
     if start < 1.0 and size > 0.0:
         direction = plus_isotropic(deviator, volume * ti.static(1.0 / 3.0)) / size
         total = trace(eta)
@@ -141,7 +154,7 @@ def advance(rate: ti.template(), prm: ti.template(), h, state, A):
                 eta.fill(0.0)
                 gap = ti.max((1.0 - s) * volume, 0.0)
         dissipation = work * solid / (1.0 + prm.void_ratio)
-    h_new, state_new = plus_isotropic(eta, prm.apex), state
+    state_new = state
     largest = (1.0 + prm.void_ratio) * ti.static(GROWTH_LIMITS[1])
     smallest = (1.0 + prm.void_ratio) * ti.static(GROWTH_LIMITS[0])
     # e + (1 + e)(det f − 1), so that float32 keeps small changes
@@ -149,11 +162,20 @@ def advance(rate: ti.template(), prm: ti.template(), h, state, A):
     grown = ti.select(near == volume, expm1_series(near), ti.exp(volume) - 1.0)
     state_new[0] = ti.max(smallest - 1.0, ti.min(state[0] + solid * grown, largest - 1.0))
     state_new[1] = ti.max(gap, 0.0)
+    state_new[2] = state[2] + ti.sqrt(ti.static(2.0 / 3.0) * deviator2)
+    return plus_isotropic(eta, prm.apex), state_new, dissipation, steps
+
+
+@ti.func
+def outcome(prm: ti.template(), h, state, h_new, state_new, dissipation, steps, valid):
+    """What an update returns (see `Law`): the step, or, where it could not be made, what was before it."""
     sound = h_new.norm_sqr() < ti.static(by_precision(3e38, 1e60))
-    if not sound or steps < 0 or valid == 0:
-        h_new, state_new, dissipation, steps = h, state, 0.0, -1
-    tau = ((1.0 + state_new[0]) / (1.0 + prm.void_ratio)) * h_new
-    return h_new, tau, state_new, dissipation, steps
+    made = sound and steps >= 0 and valid == 1
+    kept, kept_state = h, state
+    if made:
+        kept, kept_state = h_new, state_new
+    tau = ((1.0 + kept_state[0]) / (1.0 + prm.void_ratio)) * kept
+    return kept, tau, kept_state, ti.select(made, dissipation, 0.0), ti.select(made, steps, -1)
 
 
 def rate_update(rate):
@@ -161,12 +183,14 @@ def rate_update(rate):
 
     The tensor that the solver carries, h, is the Cauchy stress σ [Pa].
     prm: apex, log_floor, void_ratio and tolerance are read here, see `RateParameters`; the rest is that of `rate`.
-    State: void ratio e, and the gap of separated material (see tension_gap.py).
+    State: void ratio e, the gap of separated material (see tension_gap.py), accumulated strain.
     """
 
     @ti.func
     def update(prm: ti.template(), h, state, A, dt):
-        return advance(rate, prm, h, state, A)
+        deviator, volume, deviator2, valid, B = stretching_of(A)
+        h_new, state_new, dissipation, steps = advance(rate, prm, h, state, deviator, volume, deviator2, B)
+        return outcome(prm, h, state, h_new, state_new, dissipation, steps, valid)
 
     return update
 

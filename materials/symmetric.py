@@ -91,6 +91,33 @@ def squared(a):
 
 
 @ti.func
+def both_products(a, b):
+    """a b + b a, which is symmetric."""
+    c = 2.0 * a * b
+    if ti.static(a.n == 6):
+        c = ti.Vector(
+            [
+                2.0 * (a[0] * b[0] + a[3] * b[3] + a[5] * b[5]),
+                2.0 * (a[3] * b[3] + a[1] * b[1] + a[4] * b[4]),
+                2.0 * (a[5] * b[5] + a[4] * b[4] + a[2] * b[2]),
+                (a[0] + a[1]) * b[3] + a[3] * (b[0] + b[1]) + a[5] * b[4] + a[4] * b[5],
+                (a[1] + a[2]) * b[4] + a[4] * (b[1] + b[2]) + a[3] * b[5] + a[5] * b[3],
+                (a[0] + a[2]) * b[5] + a[5] * (b[0] + b[2]) + a[3] * b[4] + a[4] * b[3],
+            ]
+        )
+    else:
+        c = ti.Vector(
+            [
+                2.0 * (a[0] * b[0] + a[3] * b[3]),
+                2.0 * (a[3] * b[3] + a[1] * b[1]),
+                2.0 * a[2] * b[2],
+                (a[0] + a[1]) * b[3] + a[3] * (b[0] + b[1]),
+            ]
+        )
+    return c
+
+
+@ti.func
 def determinant(a):
     """det a."""
     result = a[2] * (a[0] * a[1] - a[3] * a[3])

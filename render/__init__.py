@@ -17,6 +17,7 @@ from snowmpm.render.report import render_report
 from snowmpm.render.run_film import render_run
 from snowmpm.render.saw_test_compare import ComparedSawTest, render_saw_tests
 from snowmpm.render.saw_test_plot import render_saw_test
+from snowmpm.render.strength_plot import SlipPicture, StrengthCurve, render_strength
 from snowmpm.render.strip import notes_of, render_strip
 from snowmpm.render.thalweg_plot import render_thalweg
 from snowmpm.render.thalweg_time_plot import render_thalweg_time
@@ -30,7 +31,7 @@ PLOTS: dict[str, Callable[[Run, Path], Path]] = {
 }
 """Functions (run, file) that draw curves of a run, by the name that a scene's picture gives them."""
 
-__all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "notes_of", "render_comparison",
-           "render_compression", "render_element", "render_history", "render_map", "render_page", "render_pair",
-           "render_report", "render_run", "render_saw_test", "render_saw_tests", "render_strip", "render_thalweg",
-           "render_thalweg_time"]
+__all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "SlipPicture", "StrengthCurve",
+           "notes_of", "render_comparison", "render_compression", "render_element", "render_history", "render_map",
+           "render_page", "render_pair", "render_report", "render_run", "render_saw_test", "render_saw_tests",
+           "render_strength", "render_strip", "render_thalweg", "render_thalweg_time"]

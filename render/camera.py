@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 MARGINS = (0.08, 0.08, 0.14, 0.12)
+FIELD_OF_VIEW = 0.5  # of the longer side [rad]
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,18 @@ def view_axes(azimuth, elevation):
     return np.stack([right, np.cross(out, right), -out])
 
 
-def fit_camera(points, azimuth, elevation, size, *, margins=MARGINS, field_of_view=0.5, perspective=True):
+def look_at(eye, target, field_of_view, size):
+    """The camera at `eye` (3,) that has `target` (3,) in its middle; field_of_view: of the longer side [rad]."""
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    across = np.cross(forward, [0.0, 0.0, 1.0])
+    if np.linalg.norm(across) < 1e-6:  # straight down: north is up
+        across = np.array([1.0, 0.0, 0.0])
+    across = across / np.linalg.norm(across)
+    axes = np.stack([across, np.cross(across, forward), forward])
+    return Camera(np.asarray(eye, float), axes, 0.5 * max(size) / np.tan(0.5 * field_of_view), tuple(size))
+
+
+def fit_camera(points, azimuth, elevation, size, *, margins=MARGINS, field_of_view=FIELD_OF_VIEW, perspective=True):
     """The camera from that direction that has `points` (n, 3) just fill the picture.
 
     margins        left, right, top and bottom share of the picture that stays free

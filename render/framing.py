@@ -49,17 +49,7 @@ def sample_action(run):
 
     Raises InputError when no frame has a particle.
     """
-    rng = np.random.default_rng(0)
-    sampled = [_sample(run, int(i), rng) for i in np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round())]
-    sampled = [(points, speed) for points, speed in sampled if len(points)]
-    if not sampled:
-        raise InputError(f"{run.path}: no frame with particles to draw")
-    fastest = max(float(np.quantile(speed, 0.99)) for _, speed in sampled)
-    moving = [points[speed > MOVING * fastest] for points, speed in sampled]
-    # Snow that stays where it lies, on the whole slope perhaps, is not what the film is about.
-    moving = [points for points in moving if len(points) > MOVING * SAMPLED_POINTS]
-    if len(moving) < 2:
-        moving = [points for points, _ in sampled]
+    moving = [points for _, points in moving_samples(run)]
     points = np.concatenate(moving)
     way = (moving[-1].mean(axis=0) - moving[0].mean(axis=0))[:2]
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -67,6 +57,24 @@ def sample_action(run):
         way = downhill(points)
     length = np.linalg.norm(way)
     return Action(points, way / length if length > 0.0 else np.array([1.0, 0.0]))
+
+
+def moving_samples(run):
+    """[(time [s], points (k, 3))] of some frames: the particles that move, or all where nothing does.
+
+    Raises InputError when no frame has a particle.
+    """
+    rng = np.random.default_rng(0)
+    frames = np.unique(np.linspace(0, len(run) - 1, SAMPLED_FRAMES).round()).astype(int)
+    sampled = [(float(run.times[i]), *_sample(run, int(i), rng)) for i in frames]
+    sampled = [(time, points, speed) for time, points, speed in sampled if len(points)]
+    if not sampled:
+        raise InputError(f"{run.path}: no frame with particles to draw")
+    fastest = max(float(np.quantile(speed, 0.99)) for _, _, speed in sampled)
+    moving = [(time, points[speed > MOVING * fastest]) for time, points, speed in sampled]
+    # Snow that stays where it lies, on the whole slope perhaps, is not what the film is about.
+    moving = [(time, points) for time, points in moving if len(points) > MOVING * SAMPLED_POINTS]
+    return moving if len(moving) >= 2 else [(time, points) for time, points, _ in sampled]
 
 
 def _sample(run, i, rng):
@@ -120,7 +128,7 @@ def _with_ground(camera, action, relief):
     """The same view from as far as brings all the ground into the picture, where that is little farther."""
     if relief is None:
         return camera
-    bearing, elevation = _angles(camera.bearing_and_elevation())
+    bearing, elevation = bearing_and_elevation(camera)
     middle = 0.5 * (action.points.min(axis=0) + action.points.max(axis=0))
     everything = np.concatenate([middle + ROOM * (action.points - middle), relief.vertices])
     whole = fit_camera(everything, bearing, elevation, camera.size, margins=RIM)
@@ -155,12 +163,17 @@ def emptier_side(camera, action):
     return "left" if left < right else "right"
 
 
+def bearing_and_elevation(camera):
+    """Where a camera stands as seen from what it shows [rad]."""
+    return _angles(camera.bearing_and_elevation())
+
+
 def _angles(name):
     try:
         bearing, elevation = (float(part) for part in str(name).split(","))
     except ValueError:
         bearing, elevation = np.nan, np.nan
     if not (np.isfinite(bearing) and -89.0 <= elevation <= 90.0):
-        more = ", or BEARING,ELEVATION in degrees such as 200,30"
+        more = ", orbit, follow, or BEARING,ELEVATION in degrees such as 200,30"
         raise InputError.not_in("camera", name, NAMES, more=more)
     return np.radians(bearing), np.radians(elevation)

@@ -1,5 +1,5 @@
 """Rasters of a run over the shaded terrain, in map coordinates: peak depth, speed and pressure, deposit, arrival; with
-the release, the thalweg, the run-out line, and an observed outline."""
+the release, obstacles and dams, the thalweg, the run-out line, and an observed outline."""
 
 import textwrap
 from collections.abc import Iterable
@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from snowmpm.annotations import Floats, Numbers, PathLike
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 from snowmpm.io import Run
+from snowmpm.io.built import dam_lines, footprints
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
 from snowmpm.io.status import status_of
@@ -28,7 +29,7 @@ from snowmpm.render.relief import build_relief
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])
-RELEASE, LINE, OBSERVED = "#101418", "#c1121f", "#0a7d33"
+RELEASE, LINE, OBSERVED, BUILT = "#101418", "#c1121f", "#0a7d33", "#5b3410"
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 """Of a raster that has no classes."""
 
@@ -39,8 +40,9 @@ def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observe
 
     Axes are map coordinates [m], up is north. Values are shown in the classes that tables and QGIS styles use
     (`snowmpm.quantities.classes`); cells where the flow was thinner than the run's `flow_depth` are pale. Outline of
-    the release, thalweg and run-out line, where the run has them; below: projection, what the run was computed with,
-    and whether it is final (`snowmpm.io.status`). Credits in the provenance (a key `attribution` anywhere in it) too.
+    the release, obstacles and dams by name, thalweg and run-out line, where the run has them; below: projection, what
+    the run was computed with, and whether it is final (`snowmpm.io.status`). Credits in the provenance (a key
+    `attribution` anywhere in it) too.
     observed: outline of an avalanche that was seen, rings (n, 2) in map coordinates [m], drawn beside the computed one.
     Raises InputError for an unknown raster, one without values, or another ending of `output`.
     """
@@ -69,6 +71,7 @@ def map_figure(run, name, *, observed=None, dpi=150):
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
         draw_terrain(axes, run, lower, upper)
     _draw_raster(figure, axes, run, raster, name)
+    draw_built(axes, run)
     _draw_lines(axes, run, observed)
     draw_frame(axes, run, f"{run.name}: {quantity(name).label}", lower, upper)
     _draw_margin(figure, axes, run)
@@ -154,6 +157,24 @@ def _thin(run, raster):
     if limit is None or depth is None or depth.values.shape != raster.values.shape:
         return np.zeros(raster.values.shape, bool)
     return ~(depth.values >= limit)
+
+
+def draw_built(axes: Axes, run: Run) -> None:
+    """Draw the obstacles and the dams of a `Run` in map coordinates, each with its name."""
+    for name, footprint in footprints(run).items():
+        for part in getattr(footprint, "geoms", [footprint]):
+            axes.fill(*np.array(part.exterior.coords).T, facecolor=BUILT, edgecolor="white", lw=0.8, zorder=5)
+        _name(axes, name, footprint.bounds[2:])
+    for name, line in dam_lines(run).items():
+        axes.plot(*line.T, color="white", lw=4.4, zorder=4, solid_capstyle="butt")
+        axes.plot(*line.T, color=BUILT, lw=2.6, zorder=5, solid_capstyle="butt")
+        _name(axes, name, line[-1])
+
+
+def _name(axes, name, place):
+    box = {"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0}
+    axes.annotate(shown_line(name, 40), place, (3.0, 3.0), textcoords="offset points", fontsize=7, color=BUILT,
+                  bbox=box, zorder=6, clip_on=True, annotation_clip=True)
 
 
 def _draw_lines(axes, run, observed):

@@ -13,7 +13,7 @@ from snowmpm.annotations import Floats, Numbers, PathLike
 from snowmpm.io import Run
 from snowmpm.io.projection import projection_name
 from snowmpm.render.figure import check_ending, save
-from snowmpm.render.peak_map import OBSERVED, RELEASE, draw_frame, draw_terrain, figure_size
+from snowmpm.render.peak_map import OBSERVED, RELEASE, draw_built, draw_frame, draw_terrain, figure_size
 
 MARGIN = 0.12
 """Surroundings on each side, as a share of the larger side."""
@@ -52,6 +52,7 @@ def render_probability(run: Run, x: Floats, y: Floats, shares: Numbers, output: 
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, classes), ax=axes, shrink=0.75, pad=0.02, ticks=bounds,
                           spacing="uniform")
     bar.ax.set_yticklabels([f"{100.0 * bound:g} %" for bound in bounds])
+    draw_built(axes, run)
     for part in run.hazard.get("release") or ():
         axes.plot(*np.array(part[0]).T, color=RELEASE, lw=1.6, zorder=5, label="release")
     for ring in observed or ():
@@ -64,7 +65,7 @@ def render_probability(run: Run, x: Floats, y: Floats, shares: Numbers, output: 
     draw_frame(axes, run, title, lower, upper)
     projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
     width = max(40, round(12.5 * figure.get_size_inches()[0]))
-    figure.supxlabel("\n".join(textwrap.wrap(f"{projection}; {words}", width)), fontsize=7, color="0.3")
+    figure.supxlabel(textwrap.fill(f"{projection}; cells of {cell:g} m; {words}", width), fontsize=7, color="0.3")
     return save(figure, output, dpi)
 
 

@@ -14,17 +14,19 @@ from snowmpm.io import Run
 from snowmpm.io.parameters import methods_of
 from snowmpm.io.status import cautions
 from snowmpm.render import light
+from snowmpm.render.camera_path import MOVING, CameraPath, path_of
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.credit import attribution
-from snowmpm.render.film import open_film, output_kind
+from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import Cutaway, WeakLayer
 from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
+from snowmpm.render.passes import checked_pass, sky_of, with_alpha
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
-from snowmpm.render.snow import SNOW, draw_snow
+from snowmpm.render.snow import SNOW, draw_snow, seen_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.timing import Timing, pace_in_words
 from snowmpm.render.tracking import plan_track
@@ -39,7 +41,8 @@ INSET = 0.30  # of the picture's sides
 def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
-    progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False
+    progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
+    camera_path: PathLike | None = None, layer: str = "picture"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -48,21 +51,26 @@ def render_run(
                one frame
     color      name of a field; "snow" for plain white; "fracture": the weak layer by its damage, all else white; by
                default the speed, on a map whose low end is snow white
-    camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; in 2-D "auto" or "side" (whole)
+    camera     "auto" (default), "top", "side", "front" or "BEARING,ELEVATION" [deg]; "orbit" goes round the action,
+               "follow" stays with what moves; in 2-D "auto" or "side" (whole)
+    camera_path  CSV file of places of the eye and the target over time (`camera_path.CameraPath.read`), in 3-D
     time       [s], for .png only: the frame nearest to it, by default the last
     cutaway    leave out, on the side of the camera, what lies over the weak layer: its damage is seen as it spreads
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
     timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
     plain      no words, scales and insets
+    layer      for compositing, in 3-D and without words: "transparent", the sky is see-through (.png, folder); "depth",
+               metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
+    checked_pass(layer, output_kind(output), run.dimension)
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway)
-    view.plain = plain
+        view = view_of(run, size, color, camera, cutaway, camera_path)
+    view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
 
@@ -71,10 +79,10 @@ def checked_wishes(output, size, time, timing, run):
     `Run` that has to reach `time`."""
     kind = output_kind(output)
     timing.check(run.path, run.times)
-    if timing.chosen and kind == ".png":
+    if timing.chosen and kind in PICTURES:
         raise InputError("--speed, --from, --to and --every are of films and folders of pictures; --time chooses the"
                          " frame of a .png")
-    if time is not None and kind != ".png":
+    if time is not None and kind not in PICTURES:
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
     if time is not None and len(run) and not 0.0 <= time <= run.times[-1] * (1.0 + 1e-9):
         raise InputError.at("time", time, f"{run.path} goes from 0 to {run.times[-1]:g} s")
@@ -88,7 +96,7 @@ def write_pictures(view: Any, times: Floats, output: PathLike, time: float | Non
     output, time, timing, progress as of `render_run`.
     """
     timing = timing or Timing()
-    if output_kind(output) == ".png":
+    if output_kind(output) in PICTURES:
         frames = np.array([len(times) - 1 if time is None else int(np.abs(times - time).argmin())])
     else:
         frames = timing.frames(times)
@@ -115,16 +123,20 @@ def check_drawable(run):
         raise InputError(f"{run.path}: no frame with particles to draw")
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False):
+def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None):
     """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
     check_drawable(run)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
     color = FRACTURE if cutaway and color is None else color
+    if camera_path is not None and (run.dimension == 2 or camera is not None):
+        raise InputError.at("camera_path", str(camera_path), "is of a run in three dimensions" if run.dimension == 2
+                            else f'goes without camera = "{camera}"')
     if run.dimension == 2:
         return SectionView(run, size, color, camera or "auto")
-    return SpaceView(run, size, color, camera or "auto", cutaway)
+    path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
+    return SpaceView(run, size, color, camera or "auto", cutaway, path=path)
 
 
 def nearest_frame(run, time):
@@ -156,7 +168,7 @@ class _View:
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
         self.title, self._cautions = run.name, cautions(run)
-        self.pace, self.plain = None, False
+        self.pace, self.plain, self.layer_drawn = None, False, "picture"
 
     @property
     def most_points(self):
@@ -202,16 +214,18 @@ class _View:
 
 
 class SpaceView(_View):
-    """Three-dimensional runs: the ground is drawn once, the snow of each frame over it."""
+    """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
-    def __init__(self, run, size, color, camera, cutaway=False, action=None):
-        """action: what the camera has to show, by default that of the run (`framing.sample_action`)."""
+    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None):
+        """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
+        of one that moves."""
         super().__init__(run, size, color)
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
         self.action, self.relief = action, relief
-        self.camera = choose_camera(camera, action, relief, size)
+        self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
+        self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
         self.sun = light.sun_direction(self.camera.axes, facing)
         self.side = emptier_side(self.camera, action)
@@ -220,22 +234,37 @@ class SpaceView(_View):
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
     def picture(self, i):
-        """(height, width, 3) uint8 of frame `i`."""
+        """Frame `i`: (height, width, 3) uint8, with alpha (height, width, 4) of the pass "transparent", float32
+        (height, width) of the pass "depth"."""
         time, snow = self._frame(i)
-        behind = draw_solids(self.ground, self.camera, self.sun, *placed(self.run, i))
-        overlay = Overlay(light.encode(draw_snow(behind, self.camera, self.sun, *snow)))
+        camera = self.camera if self.path is None else self.path.camera(time, self.size)
+        if self.layer_drawn == "depth":
+            behind = self._behind(i, camera)
+            return np.minimum(seen_snow(behind, camera, *snow[:2])[1], behind.depth).astype(np.float32)
+        if self.layer_drawn == "transparent":
+            return with_alpha(*(draw_snow(self._behind(i, camera, sky_of(brightness)), camera, self.sun, *snow)
+                                for brightness in (0.0, 1.0)))
+        ground = self._behind(i, camera)
+        overlay = Overlay(light.encode(draw_snow(ground, camera, self.sun, *snow)))
         if self.plain:
             return overlay.picture()
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
-        if not self.camera.perspective:
-            overlay.length_scale(self.camera.scale, other)
-        elif self.ground.contour_interval:
-            words = [f"contours every {self.ground.contour_interval:g} m", attribution(self.run.provenance)]
+        if not camera.perspective:
+            overlay.length_scale(camera.scale, other)
+        elif ground.contour_interval:
+            words = [f"contours every {ground.contour_interval:g} m", attribution(self.run.provenance)]
             overlay.note("; ".join(filter(None, words)), other)
         else:
-            overlay.length_scale(self.action.size_in(self.camera), other, about=True)
+            overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
+
+
+    def _behind(self, i, camera, sky=light.sky):
+        """`Ground` with the solids of frame `i`, as a camera sees them."""
+        known = camera is self.camera and sky is light.sky
+        ground = self.ground if known else draw_ground(self.relief, camera, self.sun, sky)
+        return draw_solids(ground, camera, self.sun, *placed(self.run, i))
 
 
 class SectionView(_View):

@@ -25,6 +25,9 @@ class Body(Spec):
     friction: NonNegative = 0.3
     """Coulomb coefficient of a separate body against the others; between two such bodies the smaller value applies
     [-]"""
+    interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
+    """of a layer on the ground: carry it by this many points a cell and direction, without cells of its own
+    (docs/interface.md); filled with particles when missing"""
     start_time: NonNegative = 0.0
     """when it is released [s]: until then it lies where it is; method = "depth" only"""
 

@@ -128,6 +128,9 @@ class Implicit(Spec):
     """out-of-balance force over the size of the forces [-] at which a step is solved"""
     iterations: Annotated[int, Field(strict=True, ge=1, le=200)] = 20
     """of Newton at most, before a step is cut in parts"""
+    f_bar: Annotated[bool, Field(strict=True)] = False
+    """the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow that
+    keeps the volume"""
     linear: Literal["auto", "direct", "krylov"] = "auto"
     """solver of the linear equations: direct up to 120,000 unknowns in 2-D and 15,000 in 3-D, then by iterations"""
 

@@ -44,6 +44,14 @@ class WeakLayer(SawLayer):
     cells: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
     """represent the layer by this many grid cells, whatever its thickness, with the same stiffness, strength and
     collapse per area (`Law.drawn`); its true thickness when missing"""
+    interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
+    """carry the layer by this many points a cell and direction, without cells of its own (docs/interface.md)"""
+
+    @model_validator(mode="after")
+    def _is_drawn_in_one_way(self):
+        if self.interface is not None and self.cells is not None:
+            raise refuse("does not go with cells, which an interface has none of", "interface", self.interface)
+        return self
 
 
 class SawTest(Spec):
@@ -95,8 +103,13 @@ class SawTest(Spec):
     @model_validator(mode="after")
     def _weak_layer_has_its_own_material(self):
         others = [layer.material for layer in (*self.slab, *([self.base] if self.base else []))]
-        if self.weak_layer.cells is not None and self.weak_layer.material in others:
-            raise refuse("needs a material that no other layer has", "weak_layer.cells", self.weak_layer.cells)
+        for key in ("cells", "interface"):
+            number = getattr(self.weak_layer, key)
+            if number is not None and self.weak_layer.material in others:
+                raise refuse("needs a material that no other layer has", f"weak_layer.{key}", number)
+        if self.weak_layer.interface is not None and self.base is not None:
+            raise refuse("needs rigid ground below: leave saw_test.base out", "weak_layer.interface",
+                         self.weak_layer.interface)
         return self
 
     def drawn(self, dx: float) -> "SawTest":
@@ -163,9 +176,11 @@ def made_by(saw_test, dim, dx):
               "boundary": {"z_min": "stick"}}
     bodies, bottom = [], 0.0
     for name, layer in saw_test.layers:
-        first = saw_test.notch if name == "weak_layer" else 0.0
+        points = getattr(layer, "interface", None)
+        first = saw_test.notch if name == "weak_layer" and points is None else 0.0  # points are cut, not taken away
         shape = _layer_shape(saw_test, dim, first, bottom, bottom + layer.thickness)
-        bodies.append({"name": name, "material": layer.material, "shape": shape})
+        body = {"name": name, "material": layer.material, "shape": shape}
+        bodies.append(body if points is None else {**body, "interface": points})
         bottom += layer.thickness
     return {"bodies": bodies, "domain": domain}
 

@@ -63,8 +63,9 @@ MAY_IMPORT = {
     "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
                "study"},
     "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
+    "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
-            "campaigns", "micro"},
+            "campaigns", "micro", "strength"},
 }
 PICTURES = {"pyvista", "vtk", "vtkmodules", "matplotlib", "imageio", "PIL"}
 COMPUTE = {"taichi"}

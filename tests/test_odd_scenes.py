@@ -21,6 +21,8 @@ EVERY_LAW = {
     "soft": {"kind": "modified_cam_clay", **COMMON, "critical_slope": 0.5, "hardening": 1.0, "p0": 3e3},
     "rubber": {"kind": "elastic", **COMMON}, "clay": {"kind": "von_mises", **COMMON, "yield_stress": 2e3},
     "sand": {"kind": "drucker_prager", **COMMON, "friction_angle": 35.0},
+    "loosening": {"kind": "softening_cone", **COMMON, "friction_angle": 37.0, "residual_friction_angle": 30.0,
+                  "softening_strain": 0.05, "dilation_angle": 8.0, "dilation_strain": 0.05},
     "grit": {"kind": "mohr_coulomb", **COMMON, "friction_angle": 30.0, "cohesion": 100.0},
     "grains": {"kind": "mu_i", **COMMON, "static_friction": 0.4, "limit_friction": 0.7, "grain_diameter": 1e-3,
                "grain_density": 900.0},
@@ -28,6 +30,7 @@ EVERY_LAW = {
     "dense": {"kind": "critical_state_hypoplastic", "density": 1800.0, **SAND, "poisson_ratio": 0.0,
               "friction_angle": 30.0, "void_ratio": 0.6, "least_void_ratio": 0.4, "critical_void_ratio_limit": 0.9,
               "critical_void_ratio_drop": 0.3, "density_effect": 0.2},
+    "fast": {"card": "wu_fast_sand", "youngs_modulus": 1e6, "reference_pressure": 5e3},
     "slush": {"kind": "wet_snow", **COMMON, "friction_angle": 33.0, "cohesion": 500.0, "water_weakening": 23.5,
               "liquid_water": 0.03},
 }

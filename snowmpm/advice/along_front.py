@@ -164,12 +164,12 @@ def _text(value):
 
 def thinnest(scene):
     """Least extent of a body that a grid must resolve [m]; inf where none is known before it is built. A weak layer
-    that is drawn some cells thick follows the grid."""
+    that is drawn some cells thick follows the grid, an interface has no cells."""
     if scene.saw_test:
         test = scene.saw_test
         return min((layer.thickness for _, layer in test.layers
-                    if layer is not test.weak_layer or test.weak_layer.cells is None), default=float("inf"))
-    return min((_extent(body.shape) for body in scene.bodies), default=float("inf"))
+                    if layer is not test.weak_layer or (layer.cells or layer.interface) is None), default=float("inf"))
+    return min((_extent(body.shape) for body in scene.bodies if not body.interface), default=float("inf"))
 
 
 def _extent(shape):

@@ -57,8 +57,12 @@ class SceneFacts:
         return self.model.laws[list(self.scene.materials).index(self.scene.bodies[body].material)]
 
     def positions(self, body):
-        starts = [*self.model.body_starts, len(self.model.population.volumes)]
-        return self.model.population.positions[starts[body]:starts[body + 1]]
+        return self.model.population.positions[self._starts[body]:self._starts[body + 1]]
+
+    @cached_property
+    def _starts(self):
+        """First particle of each body, and the number of particles."""
+        return [*self.model.body_starts, len(self.model.population.volumes)]
 
     def thickness(self, body):
         """Thickness [cells] of a body: of a layer normal to the ground, else its least extent."""

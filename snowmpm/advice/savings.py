@@ -7,6 +7,7 @@ import numpy as np
 from snowmpm.advice.cautions import cautions
 from snowmpm.advice.depth_averaged import PLAN, in_columns
 from snowmpm.advice.plane_strain import is_plane_strain
+from snowmpm.advice.solved_steps import other_steps
 from snowmpm.measured import costs
 from snowmpm.measured.borders import shipped
 from snowmpm.measured.depth_averaged import in_words
@@ -177,7 +178,15 @@ def _columns(budget):
             yield Saving("solver.method", says, saved, saved / budget.total, overrides)
 
 
-FINDERS = (_columns, _plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain, _return_maps)
+def _other_steps(budget):
+    """Steps that are solved for in place of those of waves, or the other way."""
+    for overrides, facts, says in other_steps(budget.facts):
+        saved = budget.total - facts.budget.total
+        if saved > WORTH_SAYING * budget.total:
+            yield Saving("solver.method", says, saved, saved / budget.total, overrides)
+
+
+FINDERS = (_columns, _other_steps, _plane, _double, _frames, _spline, _crowded, _short, _stiff, _domain, _return_maps)
 
 
 def savings(budget):

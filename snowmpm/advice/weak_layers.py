@@ -26,13 +26,14 @@ class WeakLayer:
 
 
 def weak_layers(scene):
-    """`WeakLayer`s of a scene. One that a saw test draws some cells thick follows the grid, and is left out."""
+    """`WeakLayer`s of a scene that need cells: not those that a saw test draws some cells thick, which follow the grid,
+    nor interfaces, which have none."""
     test = scene.saw_test
     drawn = test is not None and test.weak_layer.cells is not None
     found = []
     for i, body in enumerate(scene.bodies):
         law = scene.materials[body.material]
-        if law.collapses and not (drawn and body.name == "weak_layer"):
+        if law.collapses and not body.interface and not (drawn and body.name == "weak_layer"):
             found.append(WeakLayer(i, body.name, body.material, _thickness(body.shape), law.collapse_thickness is None))
     return found
 

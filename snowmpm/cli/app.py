@@ -20,6 +20,7 @@ from snowmpm.cli import (
     render,
     report,
     run,
+    strength,
     study,
 )
 from snowmpm.cli.errors import guarded
@@ -70,6 +71,7 @@ app.command("compare", cls=PlainCommand)(guarded(compare.compare))
 app.command("gallery", cls=PlainCommand)(guarded(gallery.gallery))
 app.command("element", cls=PlainCommand)(guarded(element.element))
 app.command("micro", cls=PlainCommand)(guarded(micro.micro))
+app.command("strength", cls=PlainCommand)(guarded(strength.strength))
 app.command("study", cls=PlainCommand)(guarded(study.study))
 app.command("sweep", cls=PlainCommand)(guarded(campaign.sweep))
 

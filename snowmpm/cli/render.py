@@ -32,7 +32,8 @@ Color = Annotated[
 Camera = Annotated[
     str | None,
     typer.Option(
-        metavar="VIEW", help='"auto" (frames the action), "top", "side", "front" or "BEARING,ELEVATION" in degrees.'
+        metavar="VIEW", help='"auto" (frames the action), "top", "side", "front" or "BEARING,ELEVATION" in degrees;'
+        ' "orbit" goes round the action, "follow" stays with what moves.'
     ),
 ]
 Time = Annotated[
@@ -53,6 +54,11 @@ def render(
     output: Output = None,
     color: Color = None,
     camera: Camera = None,
+    camera_path: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The camera moves along this CSV file: time, eye_x, eye_y, eye_z, target_x,"
+                     " target_y, target_z in the scene's coordinates and, if wanted, field_of_view in degrees."),
+    ] = None,
     time: Time = None,
     cutaway: Annotated[
         bool,
@@ -83,6 +89,10 @@ def render(
     plain: Annotated[
         bool, typer.Option("--plain", help="The picture alone: no title, clock, scales, notes and inset.")
     ] = False,
+    layer: Annotated[
+        str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
+                          ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
+    ] = "picture",
     quiet: Quiet = False,
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
@@ -101,7 +111,8 @@ def render(
     opened = Run(run)
     if output and output.suffix.lower() == ".html":
         others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
-                  "--from": begin, "--to": end, "--every": every if every != 1 else None}
+                  "--from": begin, "--to": end, "--every": every if every != 1 else None,
+                  "--camera-path": camera_path, "--pass": layer if layer != "picture" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if beside:
@@ -110,8 +121,13 @@ def render(
     else:
         second = None
         target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
-    draw(opened, target, quiet, second, color=color, camera=camera, time=time, size=shape, timing=timing,
-         cutaway=cutaway, plain=plain)
+    choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
+               "plain": plain}
+    alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None}
+    if second and any(alone.values()):
+        raise InputError("--camera-path and --pass: not with two runs side by side")
+    choices |= {name: value for name, value in alone.items() if value is not None}
+    draw(opened, target, quiet, second, **choices)
 
 
 def _draw_page(run, output, color, camera, quiet, others):

@@ -21,6 +21,9 @@ cover that it would take up [kg/s]."""
 
 OFFSETS = {"position": 0, "velocity": 2, "volume": 4, "depth": 5, "climb": 6, "intake": 7}
 
+FEW = 20
+"""Cells from which columns leave in a step, up to which all others are compared with each."""
+
 
 class Columns(Particles):
     """Columns in rows that keep their order until some leave. cells (n, 2): cell in plan; reals (n, 8): `SIZES`;
@@ -145,8 +148,7 @@ class Columns(Particles):
             self.wet.take(keep)
         removed["energy"] += float(mass @ (0.5 * (velocity**2).sum(axis=1) - positions @ gravity))
         # The potential is one of pairs: the snow that stays lies lower without its neighbours (see `positions`)
-        lower = (part.surface() - part.without(lost))[~lost]
-        removed["energy"] += -0.5 * gravity[2] * float(masses[near[~lost]] @ lower)
+        removed["energy"] += -0.5 * gravity[2] * float(masses[near[~lost]] @ part.surface_of(lost)[~lost])
         self.mass -= float(mass.sum())
         labels = self._labels()[keep]
         self._fill(self.cells.to_numpy()[: self.count][keep], self._table()[keep], labels[:, 0], labels[:, 1])
@@ -157,14 +159,20 @@ class Columns(Particles):
         return np.stack([self.material.to_numpy(), self.identity.to_numpy()], axis=1)[: self.count]
 
     def _around(self, gone):
-        """Rows of the columns that the columns `gone` (k,) and those within their reach feel, in rising order."""
+        """Rows of the columns that the columns `gone` (k,) feel, in rising order."""
         if self.grid.repeats.any() or not 0 < 4 * len(gone) < self.count:
             return np.arange(self.count)
         cells = self.cells.to_numpy()[: self.count]
-        window = np.zeros(np.ptp(cells, axis=0) + 1, bool)
-        at = cells - cells.min(axis=0)
-        window[tuple(at[gone].T)] = True
-        return np.flatnonzero(maximum_filter(window, 4 * REACH + 1)[tuple(at.T)])
+        places = np.unique(cells[gone], axis=0)
+        if len(places) > FEW:
+            window = np.zeros(np.ptp(cells, axis=0) + 1, bool)
+            window[tuple((places - cells.min(axis=0)).T)] = True
+            return np.flatnonzero(maximum_filter(window, 2 * REACH + 1)[tuple((cells - cells.min(axis=0)).T)])
+        x, y = np.ascontiguousarray(cells.T)
+        near = np.zeros(self.count, bool)
+        for i, j in places:
+            near |= (np.abs(x - i) <= REACH) & (np.abs(y - j) <= REACH)
+        return np.flatnonzero(near)
 
     def release(self, time):
         """Let columns go whose start has come by `time` [s]; -> whether there were any."""

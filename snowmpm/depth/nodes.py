@@ -57,6 +57,31 @@ def node_kernel(real, entrains, serial):
     taken, under: the node's place in bed.
     """
 
+    @ti.func
+    def three(totals: ti.template(), lookup: ti.template(), cos2: ti.template(), first, i, j):
+        """Totals and cos^2 (3, 7) of the nodes i - 1, i, i + 1 of column j; Taichi."""
+        found = ti.Matrix.zero(real, 3, TOTALS + 1)
+        for a in ti.static(range(3)):
+            node = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + MARGIN]
+            one = totals[first + node]
+            for k in ti.static(range(TOTALS)):
+                found[a, k] = one[k]
+            found[a, TOTALS] = ti.cast(cos2[node], real)
+        return found
+
+    @ti.func
+    def corners(here: ti.template(), ahead: ti.template(), rate):
+        """What the two corners between three nodes and the next three give the one in the middle: cos^2 H, beta, and
+        beta u (2), a fourth of each."""
+        given = ti.Vector.zero(real, 4)
+        for a in ti.static(range(2)):
+            s = ti.Vector([here[a, k] + here[a + 1, k] + ahead[a, k] + ahead[a + 1, k]
+                           for k in ti.static(range(TOTALS + 1))])
+            if s[0] > 0.0:
+                beta = 0.25 * (1.0 - ti.exp(-rate * closing(s)))
+                given += ti.Vector([s[0] * s[TOTALS] / 64.0, beta, beta / s[0] * s[1], beta / s[0] * s[2]])
+        return given
+
     @taichi_kernel
     def resolve(tallies: ti.types.ndarray(), touched: ti.types.ndarray(), live: ti.types.ndarray(),
                 totals: ti.types.ndarray(), nodes: ti.types.ndarray(), lookup: ti.types.ndarray(),
@@ -101,31 +126,25 @@ def node_kernel(real, entrains, serial):
         for turn in range(strides(n_tiles)):
             tile = strided(turn, n_tiles)
             if tile < n_tiles and live[base + tile] > 0:
-                for inner in range(TILE * TILE):
-                    i, j = tile // tile_rows * TILE + inner // TILE, tile % tile_rows * TILE + inner % TILE
-                    if i < nx and j < ny:
-                        at = ti.Matrix.zero(int, 3, 3)
-                        for a, b in ti.static(ti.ndrange(3, 3)):
-                            at[a, b] = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + (b - 1 + MARGIN)]
-                        here = totals[first + at[1, 1]]
-                        beta, drive = ti.cast(0.0, real), ti.Vector.zero(real, 2)
-                        level = ti.cast(cos2[at[1, 1]], real) * here[0]
-                        if here[0] > 0.0:
-                            beta = 1.0 - ti.exp(-dt * damping * ti.sqrt(g * level * deep) / dx)
-                            drive = beta / here[0] * ti.Vector([here[1], here[2]])
-                        level *= 1.0 - SMOOTHING
-                        for a, b in ti.static(ti.ndrange(2, 2)):  # corners
-                            s, share = ti.Vector.zero(real, TOTALS), ti.cast(0.0, real)
-                            for c, d in ti.static(ti.ndrange(2, 2)):
-                                s += totals[first + at[a + c, b + d]]
-                                share += ti.cast(cos2[at[a + c, b + d]], real)
-                            level += SMOOTHING / 64.0 * s[0] * share
-                            if s[0] > 0.0:
-                                rate = 0.25 * (1.0 - ti.exp(-dt * mixing * closing(s) / dx))
-                                beta += rate
-                                drive += rate / s[0] * ti.Vector([s[1], s[2]])
-                        node = first + tile * (TILE * TILE) + inner
-                        nodes[node][0], nodes[node][1], nodes[node][2] = g * level * deep, here[0] * deep, beta
-                        nodes[node][3], nodes[node][4] = drive[0], drive[1]
+                for row in range(TILE):
+                    i, first_j = tile // tile_rows * TILE + row, tile % tile_rows * TILE
+                    if i < nx:
+                        here = three(totals, lookup, cos2, first, i, first_j)
+                        behind = corners(three(totals, lookup, cos2, first, i, first_j - 1), here, dt * mixing / dx)
+                        for j in range(first_j, ti.min(first_j + TILE, ny)):
+                            ahead = three(totals, lookup, cos2, first, i, j + 1)
+                            before = corners(here, ahead, dt * mixing / dx)
+                            given, V = behind + before, here[1, 0]
+                            level = here[1, TOTALS] * V
+                            beta, drive = given[1], ti.Vector([given[2], given[3]])
+                            if V > 0.0:
+                                share = 1.0 - ti.exp(-dt * damping * ti.sqrt(g * level * deep) / dx)
+                                beta += share
+                                drive += share / V * ti.Vector([here[1, 1], here[1, 2]])
+                            level += SMOOTHING * (given[0] - level)
+                            node = first + tile * (TILE * TILE) + row * TILE + j - first_j
+                            nodes[node][0], nodes[node][1], nodes[node][2] = g * level * deep, V * deep, beta
+                            nodes[node][3], nodes[node][4] = drive[0], drive[1]
+                            here, behind = ahead, before
 
     return resolve

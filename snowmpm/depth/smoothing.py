@@ -20,10 +20,10 @@ def corner_means(values, repeats):
     """Means of the four nodes around every corner (nx + 1, ny + 1), of values at the nodes (nx, ny). Beyond the sides
     lie mirror images of the nodes, or at `repeats` (2,) those of the other end."""
     for axis in (0, 1):
-        widths = [(0, 0), (0, 0)]
-        widths[axis] = (1, 1)
-        values = np.moveaxis(np.pad(values, widths, mode="wrap" if repeats[axis] else "symmetric"), axis, 0)
-        values = np.moveaxis(0.5 * (values[:-1] + values[1:]), 0, axis)
+        values = np.moveaxis(values, axis, 0)
+        ends = (values[-1:], values[:1]) if repeats[axis] else (values[:1], values[-1:])
+        wide = np.concatenate([ends[0], values, ends[1]])
+        values = np.moveaxis(0.5 * (wide[:-1] + wide[1:]), 0, axis)
     return values
 
 

@@ -1,7 +1,5 @@
 """Columns of snow at one moment, as the program reads particles: in three dimensions, at half their depth."""
 
-import copy
-
 import numpy as np
 
 from snowmpm.depth.plan_grid import MARGIN
@@ -42,32 +40,40 @@ class ColumnSnapshot:
         self._all = None
         self.labels = np.stack([store.material.to_numpy()[rows], store.identity.to_numpy()[rows]], axis=1)
 
-    def without(self, gone):
-        """Height of the snow's surface over the ground (n,) [m] as it would be without the columns gone (n,)."""
-        one = copy.copy(self)
-        one._reals, one._all = self._reals.copy(), None
-        one._reals[gone, PLACES["volume"]] = 0.0
-        return one.surface()
+    def surface_of(self, chosen):
+        """What the columns chosen (n,) add to the height of the snow's surface at every column (n,) [m]."""
+        reals = self._reals.copy()
+        reals[~chosen, PLACES["volume"]] = 0.0
+        return self._surface(reals)
 
     def _ground(self):
         """Height [m] and slope (n, 2) of the ground, and height of the snow's surface over it, at every column."""
         if self._all is None:
-            n, grid = len(self._cells), self._grid
+            n, heights = len(self._cells), self._bed.heights
             (wx, dx), (wy, dy) = (spline(self._reals[:, a]) for a in (0, 1))
-            height, slope, surface = np.zeros(n), np.zeros((n, 2)), np.zeros(n)
-            heights = self._bed.heights
-            first, depth = depth_at_nodes(grid, self._cells, self._reals)
-            cos2 = self._bed.cos2[tuple(slice(low, low + k) for low, k in zip(first, depth.shape, strict=True))]
-            level = surface_heights(depth, cos2, grid.repeats)
+            height, slope = np.zeros(n), np.zeros((n, 2))
             for i in range(3):
                 for j in range(3):
-                    at = self._cells[:, 0] + i - 1, self._cells[:, 1] + j - 1
-                    b, w = heights[at[0] + MARGIN, at[1] + MARGIN], wx[:, i] * wy[:, j]
-                    height += b * w
-                    slope += b[:, None] * np.stack([dx[:, i] * wy[:, j], wx[:, i] * dy[:, j]], axis=1)
-                    surface += w * level[grid.inner(0, at[0]) - first[0], grid.inner(1, at[1]) - first[1]]
-            self._all = height, slope / grid.dx, surface
+                    b = heights[self._cells[:, 0] + (i - 1 + MARGIN), self._cells[:, 1] + (j - 1 + MARGIN)]
+                    height += b * wx[:, i] * wy[:, j]
+                    slope[:, 0] += b * dx[:, i] * wy[:, j]
+                    slope[:, 1] += b * wx[:, i] * dy[:, j]
+            self._all = height, slope / self._grid.dx, self._surface(self._reals)
         return self._all
+
+    def _surface(self, reals):
+        """Height of the snow's surface over the ground (n,) [m] where columns hold `reals` (n, 6)."""
+        grid, surface = self._grid, np.zeros(len(self._cells))
+        first, depth = depth_at_nodes(grid, self._cells, reals)
+        cos2 = self._bed.cos2[tuple(slice(low, low + k) for low, k in zip(first, depth.shape, strict=True))]
+        level = surface_heights(depth, cos2, grid.repeats)
+        wx, wy = (spline(reals[:, a])[0] for a in (0, 1))
+        columns = [grid.inner(1, self._cells[:, 1] + j - 1) - first[1] for j in range(3)]
+        for i in range(3):
+            row = grid.inner(0, self._cells[:, 0] + i - 1) - first[0]
+            for j in range(3):
+                surface += wx[:, i] * wy[:, j] * level[row, columns[j]]
+        return surface
 
     def surface(self):
         """Height of the snow's surface over the ground (n,) [m]."""

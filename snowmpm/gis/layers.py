@@ -1,4 +1,5 @@
-"""The vectors of a run by layer: affected area, its pressure classes, release, deposit, thalweg, run-out."""
+"""The vectors of a run by layer: affected area, its pressure classes, release, deposit, thalweg, run-out, and what was
+built in its way."""
 
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import shapely
 
 from snowmpm.errors import InputError
 from snowmpm.gis.outlines import affected, outline
+from snowmpm.io.built import dam_lines, footprints
 from snowmpm.io.parameters import parameters
 from snowmpm.io.status import status_of
 from snowmpm.quantities.classes import classes_of
@@ -60,6 +62,10 @@ def layers_of(run, observed=None):
         about = {name: float(value) for name, value in numbers.items() if isinstance(value, int | float)}
         about |= {f"parameter_{name}".replace(" ", "_"): text for name, text in parameters(run).items()}
         found.append(Layer("runout_point", "Point", [(point, {**about, **common})]))
+    if built := [(_multi(footprint), {"name": name, **common}) for name, footprint in footprints(run).items()]:
+        found.append(Layer("obstacles", "MultiPolygon", built))
+    if dams := [(shapely.LineString(line), {"name": name, **common}) for name, line in dam_lines(run).items()]:
+        found.append(Layer("dams", "LineString", dams))
     if observed is not None:
         about = {"file": observed.name, "area_m2": round(observed.geometry.area, 2)}
         found.append(Layer("observed", "MultiPolygon", [(_multi(observed.geometry), {**about, **common})]))

@@ -8,11 +8,12 @@ from snowmpm.gis.qgis_style import VERSION, document, pipe, renderer
 from snowmpm.io.projection import epsg_of
 from snowmpm.quantities.table import quantity
 
-SHOWN = ("runout_point", "runout_line", "thalweg", "observed", "release", "affected_area", "peak_pressure")
+SHOWN = ("runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed", "release", "affected_area",
+         "peak_pressure")
 """Layers visible when the project opens."""
 
-ORDER = ("runout_point", "runout_line", "thalweg", "observed", "release", "affected_area", "deposit",
-         "pressure_classes")
+ORDER = ("runout_point", "runout_line", "obstacles", "dams", "thalweg", "observed", "release", "affected_area",
+         "deposit", "pressure_classes")
 
 
 def write_project(path, run, layers, geopackage):

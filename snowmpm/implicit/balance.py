@@ -11,7 +11,9 @@ around the snow, less that in its pores, is a pull s beside the stress of the la
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
+from snowmpm.implicit.dilation import Dilation
 from snowmpm.implicit.response import After, respond
 from snowmpm.implicit.stiffness import Stiffness
 
@@ -40,14 +42,15 @@ class Balance:
 
     matter: `Matter`; materials: `MaterialTable` of float64; body (n, dim): b [m/s2]; dt [s]: what laws see; inertia: c
     [1/s2]; history (N, dim): H [N]; dx [m]. pull
-    (n,): s [Pa], None without.
+    (n,): s [Pa], None without. f_bar: the particles of a cell change their volume as one (`dilation`).
     """
 
-    def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None):
+    def __init__(self, mesh, held, matter, materials, body, dx, dt, inertia=0.0, history=None, f_bar=False):
         self.mesh, self.held, self.materials = mesh, held, materials
         self._before, self._dt, self._inertia = matter.before(), dt, inertia
         self.pull = matter.around
         self.volume, self.mass, self._dx = matter.volume, matter.mass, dx
+        self._dilation = Dilation(mesh, matter.volume, matter.ratio) if f_bar else None
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
         self._stiffness = None
@@ -59,32 +62,37 @@ class Balance:
     def at(self, v, tangents=False):
         """`Trial` at v (free,)."""
         u = self.held.full(v)
-        after = self._response(u, tangents)
+        after, P, upright = self._response(u, tangents)
         inertia = np.zeros_like(u)
         if self._inertia:
             inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
         net = inertia - self._history
-        full = self.internal(after.P) + net - self.external
-        pulls = np.linalg.norm(self.volume * np.linalg.norm(after.P, axis=(1, 2))) / self._dx
+        full = self.internal(P) + net - self.external
+        pulls = np.linalg.norm(self.volume * np.linalg.norm(P, axis=(1, 2))) / self._dx
         free = self.held.reduced(full)
-        sound = bool(np.isfinite(free).all() and (after.growth > 0.0).all())
+        sound = bool(np.isfinite(free).all() and upright and (after.growth > 0.0).all())
         scale = pulls + np.linalg.norm(net) + np.linalg.norm(self.external)
         noise = ROUND_OFF * (np.linalg.norm(inertia) + np.linalg.norm(self._history) + scale)
         return Trial(v, u, after, full, free, float(scale), float(noise), sound)
 
     def _response(self, u, tangents):
-        """`After` of displacements u, with the pull."""
-        A = self.mesh.gradient_of(u)
+        """`After` of displacements u, with the pull, P of the forces, and whether cells can change their volume so."""
+        A, upright = self.mesh.gradient_of(u), True
+        if self._dilation is not None:
+            even, upright = self._dilation.even(A)
+            after = respond(self.materials, self._before, even, self._dt, tangents)
+            return after, self._dilation.forces(A, after) if upright else after.P, upright
         after = respond(self.materials, self._before, A, self._dt, tangents)
         if self.pull is None:
-            return after
+            return after, after.P, upright
         turn = turned(A, after.growth)
         size = (self.pull * after.ratio)[:, None, None]
         C = after.C
         if tangents:
             C = C + size[..., None, None] * (np.einsum("nij,nkl->nijkl", turn, turn)
                                              - np.einsum("nil,nkj->nijkl", turn, turn))
-        return after._replace(P=after.P + size * turn, C=C)
+        after = after._replace(P=after.P + size * turn, C=C)
+        return after, after.P, upright
 
     def with_tangents(self, trial):
         """The same with the tangents of its particles."""
@@ -94,8 +102,12 @@ class Balance:
         """K of a `Trial` with tangents, (dim N, dim N)."""
         if self._stiffness is None:
             self._stiffness = Stiffness(self.mesh)
-        C = self.volume[:, None, None, None, None] * trial.after.C
-        return self._stiffness.matrix(C, self._inertia * self.mass)
+        if self._dilation is None:
+            C = self.volume[:, None, None, None, None] * trial.after.C
+            return self._stiffness.matrix(C, self._inertia * self.mass)
+        C, shared = self._dilation.matrix(self.mesh.gradient_of(trial.u), trial.after)
+        plain = self._stiffness.matrix(C, self._inertia * self.mass)
+        return sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize))
 
 
 def turned(A, growth):

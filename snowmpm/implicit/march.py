@@ -28,7 +28,8 @@ SMALLEST_PART = 1.0 / 1024.0
 
 @dataclass
 class Grid:
-    """dx [m], origin [m], kernel, gradient, surfaces (`held.Held`); extended: faint nodes follow others."""
+    """dx [m], origin [m], kernel, gradient, surfaces (`held.Held`); extended: faint nodes follow others; f_bar: of
+    `balance.Balance`."""
 
     dx: float
     origin: np.ndarray
@@ -36,6 +37,7 @@ class Grid:
     gradient: str
     surfaces: list
     extended: bool = True
+    f_bar: bool = False
 
 
 @dataclass
@@ -89,7 +91,7 @@ class March:
         share = 1.0
         while True:
             mesh, held = self.mesh(matter)
-            balance = Balance(mesh, held, matter, self.materials, body, self.grid.dx, dt)
+            balance = Balance(mesh, held, matter, self.materials, body, self.grid.dx, dt, f_bar=self.grid.f_bar)
             linear = Linear(held.T, mesh.dim, self.rules.linear)
             try:
                 solved = solve(balance, linear, self.rules.tolerance, self.rules.iterations, 1.0 - share)
@@ -169,7 +171,8 @@ class March:
         v0, free, lost_momentum = projection.at_particles(matter.velocity)
         a0, _, lost_force = projection.at_particles(acceleration + body)
         history = mesh.W.T @ (mass * rule.past(v0, a0))
-        setting = (mesh, held, matter, self.materials, body, self.grid.dx, dt, rule.inertia, history)
+        setting = (mesh, held, matter, self.materials, body, self.grid.dx, dt, rule.inertia, history,
+                   self.grid.f_bar)
         solved = self._solved(matter, setting, dt, dt * free)
         u = solved.trial.u
         way = mesh.W @ u

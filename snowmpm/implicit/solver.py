@@ -38,7 +38,7 @@ class ImplicitSolver(Solver):
         sides = sides or [["open", "open"]] * self.dim
         moving = TRANSFERS[choices.transfer]
         grid = Grid(dx, self.frame.origin, choices.kernel, choices.gradient,
-                    surfaces_of(self.frame, terrain, terrain_contact, sides))
+                    surfaces_of(self.frame, terrain, terrain_contact, sides), f_bar=options.f_bar)
         rules = Rules(options.time, options.tolerance, options.iterations, options.linear, options.damping,
                       choices.flip_ratio if moving.flip else 0.0)
         self.scheme_name = f"implicit MPM ({options.time})"

@@ -45,6 +45,7 @@ class TileGrid:
     nodes: scratch for the sums of a node block, one a worker, and from `contact_offset` on the nodes of the contact
     blocks (`ContactBlocks`), which stay there until every surface has acted. node_chunk_bounds: the node blocks, cut
     into chunks of about equal work. work (n_work,): the node blocks that a step visits, where not all are (`visit`);
+    hiding: kernels of `hidden_nodes` where there is an interface, else None.
     asleep (tiles,): 1 for those of sleeping blocks; tiles_near_obstacles (tiles,). everyone, nobody: counted up, and
     zeros, where all is visited; listed: whether not all is.
     """
@@ -58,7 +59,7 @@ class TileGrid:
         self.surfaces = list(surfaces)
         self.bodies = bodies
         self.joins = joins
-        self.tiles = self.nodes = None
+        self.tiles = self.nodes = self.hiding = None
         self.contact_offset = block_nodes(dim) * most_workers()
         self.work = self.everyone = int_array([])
         self.asleep = self.nobody = int_array([])
@@ -142,11 +143,24 @@ class TileGrid:
         surfaces that are only found, in the order in which they are to act."""
         if self.bodies:
             self.bodies.apply_contact(self, dx)
+        hidden = self.hiding is not None
+        if hidden:
+            self._turn_hidden(0)
         for surface, active in zip(self.surfaces, self.contact.active, strict=True):
+            if hidden and surface.tracked:  # obstacles come last
+                hidden = self._turn_hidden(1)
             if active:
                 surface.locate(self)
                 if surface not in but:
                     surface.apply_contact(self, dx)
+
+        if hidden:
+            self._turn_hidden(1)
+
+    def _turn_hidden(self, which):
+        """Hide marked nodes from the surfaces that follow, or show them again; -> False: none is hidden."""
+        self.hiding[which](self.nodes, self.contact_offset, block_nodes(self.dim) * self.contact.n)
+        return False
 
     def acts(self, surface):
         """Whether a surface is near any snow."""

@@ -2,7 +2,8 @@
 
     0 .. dim - 1: momentum, then velocity;   MASS: mass
     SECOND .. SECOND + dim - 1 (FLIP and AFLIP only): internal impulse, then the velocity before it while surfaces act,
-    then the change of velocity; SECOND + MASS: beside water in the pores, volume of snow
+    then the change of velocity; SECOND + MASS: beside water in the pores, volume of snow; MARK, the same place: more
+    than zero on nodes that points of an interface reach
 
 Eight single-precision numbers are one vector register of a CPU: a node of FLIP costs little more than one without.
 """
@@ -12,7 +13,7 @@ import taichi as ti
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import LARGEST_INDEX
 
-MASS, SECOND = 3, 4
+MASS, SECOND, MARK = 3, 4, 7
 
 
 def node_size(flip):

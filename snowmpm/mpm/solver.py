@@ -9,6 +9,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.contact.body_contact import BodyContact
+from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid, grid_kernels
@@ -17,6 +18,8 @@ from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.interface import lift_at, stiffest, swing
+from snowmpm.particles.interface_impulse import InterfaceImpulse
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
@@ -89,6 +92,12 @@ class MpmSolver(Solver):
             raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
         real = runtime.DTYPES[precision][0]
+        lift = 0.0 if population.interface is None else population.interface[:, lift_at(dim)].max(initial=0.0) / dx
+        self._interface_rate = stiffest(population, laws, dim) * swing(lift, STENCILS[kernel].inverse_second_moment)
+        if population.interface is not None:
+            self._refuse_beside_interface(sleeping, bodies)
+            self.grid.hiding = hiding_kernels(real, self._serial)
+        self._interface = InterfaceImpulse(self.particles, self._serial) if self.grid.hiding else None
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
@@ -118,6 +127,8 @@ class MpmSolver(Solver):
             if self.sleep and self.sleep.all_asleep:
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
+                if self._interface:
+                    self.add_impulse(self.damping_factor * self._interface.of(pushed))
                 self.particles_to_grid(pushed)
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
@@ -228,6 +239,10 @@ class MpmSolver(Solver):
         self.particles.sort(self.extremes.speed)
         self._rebuild_for_blocks()
 
+    def open(self, cut, state):
+        """Cut points of interfaces, `cut` (n,) true in the order of their rows."""
+        self.particles.open(cut, state)
+
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
         self.particles.remove(gone)
@@ -287,6 +302,13 @@ class MpmSolver(Solver):
             self.sleep.stir_along(line, radius)
         return hit
 
+    def _step_at(self, elastic, advective):
+        """With the swings of an interface under its points' own mass: frequencies add up by their squares."""
+        dt, cause = super()._step_at(elastic, advective)
+        if self._interface_rate > 0.0:
+            dt /= np.hypot(1.0, 0.5 * self._interface_rate * dt * self.critical_cfl / elastic)
+        return dt, cause
+
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
@@ -300,6 +322,13 @@ class MpmSolver(Solver):
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
             surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None)
+
+    def _refuse_beside_interface(self, sleeping, bodies):
+        """Raise InputError for what does not go with an interface."""
+        if not self.flip:
+            raise InputError('solver.transfer: must be "flip" or "aflip" beside an interface')
+        if sleeping or bodies:
+            raise InputError("bodies: an interface goes neither with sleeping snow nor with bodies that part")
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from snowmpm.annotations import Floats, Numbers
-from snowmpm.materials import LAWS
+from snowmpm.materials import LAWS, unpack
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.regimes import inertial_number, regime, strain_rate
 from snowmpm.quantities.particle_fields import UNITS
@@ -38,8 +38,9 @@ class ParticleFields:
     is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
     hydrostatic one by, zero for other particles; strain_rate: sqrt(2 D':D') [1/s] of the deviator of D = sym(grad v);
     inertial_number: of it, the pressure and the grains of the law (grain_diameter, grain_density), zero where there are
-    none or none press, and flow_regime (`particles.regimes`); and what the laws report of their state
-    (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
+    none or none press, and flow_regime (`particles.regimes`); failure_function: of a law in rate form, above 0 where
+    some stretching leaves the stress as it is, -1 without stress, 0 for other laws; and what the laws report of their
+    state (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
     materials: "MaterialTable"
@@ -149,6 +150,16 @@ def _inertial_number(fields):
     return inertial_number(fields["strain_rate"], fields["p"], diameter, density)
 
 
+def _failure_function(fields):
+    material, values = fields["material"], np.zeros(len(fields.snapshot.labels))
+    stress, state = unpack(fields.kirchhoff()), fields.state()
+    for m, law in enumerate(fields.materials.laws):
+        own = material == m
+        if law.failure_function is not None and own.any():
+            values[own] = law.failure_function(stress[own], state[own, : len(law.STATE)])
+    return values
+
+
 READERS = {
     "position": lambda fields: fields.snapshot.positions(),
     "velocity": lambda fields: fields.column("velocity"),
@@ -171,6 +182,7 @@ READERS = {
     "excess_pressure": ParticleFields.excess_pressure,
     "strain_rate": lambda fields: strain_rate(fields.velocity_gradient()),
     "inertial_number": _inertial_number,
+    "failure_function": _failure_function,
     "flow_regime": lambda fields: regime(fields["inertial_number"]),
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

@@ -13,7 +13,8 @@ class Population:
     in the order xx, yy, zz, xy[, yz, xz]; zero where not given. volume_ratio (n,): J, 1 where not given; affine (n, dim
     * dim): velocity gradient [1/s]; state (n, k): of the laws, not a number where it is the law's initial one. field
     (n,): velocity field, 0 for all that moves as one continuum. starts (n,): when each may move [s]. water (n, k): what
-    pores hold (`water.particle_kernels`), None without water.
+    pores hold (`water.particle_kernels`), None without water. interface (n, 2 dim + 2): of points that carry a layer
+    without cells (`particles.interface`), None without.
     """
 
     positions: np.ndarray
@@ -28,6 +29,7 @@ class Population:
     field: np.ndarray | int = 0
     starts: np.ndarray | float = 0.0
     water: np.ndarray | None = None
+    interface: np.ndarray | None = None
 
     @classmethod
     def joined(cls, parts):
@@ -43,7 +45,14 @@ class Population:
                 state[begin:end, : part.state.shape[1]] = part.state
         names = ("positions", "volumes", "material", "velocities", "elastic", "stress", "volume_ratio", "affine")
         return cls(*(column(name) for name in names), state, column("field"),
-                   column("starts"))
+                   column("starts"), interface=cls._interfaces(parts))
+
+    @staticmethod
+    def _interfaces(parts):
+        """Columns of the points of interfaces, zero for all other particles; None without such points."""
+        width = max((part.interface.shape[1] for part in parts if part.interface is not None), default=0)
+        return np.concatenate([np.zeros((len(part.volumes), width)) if part.interface is None else part.interface
+                               for part in parts]) if width else None
 
     def __post_init__(self):
         n, dim = self.positions.shape

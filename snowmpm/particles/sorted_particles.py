@@ -8,6 +8,7 @@ from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
 from snowmpm.particles.contract import Particles
+from snowmpm.particles.interface import CUT
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.plan_sums import plan_sums
 from snowmpm.particles.probe import Probe
@@ -53,7 +54,8 @@ class SortedParticles(ParticleStore, Particles):
         cells = (population.positions - self.origin) / dx
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         n_water = 0 if population.water is None else population.water.shape[1]
-        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water)
+        n_interface = 0 if population.interface is None else population.interface.shape[1]
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, n_interface)
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)
@@ -82,6 +84,8 @@ class SortedParticles(ParticleStore, Particles):
                    "elastic": population.elastic[order], "stress": population.stress[order]}
         if self.layout.water_size:
             columns["water"] = population.water[order]
+        if self.layout.interface_size and population.interface is not None:
+            columns["interface"] = population.interface[order]
         return columns
 
     def _rebuild_for(self, blocks, drift=0.0, moved=None):
@@ -208,6 +212,20 @@ class SortedParticles(ParticleStore, Particles):
             return sever_kernel(self.layout, real)(
                 self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
                 *numbers, np.array(state, numpy_real), len(self.blocks))
+
+    def open(self, cut, state):
+        """Cut points of interfaces, `cut` (n,) true: no stress from now on, and the law's severed `state`, if any. What
+        they stored counts as removed energy."""
+        table, where = self.table(), self.layout.columns
+        self.removed["energy"] += self.materials.elastic_energy(*(values[cut] for values in (
+            self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
+        rows = np.flatnonzero(cut)
+        for name in ("elastic", "stress"):
+            table[rows, where(name)] = 0.0
+        if state:
+            table[rows, where("state").start : where("state").start + len(state)] = state
+        table[rows, where("interface").start + CUT * self.dim] = 1.0
+        self.overwrite(table)
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""

@@ -43,13 +43,15 @@ class Layout:
     position [cells, from its block], velocity [m/s], affine: C [1/s], row major; elastic: the law's elastic variable
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
-    (`water.particle_kernels`), its mass per reference volume [kg/m3] first.
+    (`water.particle_kernels`), its mass per reference volume [kg/m3] first; interface: of points that carry a layer
+    without cells (`particles.interface`).
     """
 
     dim: int
     state_size: int
     by_row: bool = True
     water_size: int = 0
+    interface_size: int = 0
 
     @property
     def sym_size(self):
@@ -59,7 +61,8 @@ class Layout:
     def sizes(self):
         d = self.dim
         return {"position": d, "velocity": d, "affine": d * d, "elastic": self.sym_size, "stress": self.sym_size,
-                "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size}
+                "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size,
+                "interface": self.interface_size}
 
     @functools.cached_property
     def offsets(self):

@@ -182,5 +182,6 @@ def make_events(scene):
               for spec, body in zip(scene.events, bodies, strict=True)]
     test = scene.saw_test
     if test:
-        events.append(Saw(names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed, test.saw_start))
+        events.append(Saw(names.index("weak_layer"), test.notch, test.cut_length, test.saw_speed, test.saw_start,
+                          test.weak_layer.interface))
     return events

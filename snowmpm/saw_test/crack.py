@@ -11,16 +11,19 @@ Along the column, in bins that move with the snow:
     slab        displacement and speed of its middle line relative to the state before the cut: settlement (down, normal
                 to the slope) and slip (along the slope, in the direction of the saw)
     work        dissipated in the weak layer per area,  sum_p V_p ( int tau : d dt + psi_0 - psi ) / A, d = sym grad v;
-                its value at the arrival is the fracture energy; friction and compaction behind the tip add to it
+                its value at the arrival is the fracture energy; friction and compaction behind the tip add to it; of an
+                interface (`particles.interface`) d is the strain of the layer, so that the integral is that of the
+                traction over the displacement, and the bins are two points wide
 
 The interval of the record is the time in which a wave crosses one bin, or longer if there would be more than
-`MOST_ROWS` rows.
+`MOST_ROWS` rows; of an interface, work and arrivals are followed in each step.
 """
 
 from functools import cached_property
 
 import numpy as np
 
+from snowmpm.particles.interface import CUT
 from snowmpm.saw_test.prediction import (
     collapse_wave_speed,
     elastic_predictions,
@@ -35,6 +38,9 @@ WORN = 0.1
 MOST_BINS, MOST_ROWS = 400, 1500
 SERIES = {"time": "s", "saw": "m", "tip": "m", "plastic_work": "J"}
 LINES = {"settlement": "m", "settling_speed": "m/s", "slip": "m", "slip_speed": "m/s", "work": "J/m2"}
+SYMMETRIC = {2: ((0, 0, 0), (1, 1, 1), (0, 1, 3)),
+             3: ((0, 0, 0), (1, 1, 1), (2, 2, 2), (0, 1, 3), (1, 2, 4), (0, 2, 5))}
+"""(i, j, number) of the entries of a stress: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz."""
 BINS = {"x": "m", "arrival": "s", "fracture_energy": "J/m2", "rest_settlement": "m", "rest_slip": "m",
         "broken_at_rest": "1"}
 
@@ -55,7 +61,9 @@ class CrackRecord:
         self._scene, self._solver, self._saw = scene, solver, saw
         names = [body.name for body in scene.bodies]
         self._law = simulation.law_of_body(names.index("weak_layer"))
-        self._count_bins(spec.length, max(2.0 * dx, spec.length / MOST_BINS), spec.width_in(scene.dimension))
+        self._points = spec.weak_layer.interface
+        width = 2.0 * dx / (self._points or 1)
+        self._count_bins(spec.length, max(width, spec.length / MOST_BINS), spec.width_in(scene.dimension))
         self.interval = max(self.bin / solver.particles.materials.wave_speed, scene.end_time / MOST_ROWS)
 
         x, total = population.positions, len(population.volumes)
@@ -66,14 +74,16 @@ class CrackRecord:
         self._probe = solver.particles.probe(np.concatenate([weak, slab]), total)
         self._weak, self._slab = slice(len(weak)), slice(len(weak), None)  # its parts
         along = x[:, 0] - spec.lean * (x[:, -1] - spec.slab_bottom)
+        if self._points:
+            along[weak] = x[weak, 0]  # of their place on the face
         self._weak_bin, self._slab_bin = (self._bin_of(along[chosen]) for chosen in (weak, slab))
         self._in_bin = np.bincount(self._weak_bin, minlength=len(self.x))
-        self._row = self._in_bin / max(1, round(spec.weak_layer.thickness / spacing))
+        self._row = self._in_bin / (1 if self._points else max(1, round(spec.weak_layer.thickness / spacing)))
         self._start = x[slab]
 
         self._dissipated = np.zeros(len(weak))  # int tau : d dt + psi_0 [J/m3]
-        self._power, self._read_at = np.zeros(len(weak)), solver.time
         stress, state = self._stress_and_state()
+        self._power, self._read_at = self._load(stress), solver.time
         self._dissipated += self._elastic(stress, state)
         self._rest = 0.0
         moved = self._moved()
@@ -114,12 +124,16 @@ class CrackRecord:
 
     def watch(self):
         """After a step."""
-        if self._solver.time >= self._read_at + self.interval:
+        if self._solver.time >= self._row_at + self.interval:
             self._measure()
+        elif self._points:  # whose coarse steps are as long as a bin takes to break
+            self._probe.read()
+            self._follow_weak_layer(self._solver.time)
 
     def _measure(self):
         self._probe.read()
         time, row = self._solver.time, self.rows
+        self._row_at = time
         moved, velocity = self._moved(), self._probe.column("velocity", self._slab)
         row["time"].append(time)
         row["saw"].append(self._saw.cut_to)
@@ -134,9 +148,9 @@ class CrackRecord:
     def _follow_weak_layer(self, time):
         """Work per area (bins,), and which bins are broken or sawn."""
         stress, state = self._stress_and_state()
-        power = self._stress_power(stress)
-        self._dissipated += 0.5 * (self._power + power) * (time - self._read_at)
-        self._power, self._read_at = power, time
+        load = self._load(stress)
+        self._dissipated += self._work_between(self._power, load, time - self._read_at)
+        self._power, self._read_at = load, time
         volume = self._probe.column("volume", self._weak)[:, 0]
         work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
         cracked, sawn = self._broken(state)
@@ -147,7 +161,7 @@ class CrackRecord:
 
     def _broken(self, state):
         """Which bins have broken, and which were sawn."""
-        there = self._probe.there[self._weak]
+        there = self._there
         failed = self._sum(there & (self._law.outputs(state).get("damage", 0.0) >= BROKEN))
         sawn = self._sum(there) < 0.5 * np.maximum(self._in_bin, 1)
         return (failed >= 0.99 * self._row) & ~sawn, sawn
@@ -163,16 +177,41 @@ class CrackRecord:
 
     def _elastic(self, stress, state):
         """psi [J/m3] of each particle of the weak layer, 0 for those that the saw removed."""
-        return np.where(self._probe.there[self._weak], self._law.elastic_energy(stress, state), 0.0)
+        return np.where(self._there, self._law.elastic_energy(stress, state), 0.0)
+
+    @property
+    def _there(self):
+        """Particles of the weak layer that no saw has taken or cut."""
+        there = self._probe.there[self._weak]
+        if self._points:
+            there = there & (self._probe.column("interface", self._weak)[:, CUT * self._solver.frame.dim] == 0.0)
+        return there
+
+    def _load(self, stress):
+        """What the work until the next reading follows from: stress power [W/m3] (n,), or of points of an interface
+        traction over thickness [Pa/m] and displacement [m] (n, 2 dim)."""
+        return self._traction(stress) if self._points else self._stress_power(stress)
+
+    def _work_between(self, before, after, dt):
+        """Work per volume [J/m3] (n,) between two readings, by the mean of both."""
+        if not self._points:
+            return 0.5 * (before + after) * dt
+        dim = self._solver.frame.dim
+        return (0.5 * (before + after)[:, :dim] * (after - before)[:, dim:]).sum(axis=1)
+
+    def _traction(self, stress):
+        dim, column = self._solver.frame.dim, self._probe.column("interface", self._weak)
+        tau = np.zeros((len(stress), dim, dim))
+        for i, j, c in SYMMETRIC[dim]:
+            tau[:, i, j] = tau[:, j, i] = stress[:, c]
+        ratio = self._probe.column("volume_ratio", self._weak)
+        return np.hstack([np.einsum("pij,pj->pi", tau, column[:, :dim]) / ratio, column[:, dim : 2 * dim]])
 
     def _stress_power(self, stress):
         """tau : sym grad v [W/m3] (n,)."""
         dim = self._solver.frame.dim
         d = self._probe.column("affine", self._weak).reshape(-1, dim, dim)
-        # Tensor axes of the stress are those of the scene: xx, zz, out of plane, xz; or xx, yy, zz, xy, yz, xz
-        pairs = [(0, 0, 0), (1, 1, 1), (0, 1, 3)] if dim == 2 else [
-            (0, 0, 0), (1, 1, 1), (2, 2, 2), (0, 1, 3), (1, 2, 4), (0, 2, 5)]
-        power = sum(stress[:, c] * (d[:, i, j] + d[:, j, i]) * (0.5 if i == j else 1.0) for i, j, c in pairs)
+        power = sum(stress[:, c] * (d[:, i, j] + d[:, j, i]) * (0.5 if i == j else 1.0) for i, j, c in SYMMETRIC[dim])
         return np.where(self._probe.there[self._weak], power, 0.0)
 
     def _sum(self, values):
@@ -183,7 +222,11 @@ class CrackRecord:
         known = np.isfinite(values)
         count = np.bincount(self._slab_bin, known, len(self.x))
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.bincount(self._slab_bin, np.where(known, values, 0.0), len(self.x)) / count
+            mean = np.bincount(self._slab_bin, np.where(known, values, 0.0), len(self.x)) / count
+        if self._points and (full := np.isfinite(mean)).any():
+            # Points lie closer than particles
+            mean = np.interp(self.x, self.x[full], mean[full])
+        return mean
 
     def values(self):
         """All rows so far and the bins, as arrays by name."""
@@ -226,11 +269,12 @@ class CrackRecord:
         """All that a continuation needs, by name."""
         return {"rows": {name: np.array(rows) for name, rows in self.rows.items()}, "bins": dict(self.bins),
                 "taken": self._taken, "dissipated": self._dissipated, "power": self._power, "read_at": self._read_at,
-                "rest": self._rest}
+                "row_at": self._row_at, "rest": self._rest}
 
     def restore(self, state):
         """Restore the result of `state()`."""
         self.rows = {name: list(rows) for name, rows in state["rows"].items()}
         self.bins = {name: np.array(values) for name, values in state["bins"].items()}
         self._taken, self._read_at = state["taken"], state["read_at"]
+        self._row_at = state.get("row_at", self._read_at)
         self._dissipated, self._power, self._rest = state["dissipated"], state["power"], state["rest"]

@@ -1,9 +1,11 @@
-"""The saw: it removes the weak layer as it advances."""
+"""The saw: it removes the weak layer as it advances; of an interface it takes the stress."""
 
 import numpy as np
 
+from snowmpm.particles.interface import CUT
+
 STROKE = 0.5
-"""Advance of the saw at a time [cells]: the grid resolves no less."""
+"""Advance of the saw at a time [cells]: the grid resolves no less. Of an interface it is a point."""
 
 
 class Saw:
@@ -15,8 +17,10 @@ class Saw:
 
     load = None
 
-    def __init__(self, body, notch, length, speed, start):
-        self.done = length <= notch
+    def __init__(self, body, notch, length, speed, start, points=None):
+        """points: a cell and direction, of a body that is an interface: they stay, without stress."""
+        self.done, self._opens = length <= notch, points is not None
+        self._stroke = STROKE if points is None else 1.0 / points
         self._body, self._notch, self._length, self._speed, self._start = body, notch, length, speed, start
         self.cut_to = notch
         """x up to which the weak layer is gone [m]."""
@@ -37,10 +41,14 @@ class Saw:
 
     def apply(self, simulation):
         reached = self.at(simulation.time)
-        if reached < self._length and reached < self.cut_to + STROKE * simulation.scene.solver.dx:
+        if reached < self._length and reached < self.cut_to + self._stroke * simulation.scene.solver.dx:
             return
         fields = simulation.particles
         gone = (fields["body"] == self._body) & (fields["position"][:, 0] < reached)
-        if gone.any():
+        if self._opens:
+            gone &= fields.column("interface")[:, CUT * simulation.scene.dimension] == 0.0
+        if gone.any() and self._opens:
+            simulation.solver.open(gone, simulation.law_of_body(self._body).severed_state())
+        elif gone.any():
             simulation.solver.remove(gone)
         self.cut_to, self.done = reached, reached >= self._length

@@ -7,6 +7,7 @@ from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
+from snowmpm.seeding.interface import interface_points
 from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
@@ -111,6 +112,11 @@ def _seed(scene, surface, obstacles, taken):
             parts.append(_as_left(taken.bodies[body.name], material, field))
             continue
         try:
+            if body.interface:
+                x, volumes, columns = interface_points(scene, body, surface, f"bodies.{i}.shape")
+                parts.append(Population(x, volumes, material, interface=columns))
+                shares[body.name] = 1.0
+                continue
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
                               particles_per_cell=solver.filling, sampling=solver.sampling,
                               base_dir=scene.base_dir, cut=cut, columns=solver.in_plan)

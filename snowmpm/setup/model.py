@@ -22,6 +22,7 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
+from snowmpm.seeding.interface import thickness_of
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
@@ -65,7 +66,11 @@ class Model:
     @cached_property
     def laws(self):
         dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        joined = {body.material: thickness_of(self.scene, body) for body in self.scene.bodies if body.interface}
         for name, law in self.scene.materials.items():
+            if name in joined:
+                found.append(law.as_interface(joined[name]))
+                continue
             if test and test.weak_layer.cells and test.weak_layer.material == name:
                 law = law.thickened_to(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
             try:

@@ -7,6 +7,7 @@ from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import TRANSFERS
+from snowmpm.setup.interface_refusals import refuse_interfaces
 
 
 def demands(scene, later=False):
@@ -43,6 +44,8 @@ def demands(scene, later=False):
     for i, body in enumerate(scene.bodies):
         if body.contact == "separate":
             yield "separate_bodies", True, f"bodies.{i}.contact", body.contact
+        if body.interface:
+            yield "interfaces", True, f"bodies.{i}.interface", body.interface
         if body.start_time > 0.0:
             yield "delays", True, f"bodies.{i}.start_time", body.start_time
         if hasattr(raster := getattr(body.shape, "top", None), "file"):
@@ -113,6 +116,8 @@ def refuse_beyond(scene):
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
     _refuse_free(scene)
+    refuse_interfaces(scene)
+    _refuse_f_bar(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -156,6 +161,15 @@ def _refuse_free(scene):
         raise InputError.at(*free[0], "does not go with switch: no hand-over keeps it", scene.source)
     if free and scene.domain and "periodic" in scene.domain.sides(scene.dimension).values():
         raise InputError.at(*free[0], "does not go with periodic sides of the domain", scene.source)
+
+
+def _refuse_f_bar(scene):
+    """Raise InputError for a pressure in or around snow whose cells change their volume as one."""
+    if not (scene.solver.implicit and scene.solver.implicit.f_bar):
+        return
+    pressing = any(force.kind == "pressure" for force in scene.forces)
+    if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
+        raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
 
 
 def _refuse_sleeping(scene):

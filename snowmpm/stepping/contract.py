@@ -154,6 +154,11 @@ class Method(ABC):
     def remove(self, gone: NDArray[np.bool_]) -> None:
         """Take particles out, `gone` (n,) true in the order of their rows; they count as removed."""
 
+    def open(self, cut: NDArray[np.bool_], state: Sequence[float] | None) -> None:
+        """Cut points of interfaces (`particles.interface`), `cut` (n,) true in the order of their rows: no stress from
+        now on, and the law's severed `state`, if any."""
+        raise NotImplementedError(f"{type(self).__name__} has no interfaces")
+
     def receive(self, population: Any, numbers: NDArray[np.integer[Any]]) -> None:
         """Take in snow from another method: a `particles.population.Population`, and numbers (n,) that no particle has
         yet."""

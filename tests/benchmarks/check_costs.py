@@ -41,9 +41,6 @@ FIELD, FASTEST_OF = 250, 50
 """Side [cells] of a sheet of many columns; steps of which the fastest counts."""
 PLAIN_STEP, PAIRS, WARM_UP = "quadratic affine apic", 41, 6
 STEPPING = ("scatter", "gather", "grid", "contact", "sort", "rest")
-IN_SCENES = ("speed", "bulk", "home block", "node block", "contact block", "surface", "moving", "watched", "mover",
-             "sort", "call", "frame", "start")
-"""Rows that come from runs of the library."""
 TEXTS = ("scene", "settings", "machine", "precision")
 
 
@@ -247,7 +244,8 @@ def in_scenes():
                 yield what, dim, "f32", name, ns
         yield "mover", dim, "f32", "free", found["free"] * (1.0 if dim == 2 else stacks())
         yield "mover", dim, "f32", "segment", found["segment"]
-        yield "mover", dim, "f32", "strong", found["strong"]
+        if any(run.crowd.strong for run in runs):
+            yield "mover", dim, "f32", "strong", found["strong"]
         for what in ("surface", "watched"):
             yield what, dim, "f32", "", found[what]
         yield "more", dim, "f32", "flip", found["more", dim, "aflip"]
@@ -338,27 +336,14 @@ ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, 
 """What measures the rows of each kind."""
 
 
-def kept(path, measured):
-    """Rows of the table that is there but for those of the kinds measured."""
+def kept(path, rows):
+    """Rows of the table that is there but for those measured anew."""
     if not path.exists():
         return []
     with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(file))[1:]
-    return [row for row in rows if _kind(row) not in measured]
-
-
-def _kind(row):
-    if row[3] == "sph" and row[0] == "step":
-        return "sph"
-    if row[0].startswith("water"):
-        return "water"
-    if row[3] == "depth":
-        return "columns"
-    if row[0] == "more" and row[3] == "pic":
-        return "pic"
-    if row[0] in IN_SCENES or (row[0] == "more" and "flip" in row[3]):
-        return "scenes"
-    return "step" if row[0] == "more" else row[0]
+        old = list(csv.reader(file))[1:]
+    new = {row[:4] for row in rows}
+    return [row for row in old if tuple(row[:4]) not in new]
 
 
 def main():
@@ -368,11 +353,12 @@ def main():
     options = parser.parse_args()
     measured = options.only or list(ROWS)
     runtime.start("cpu", threads=1)
-    rows = kept(options.output, measured)
+    rows = []
     for kind in measured:
         for *row, ns in ROWS[kind]():
-            rows.append((*row, f"{ns:.4g}"))
+            rows.append((*map(str, row), f"{ns:.4g}"))
             print(*rows[-1])
+    rows = kept(options.output, rows) + rows
     options.output.parent.mkdir(parents=True, exist_ok=True)
     with open(options.output, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

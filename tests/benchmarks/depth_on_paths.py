@@ -4,9 +4,9 @@
 
 TERRAIN: folder with AvaFrame's avaGar.asc, avaAlr.tif and their releases. The snow of `avalanche_on_raster`, 2.4 m of
 it, Coulomb friction 0.35 of the ground, on cells of 2 m in 3-D and of 5 m in plan, maps of six cells of the elevation
-model. A third run has the same snow almost without strength (critical slope 0.2, no cohesion), which says how much of
-the difference is the strength that columns know nothing of. One thread, processor seconds of whole runs. Runs that are
-complete in FOLDER are read, not made again. Half an hour on one core. Writes depth_on_paths.csv and depth_on_paths.png.
+model. The snow has no cohesion, and more inner friction than the ground: it slides, as columns do. One thread,
+processor seconds of whole runs. Runs that are complete in FOLDER are read, not made again. Half an hour on one core.
+Writes depth_on_paths.csv and depth_on_paths.png.
 """
 
 import argparse
@@ -30,8 +30,6 @@ PATHS = {"avaGar": ("avaGar.asc", "relGar.shp", 88.0), "avaAlr": ("avaAlr.tif", 
 WAYS = {
     "columns": {"solver.method": "depth", "solver.dx": 5.0},
     "3-D": {"solver.dx": 2.0},
-    "3-D, hardly any strength": {"solver.dx": 2.0, "materials.snow.critical_slope": 0.2,
-                                 "materials.snow.cohesion": 0.0},
 }
 NUMBERS = ("runout", "affected_area", "area_above_10_kPa", "largest_flow_speed", "largest_flow_depth", "deposit_area")
 

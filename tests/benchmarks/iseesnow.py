@@ -4,8 +4,8 @@
 
 FOLDER: the study's cases, each with Inputs/ and peaks/ (5 m rasters). Writes iseesnow.csv, and iseesnow.png with a row
 for each case: run-out, areas above 1 m/s and 0.1 m, percentiles of peak speed and depth of every program. --dx: cells
-of depth-averaged runs; --mpm: cells of runs in three dimensions by MPM, of snow almost without strength (critical slope
-0.2, no cohesion), on ground with the same Coulomb friction: only for CoulombOnly. Runs that are complete in OUT are
+of depth-averaged runs; --mpm: cells of runs in three dimensions by MPM, of snow without cohesion and with more inner
+friction than the ground, whose Coulomb friction is the same: only for CoulombOnly. Runs that are complete in OUT are
 read, not made again.
 """
 

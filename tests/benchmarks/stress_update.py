@@ -43,6 +43,7 @@ LAWS = {
     "von_mises": m.VonMises(**SLAB, yield_stress=2e4),
     "drucker_prager": m.DruckerPrager(**SAND),
     "drucker_prager, softening": m.DruckerPrager(**SAND, cohesion=1e4, softening_strain=0.1),
+    "softening_cone": m.SofteningCone(**SAND, residual_friction_angle=25.0, softening_strain=0.05),
     "wet_snow": m.WetSnow(**SAND, cohesion=1e4, softening_strain=0.1, water_weakening=23.5),
     "mohr_coulomb": m.MohrCoulomb(**SAND),
     "mu_i": m.MuI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38, limit_friction=0.64,
@@ -58,6 +59,9 @@ LAWS = {
     "critical_state_hypoplastic": m.CriticalStateHypoplastic(
         **SAND, void_ratio=0.6, least_void_ratio=0.4, critical_void_ratio_limit=0.9, critical_void_ratio_drop=0.3,
         density_effect=0.2),
+    "solid_to_gas": m.SolidToGas(
+        **SAND, void_ratio=0.6, least_void_ratio=0.4, critical_void_ratio_limit=0.9, critical_void_ratio_drop=0.3,
+        density_effect=0.2, collision_time=8e-4),
 }
 COLUMNS = ("law", "dimension", "precision", "ns_per_update", "ns_in_packs", "yielding", "iterations")
 

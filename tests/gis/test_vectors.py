@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from snowmpm.errors import InputError
-from snowmpm.gis import Observed, layers_of, read_observed, write_geojson, write_geopackage
+from snowmpm.gis import Observed, layers_of, read_observed, write_geojson, write_geopackage, write_project
 from tests.support.straight_avalanche import LAMBERT, lambert, write_avalanche
 
 
@@ -38,6 +38,19 @@ def test_geopackage_holds_every_layer(straight, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["avalanche.gpkg"]
     fields = read(path, "runout_point")[2]
     assert fields["runout"][0] == straight.hazard["numbers"]["runout"] and fields["parameter_grid_spacing"][0] == "2 m"
+
+
+def test_obstacles_and_dams_are_layers(straight, tmp_path, monkeypatch):
+    house = shapely.box(247200.0, 352090.0, 247210.0, 352100.0)
+    line = np.array([[247300.0, 352080.0], [247300.0, 352120.0]])
+    monkeypatch.setattr("snowmpm.gis.layers.footprints", lambda run: {"house": house})
+    monkeypatch.setattr("snowmpm.gis.layers.dam_lines", lambda run: {"dam": line})
+    path = write_geopackage(tmp_path / "avalanche.gpkg", layers_of(straight), straight.provenance["crs"])
+    for layer, name, size in (("obstacles", "house", house.area), ("dams", "dam", 0.0)):
+        _, geometries, fields = read(path, layer)
+        assert fields["name"].tolist() == [name] and geometries[0].area == size
+    project = write_project(tmp_path / "avalanche.qgs", straight, layers_of(straight), path.name).read_text()
+    assert 'name="dams"' in project and 'name="obstacles"' in project
 
 
 def test_open_classes_have_no_upper_limit(tmp_path, straight):

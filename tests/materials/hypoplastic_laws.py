@@ -8,6 +8,7 @@ from scipy.linalg import expm
 from snowmpm.materials import StressUpdate, pack
 from snowmpm.materials.critical_state_hypoplastic import CriticalStateHypoplastic
 from snowmpm.materials.hypoplastic import Hypoplastic
+from snowmpm.materials.solid_to_gas import SolidToGas
 
 # Rows of table 1 of Peng et al. (2015): E_i [Pa], nu_i, phi, psi [deg]; printed c1 .. c4; the same to three more digits
 ROWS = {
@@ -35,6 +36,7 @@ DENSITY = {
     "density_effect": 0.2,
 }
 DENSE = CriticalStateHypoplastic(density=1800.0, youngs_modulus=20e6, poisson_ratio=0.0, friction_angle=30.0, **DENSITY)
+FAST = SolidToGas(**DENSE.model_dump(exclude={"kind"}), collision_time=8e-4)
 BASIC = changed(DENSE, density_effect=0.0)  # f_d = 1: the four-parameter law of Wu and Bauer
 LAWS = {"linear": SAND, "cohesive": changed(SAND, cohesion=2e3), "critical state": DENSE}
 by_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)

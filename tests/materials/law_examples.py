@@ -4,7 +4,7 @@ A law that is registered without an example fails the suite: add one here, and i
 """
 
 from frictional_laws import LAWS as FRICTIONAL
-from hypoplastic_laws import DENSE
+from hypoplastic_laws import DENSE, FAST
 from hypoplastic_laws import SAND as LINEAR
 from parameter_sets import W1, W2, A, B, C, changed
 
@@ -26,6 +26,7 @@ EXAMPLES = {
                                critical_compression=0.025, critical_stretch=0.0075),
     "hypoplastic": LINEAR,
     "critical state": DENSE,
+    "solid to gas": FAST,
     "wet snow": WetSnow(density=350.0, youngs_modulus=1e6, poisson_ratio=0.25, friction_angle=25.0, cohesion=2e3,
                         softening_strain=0.05, water_weakening=23.5),
     **FRICTIONAL,

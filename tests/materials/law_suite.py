@@ -109,7 +109,10 @@ def objective(law, n=COUNT, seed=0):
     stress = unpack(steps.result("f64").stress)
     Q = random_rotations(n, np.random.default_rng(seed + 1))
     Qt = Q.transpose(0, 2, 1)
-    turned = StressUpdate(law)(pack(Q @ unpack(steps.h) @ Qt), steps.state, Q @ steps.A @ Qt, DT)
+    state = steps.state.copy()
+    for first in law.TENSORS:
+        state[:, first : first + 6] = pack(Q @ unpack(state[:, first : first + 6]) @ Qt)
+    turned = StressUpdate(law)(pack(Q @ unpack(steps.h) @ Qt), state, Q @ steps.A @ Qt, DT)
     off = np.abs(unpack(turned.stress) - Q @ stress @ Qt).max(axis=(1, 2))
     # Small steps to round-off. Stretches from e^−5 to e^5 spread the eigenvalues of b over e^20: the strain of the
     # smallest is known to 2e-16 e^20 = 1e-7, and the trial stress to that times the modulus

@@ -6,9 +6,11 @@ import pytest
 from synthetic_runs import slab_2d, slab_3d
 
 from snowmpm.errors import InputError
-from snowmpm.io import RunWriter
+from snowmpm.io import Run, RunWriter
+from snowmpm.io.built import dam_lines, footprints
 from snowmpm.render import render_map
 from snowmpm.render.credit import attribution
+from snowmpm.render.peak_map import map_figure
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +34,26 @@ def test_map_of_a_run_without_terrain_is_drawn(tmp_path):
     with RunWriter(tmp_path, provenance={}) as writer:
         writer.map("peak_speed", np.eye(12), 0.0, 0.0, 5.0, "m/s")
     assert render_map(tmp_path, "peak_speed", tmp_path / "speed.png", dpi=50).stat().st_size > 1000
+
+
+SCENE = """
+[terrain]
+kind = "dem"
+dams = [{ name = "catching dam", line = [[500150.0, 199990.0], [500150.0, 200010.0]], height = 5.0 }]
+"""
+
+
+def test_what_was_built_stands_on_the_map(tmp_path):
+    slab_3d(tmp_path, particles=500, frames=1, origin=(5.0e5, 2.0e5, 1.5e3), obstacles=True)
+    run = Run(tmp_path)
+    run.provenance["scene"] = SCENE
+    found = footprints(run)
+    assert set(found) == {"house", "mast"}
+    assert found["house"].bounds == pytest.approx((500121.0, 200001.0, 500129.0, 200011.0))
+    assert found["mast"].area == pytest.approx(np.pi * 0.6**2, rel=0.02)
+    assert dam_lines(run)["catching dam"].tolist() == [[500150.0, 199990.0], [500150.0, 200010.0]]
+    words = [text.get_text() for text in map_figure(run, "peak_depth").axes[0].texts]
+    assert {"house", "mast", "catching dam"} <= set(words)
 
 
 def test_credits_are_found_at_any_depth():

@@ -36,6 +36,9 @@ NUMBERS = {
     # Peng et al. (2015), table 1; its c = 5 kPa is the apex
     "peng_sand": (SAND + " reference_pressure", "hypoplastic", 1850, 20e6, 0.2, 30, 1, 0, 100e3),
     "peng_slope": (SAND, "hypoplastic", 1850, 30e6, 0.2, 30, 0, 5e3 * np.tan(np.radians(30.0))),
+    # Wu, Wang and Alipour (2020), table 1: A (negative there), m1, m2
+    "wu_fast_sand": ("kind collision_time constant_share square_share friction_angle poisson_ratio", "solid_to_gas",
+                     0.0008, 0.5, 0.001, 30, 0),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 

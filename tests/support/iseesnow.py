@@ -36,10 +36,10 @@ def scene(folder, case, dx=5.0, **changes):
 
 
 def scene_3d(folder, case, dx):
-    """The same case by MPM in three dimensions, for Coulomb friction: snow almost without strength slides on the same
-    ground."""
+    """The same case by MPM in three dimensions, for Coulomb friction: snow without cohesion, whose inner friction, M /
+    sqrt(3) = 0.58, is above that of the ground, so that it slides on it and not over its own lowest layer."""
     return scene(folder, case, dx, end_time=150.0, solver={"dx": dx},
-                 materials={"snow": {"card": "li_cold_dense", "critical_slope": 0.2, "cohesion": 0.0,
+                 materials={"snow": {"card": "li_cold_dense", "critical_slope": 1.0, "cohesion": 0.0,
                                      "density": DENSITY, "youngs_modulus": 1e6, "hardening": 3.0}})
 
 

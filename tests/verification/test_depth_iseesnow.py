@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import snowmpm
-from tests.support.iseesnow import CASES, of_program, of_run, scene
+from tests.support.iseesnow import CASES, of_program, of_run, scene, scene_3d
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "iseesnow"
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not DATA.is_dir(), reason="without the study's data")]
@@ -49,3 +49,12 @@ def test_the_centrifugal_term_shortens_the_run_out(tmp_path):
         "centrifugal": False}}), tmp_path)
     without = of_run(DATA, "CoulombOnly", run)["runout"]
     assert 3500.0 < without < 3700.0
+
+
+def test_mpm_in_three_dimensions_comes_as_far_and_as_fast_as_the_mpm_of_the_study(tmp_path):
+    """Coulomb friction, on cells of 3 m; its areas count cells that a program's own maps show."""
+    own = of_run(DATA, "CoulombOnly", snowmpm.run(scene_3d(DATA, "CoulombOnly", 3.0), tmp_path))
+    study = of_program(DATA, "CoulombOnly")["MPM"]
+    assert own["runout"] == pytest.approx(study["runout"], rel=0.02)
+    for name in ("speed_95", "speed_99"):
+        assert own[name] == pytest.approx(study[name], rel=0.02)

@@ -1,4 +1,7 @@
-"""Rule: a published class of ground friction outside the range it was calibrated for."""
+"""Rules: a published class of ground friction outside the range it was calibrated for; snow that gives way before the
+ground does."""
+
+import math
 
 import numpy as np
 
@@ -23,3 +26,30 @@ def class_of_friction(facts):
     for doubt in card.doubts(volume=model.release_volume, ground=ground):
         yield Caution("", "terrain.friction.card", f"{model.friction.law.card}: {doubt}",
                       "name the class that fits, or calibrate (`snowmpm list` names the classes)")
+
+
+@rule("mpm", "sph")
+def snow_weaker_than_the_ground(facts):
+    """Snow without cohesion on the ground that yields inside before the friction of the ground is reached.
+
+    At critical state, sheared in a plane, snow bears tau = M / sqrt(3) p. On ground with more friction than that it
+    shears over its own lowest layer, and is slowed by its own friction.
+    """
+    terrain = facts.scene.terrain
+    if terrain is None or terrain.contact == "stick":
+        return
+    mu = terrain.friction if isinstance(terrain.friction, int | float) else getattr(terrain.friction, "mu", None)
+    if not isinstance(mu, int | float):
+        return
+    for body in facts.scene.bodies:
+        snow = facts.scene.materials[body.material]
+        M = getattr(snow, "critical_slope", None)
+        slides = M is None or getattr(snow, "cohesion", 0.0) > 0.0 or mu <= M / math.sqrt(3.0)
+        if slides or body.shape.kind != "layer" or body.shape.bottom > 0.0:
+            continue
+        yield Caution("", f"materials.{body.material}.critical_slope",
+                      f"{M:.3g}: snow that has yielded bears {M / math.sqrt(3.0):.2g} times its pressure in shear, the"
+                      f" ground {mu:.2g}: it shears above the ground, faster than the friction of the ground alone"
+                      " would let it",
+                      f"from {math.ceil(100.0 * math.sqrt(3.0) * mu) / 100.0:.2f} on it slides on the ground")
+        return

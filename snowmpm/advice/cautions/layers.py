@@ -48,6 +48,8 @@ def stiffness_contrast(facts):
 def thin_layer(facts):
     """A soft layer between stiffer bodies, by the contrast to the softest of them."""
     for body, spec in enumerate(facts.scene.bodies):
+        if spec.interface:
+            continue
         others = [pair.second if pair.first == body else pair.first for pair in facts.pairs
                   if body in (pair.first, pair.second) and pair.distance == 0]
         own = facts.law(body).youngs_modulus
@@ -68,7 +70,7 @@ def softening_on_grid(facts):
     the calibration this is correct, so the rule warns only of layers with more cells than collapse as one."""
     for body, spec in enumerate(facts.scene.bodies):
         law = facts.scene.materials[spec.material]
-        if law.collapses and law.collapse_thickness is None:
+        if law.collapses and law.collapse_thickness is None and not spec.interface:
             border = shipped()["softening_on_grid", "as given"]
             ratio = DRAWN_CELLS / facts.thickness(body)
             if border.failing(ratio):

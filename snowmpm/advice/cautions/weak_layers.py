@@ -19,7 +19,13 @@ def cells_through_weak_layer(facts):
             yield Caution("", f"bodies.{layer.body} ({layer.name})",
                           f"{cells:.3g} cells through a weak layer are fewer than {LEAST_CELLS:g}: cracks may not run"
                           " in it, and nothing is released",
-                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less")
+                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less, or {_as_interface(facts, layer)}")
+
+
+def _as_interface(facts, layer):
+    """The key that makes an interface of a layer."""
+    key = "saw_test.weak_layer.interface" if facts.scene.saw_test else f"bodies.{layer.body}.interface"
+    return f"{key} = {4 if facts.scene.dimension == 2 else 2} (docs/interface.md)"
 
 
 @rule("mpm")

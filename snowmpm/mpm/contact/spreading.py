@@ -24,8 +24,9 @@ from snowmpm.mpm.transfer.stencil import STENCILS
 
 
 @functools.cache
-def spreading(dim, real, basis, gradient, flip, affine, atomic):
-    """Taichi functions of a scatter, and how many vectors they need. affine: C counts."""
+def spreading(dim, real, basis, gradient, flip, affine, atomic, interface=False):
+    """Taichi functions of a scatter, and how many vectors they need. affine: C counts; interface: there are points of
+    an interface, which mark their nodes."""
     stencil, shape = STENCILS[basis], gradient == "shape"
     width = stencil.width
     size = node_size(flip)
@@ -35,10 +36,11 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic):
     n_vectors = width * dim + (dim == 2)
 
     @ti.func
-    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, bulk):
+    def prepare(vectors: ti.template(), lane: ti.template(), f, w, dw, mass, velocity, C, impulse, pull, beside):
         """Write the vectors of a particle: u along each axis, q where none took it up, `size` numbers a lane.
 
-        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; bulk: V J beside water [m3].
+        C: affine matrix times dx [m/s]; impulse: internal one, -dt V tau / dx [N s]; pull (dim,) [N s]: impulse of an
+        interface, which goes by the weights alone; beside: V J beside water [m3], or 1 of the points of an interface.
         """
         for half in ti.static(range(size // SECOND)):
             s, g = ti.Matrix.zero(real, dim, dim), ti.Matrix.zero(real, dim, dim)
@@ -53,7 +55,9 @@ def spreading(dim, real, basis, gradient, flip, affine, atomic):
                 q += mass * velocity
                 heavy = mass
             else:
-                heavy = bulk
+                heavy = beside
+            if ti.static(half == pulled and interface):
+                q += pull
             for a in ti.static(range(dim)):
                 for k in ti.static(range(width)):
                     u, taken = (float(k) * w[k, a]) * s[:, a] + dw[k, a] * g[:, a], ti.cast(0.0, real)

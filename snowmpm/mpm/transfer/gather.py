@@ -5,6 +5,8 @@
     L = grad v: C with the gradient "affine", sum_i v_i grad w^T with "shape" (see `scatter`)
     f = I + dt L,  A = dt L;   law.update(h, A) -> h, tau, state;   J <- J det f
 
+Of points of an interface L is that of their layer (`particles.interface`).
+
 f is the deformation of the map x + dt v_grid(x) itself, so that stress and places stay one thing: v is that of the end
 of the step over the geometry of its start, and in a rotation L has the part -omega^2 dt / 2 I, which leaves det f = 1 +
 (omega dt)^4 / 4. exp(dt L) would hold J as well, but let the places swell by omega^2 dt t against it.
@@ -22,6 +24,7 @@ from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.gather_packs import pack_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
 from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
@@ -50,6 +53,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
+    joined, layer = layout.interface_size > 0, interface_functions(dim, real)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -61,6 +65,18 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
         C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
         velocity = ti.Vector([v[i] for i in ti.static(range(dim))])
         x += (dt * inverse_dx) * velocity
+        if ti.static(joined):
+            own = access.load(reals, places, p, at["interface"], layout.interface_size)
+            per_length = ti.Vector([own[a] for a in ti.static(range(dim))])
+            u = ti.Vector([own[dim + a] for a in ti.static(range(dim))])
+            face = layer.face_velocity(L, velocity, per_length, own[ti.static(lift_at(dim))])
+            L = layer.gradient(L, face, per_length, own[ti.static(CUT * dim)],
+                               access.load(reals, places, p, at["volume_ratio"], 1)[0])
+            u += layer.stands(per_length) * dt * face
+            per_length = layer.left(per_length, u, 1.0 / inverse_dx)
+            for a in ti.static(range(dim)):
+                own[a], own[dim + a] = per_length[a], u[a]
+            access.store(reals, places, p, at["interface"], own)
         if ti.static(flip):
             change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
             old = access.load(reals, places, p, at["velocity"], dim)

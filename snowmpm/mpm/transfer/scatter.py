@@ -10,7 +10,8 @@ stress tau and reference volume V:
              = -V tau grad w_ip                gradient "shape": the classical form (Sulsky et al. 1995,
                                                doi:10.1016/0010-4655(94)00170-7)
 
-PIC and FLIP leave out m C. A CPU takes the particles of a block in packs (`scatter_packs`), a GPU one a thread.
+Points of an interface have another gradient (`particles.interface`). PIC and FLIP leave out m C. A CPU takes the
+particles of a block in packs (`scatter_packs`), a GPU one a thread.
 """
 
 import functools
@@ -23,6 +24,7 @@ from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import node_size, node_vector
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.scatter_packs import scatter_pack_kernel
+from snowmpm.particles.interface import interface_functions, lift_at
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
@@ -47,7 +49,8 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
     access, at = accessors(layout), layout.offsets
     of_node, size = node_vector(real, flip), node_size(flip)
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
-    parts = spreading(dim, real, basis, gradient, flip, affine, True)
+    joined = layout.interface_size > 0
+    parts, layer = spreading(dim, real, basis, gradient, flip, affine, True, joined), interface_functions(dim, real)
 
     @ti.func
     def symmetric_matrix(s):
@@ -75,7 +78,15 @@ def particle_kernel(layout, real, flip, basis, gradient, affine):
             mass += volume * access.load(reals, places, p, at["water"], 1)[0]
             bulk = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
         vectors = [ti.Vector.zero(real, size) for _ in ti.static(range(parts.n_vectors))]
-        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, (-dt / dx * volume) * tau, bulk)
+        pull, mark, turn = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.Matrix.zero(real, dim, dim)
+        if ti.static(joined):
+            own = access.load(reals, places, p, at["interface"], layout.interface_size)
+            per_length = ti.Vector([own[a] for a in ti.static(range(dim))])
+            mark = layer.stands(per_length)
+            pull = (-dt * volume / access.load(reals, places, p, at["volume_ratio"], 1)[0]) * (tau @ per_length)
+            turn = (own[ti.static(lift_at(dim))] / dx) * pull.outer_product(layer.normal(per_length))
+        impulse = ((mark - 1.0) * dt / dx * volume) * tau - mark * turn
+        parts.prepare(vectors, 0, f, w, dw, mass, velocity, C, impulse, pull, mark if ti.static(joined) else bulk)
         parts.spread(tiles, address, w, vectors, 0)
 
     @taichi_kernel

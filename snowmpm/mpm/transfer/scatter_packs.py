@@ -17,6 +17,7 @@ from snowmpm.mpm.node import node_mask, node_size, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.interface import interface_functions, lift_at
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors
 
@@ -30,10 +31,13 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     width, plane = STENCILS[basis].width, tile_strides(dim)[0]
     shape = gradient == "shape"
     grid = interpolation(dim, real, basis, affine or not shape, shape, flip)
-    parts, pick = spreading(dim, real, basis, gradient, flip, affine, False), picker(lists)
+    joined = layout.interface_size > 0
+    parts, pick = spreading(dim, real, basis, gradient, flip, affine, False, joined), picker(lists)
+    layer = interface_functions(dim, real)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
-               ("w", width * dim), ("bulk", int(layout.water_size > 0)))
+               ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("per_length", dim * joined),
+               ("ratio", 1 * joined), ("lift", 1 * joined))
     entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
 
     @ti.func
@@ -50,6 +54,12 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
             volume = access.load(reals, places, p, at["volume"], 1)[0]
             pack["volume"][0][lane] = volume
             pack["mass"][0][lane] = volume * materials[material[p], DENSITY]
+            if ti.static(joined):
+                own = access.load(reals, places, p, at["interface"], layout.interface_size)
+                for a in ti.static(range(dim)):
+                    pack["per_length"][a][lane] = own[a]
+                pack["lift"][0][lane] = own[ti.static(lift_at(dim))]
+                pack["ratio"][0][lane] = access.load(reals, places, p, at["volume_ratio"], 1)[0]
             if ti.static(layout.water_size > 0):
                 pack["mass"][0][lane] += volume * access.load(reals, places, p, at["water"], 1)[0]
                 pack["bulk"][0][lane] = volume * access.load(reals, places, p, at["volume_ratio"], 1)[0]
@@ -70,10 +80,18 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
                 for j in ti.static(range(dim)):
                     tau[i, j] = pack["tau"][entry[i][j]][lane]
             impulse = (-dt / dx * pack["volume"][0][lane]) * tau
-            bulk = ti.cast(0.0, real)
+            pull, mark, beside = ti.Vector.zero(real, dim), ti.cast(0.0, real), ti.cast(0.0, real)
             if ti.static(layout.water_size > 0):
-                bulk = pack["bulk"][0][lane]
-            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, bulk)
+                beside = pack["bulk"][0][lane]
+            if ti.static(joined):
+                per_length = read_lane(pack["per_length"], lane)
+                mark = layer.stands(per_length)
+                pull = (mark * dx / ti.max(pack["ratio"][0][lane], 1e-30)) * (impulse @ per_length)
+                turn = (pack["lift"][0][lane] / dx) * pull.outer_product(layer.normal(per_length))
+                impulse = (1.0 - mark) * impulse - mark * turn
+                beside = mark
+            parts.prepare(vectors, lane, f, w, dw, pack["mass"][0][lane], read_lane(pack["v"], lane), C, impulse, pull,
+                          beside)
 
     @ti.func
     def clear_box(tiles: ti.template(), active_nodes: ti.template(), b):

@@ -1,0 +1,39 @@
+"""Nodes that ground and sides do not touch, since a layer thinner than a cell holds them (`particles.interface`).
+
+A node that a point of an interface reaches has a positive MARK. While ground and sides act, its mass waits there, and
+the node counts as empty.
+"""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.mpm.node import MARK, MASS, node_vector
+
+
+@functools.cache
+def hiding_kernels(real, serial):
+    """`hide` and `show` the marked ones of n nodes from contact_offset on; of transfers whose nodes have two halves."""
+    of_node = node_vector(real, True)
+
+    @taichi_kernel
+    def hide(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, n: int):
+        ti.loop_config(serialize=ti.static(serial))
+        for q in range(n):
+            node = nodes[contact_offset + q]
+            if node[MARK] > 0.0:
+                node[MARK] = node[MASS]
+                node[MASS] = 0.0
+                nodes[contact_offset + q] = node
+
+    @taichi_kernel
+    def show(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, n: int):
+        ti.loop_config(serialize=ti.static(serial))
+        for q in range(n):
+            node = nodes[contact_offset + q]
+            if node[MARK] > 0.0:
+                node[MASS] = node[MARK]
+                nodes[contact_offset + q] = node
+
+    return hide, show

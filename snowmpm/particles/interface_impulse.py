@@ -1,0 +1,63 @@
+"""Impulse that the ground gives the snow above it through the points of interfaces."""
+
+import functools
+
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.compiler.runtime import DTYPES
+from snowmpm.particles.store import accessors
+
+
+@functools.cache
+def impulse_kernel(layout, real, serial):
+    """Kernel that adds up -dt V tau b / J of all points (`particles.interface`), block by block."""
+    dim, access, at = layout.dim, accessors(layout), layout.offsets
+    entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
+
+    @taichi_kernel
+    def add_up(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), chunk_bounds: ti.types.ndarray(),
+               part: ti.types.ndarray(), total: ti.types.ndarray(), dt: real, n_blocks: int):
+        ti.loop_config(serialize=ti.static(serial))
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                first, last = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
+                for n in range(first, last):
+                    found = ti.Vector.zero(ti.f64, dim)
+                    for p in range(start[n], start[n + 1]):
+                        rate = access.load(reals, places, p, at["interface"], dim)
+                        if rate.norm_sqr() > 0.0:
+                            tau = access.load(reals, places, p, at["stress"], layout.sym_size)
+                            volume = access.load(reals, places, p, at["volume"], 1)[0]
+                            share = -dt * volume / access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                            for a in ti.static(range(dim)):
+                                for c in ti.static(range(dim)):
+                                    found[a] += ti.cast(share * tau[entry[a][c]] * rate[c], ti.f64)
+                    for a in ti.static(range(dim)):
+                        part[n, a] = found[a]
+        ti.loop_config(serialize=ti.static(in_order()))
+        for n in range(n_blocks):
+            for a in ti.static(range(dim)):
+                total[a] += part[n, a]
+
+    return add_up
+
+
+class InterfaceImpulse:
+    """Of a particle store (`SortedParticles`)."""
+
+    def __init__(self, store, serial):
+        self._store, self._part = store, None
+        self._add_up = impulse_kernel(store.layout, DTYPES[store.precision][0], serial)
+
+    def of(self, dt):
+        """Impulse (dim,) [N s] of a step of dt [s], by the stresses before it."""
+        store, total = self._store, np.zeros(self._store.dim)
+        if self._part is None or self._part.shape[0] < max(1, len(store.blocks)):
+            self._part = ti.ndarray(ti.f64, (int(1.25 * len(store.blocks)) + 8, store.dim))
+        self._add_up(store.reals, store.slot_offset, store.start, store.chunk_bounds, self._part, total, dt,
+                     len(store.blocks))
+        return total

@@ -1,0 +1,1 @@
+"""Strength reduction: how much weaker the material of a slope could be and still stand."""

@@ -1,0 +1,52 @@
+"""A law with a part of its strength: what strength reduction divides by its factor.
+
+    way "tangent": tan phi / f, c / f        way "angle": phi / f, c / f
+
+(Zienkiewicz, Humpheson and Lewis 1975, doi:10.1680/geot.1975.25.4.671, divide tan phi; Peng, Wu, Yu and Wang 2015,
+doi:10.1007/s11440-015-0399-3, eqs. 39-40, the angle.) A slope of q over p is divided itself in the first way, and in
+the second the angle that it stands for: sin phi = 3 M / (6 + M) for `critical_slope`, tan phi for a friction
+coefficient. No law dilates by more than its friction: the dilation angle is at most the reduced friction angle.
+"""
+
+import numpy as np
+
+from snowmpm.errors import InputError
+from snowmpm.materials import LAWS, Law
+
+WAYS = ("tangent", "angle")
+
+ANGLES = ("friction_angle", "residual_friction_angle")
+COEFFICIENTS = ("static_friction", "limit_friction")
+STRESSES = ("cohesion", "residual_cohesion", "yield_stress")
+"""[Pa]: of laws with a friction angle, or without friction."""
+
+
+def strengths(law: Law) -> dict[str, float]:
+    """What of a law is strength, by the name of its field; {} for one without."""
+    names = [name for name in (*ANGLES, *COEFFICIENTS, "critical_slope") if hasattr(law, name)]
+    if "critical_slope" not in names:  # there cohesion is a share of p0, and falls with the slope
+        names += [name for name in STRESSES if hasattr(law, name)]
+    return {name: float(getattr(law, name)) for name in names}
+
+
+def weakened(law: Law, factor: float, way: str = "tangent") -> Law:
+    """The law with its strength divided by a factor. Raises InputError where the law does not allow that."""
+    changed = {name: _divided(name, value, factor, way) for name, value in strengths(law).items()}
+    if "friction_angle" in changed and getattr(law, "dilation_angle", 0.0) > changed["friction_angle"]:
+        changed["dilation_angle"] = changed["friction_angle"]
+    try:
+        return LAWS[law.kind].model_validate({**law.model_dump(exclude={"card", "card_source"}), **changed})
+    except ValueError as error:
+        reason = str(error).splitlines()[-2 if len(str(error).splitlines()) > 2 else -1].strip()
+        raise InputError(f"{law.kind} with its strength divided by {factor:g} is not possible:\n{reason}") from None
+
+
+def _divided(name: str, value: float, factor: float, way: str) -> float:
+    if name in STRESSES or (way == "tangent" and name not in ANGLES):
+        return value / factor
+    if name in ANGLES:
+        return value / factor if way == "angle" else float(np.degrees(np.arctan(np.tan(np.radians(value)) / factor)))
+    if name in COEFFICIENTS:
+        return float(np.tan(np.arctan(value) / factor))
+    sine = np.sin(np.arcsin(3.0 * value / (6.0 + value)) / factor)
+    return float(6.0 * sine / (3.0 - sine))
