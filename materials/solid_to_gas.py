@@ -167,7 +167,7 @@ class SolidToGas(CriticalStateHypoplastic):
     c (ζ + √(1 + ζ²)), ζ = 2 |η| σ₁/(ρ c dx): the limit of a damped oscillator with damping that lags half a step.
     """
 
-    kind: Literal["solid_to_gas"] = "solid_to_gas"
+    kind: Literal["solid_to_gas"] = "solid_to_gas"  # type: ignore[assignment]
 
     STATE: ClassVar[tuple[StateVariable, ...]] = (
         *CriticalStateHypoplastic.STATE,
