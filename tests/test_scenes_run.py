@@ -43,7 +43,7 @@ COARSE = {
     "boulders_2d": {},
     "block_wall_2d": {"solver.dx": 0.0625},
     "flexible_wall_2d": {},
-    "fence_2d": {},
+    "fence_2d": {"initial.stress": "none"},
     "slush_dam_2d": {"solver.dx": 0.1},
     "terzaghi_column": {"solver.dx": 0.1, "initial.stress": "none"},
     "poroelastic_cantilever": {"solver.dx": 0.1, "initial.stress": "none"},
