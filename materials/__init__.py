@@ -23,6 +23,7 @@ from .mixed_control import MixedControl
 from .modified_cam_clay import ModifiedCamClay
 from .mohr_coulomb import MohrCoulomb
 from .mu_i import MuI
+from .softening_cone import SofteningCone
 from .solid_to_gas import SolidToGas
 from .stomakhin_snow import StomakhinSnow
 from .stress_update import StressUpdate, Updated
@@ -34,6 +35,7 @@ Material = Annotated[
     Elastic
     | VonMises
     | DruckerPrager
+    | SofteningCone
     | MohrCoulomb
     | MuI
     | ModifiedCamClay
@@ -70,6 +72,7 @@ __all__ = [
     "MohrCoulomb",
     "MuI",
     "Path",
+    "SofteningCone",
     "SolidToGas",
     "StateVariable",
     "StomakhinSnow",

@@ -89,8 +89,9 @@ def drucker_prager_return(prm: ti.template(), p_trial, q_trial, strain, gap, str
     return p, q, kappa, opened, dissipation, iterations
 
 
-def drucker_prager_update(form):
-    """Update function (see `Law`) in a `Form`. state: plastic strain, gap."""
+def cone_update(form, returned):
+    """Update function (see `Law`) of a cone in a `Form`, by a return map such as `drucker_prager_return`. state:
+    plastic strain, gap."""
 
     @ti.func
     def update(prm: ti.template(), h, state, A, dt):
@@ -100,7 +101,7 @@ def drucker_prager_update(form):
         dissipation, iterations, changed = 0.0, 0, factor < 1.0
         if valid == 1 and factor > 0.0:
             q_trial = factor * ti.sqrt(prm.six_G2 * deviator2)
-            p_new, q, kappa, opened, work, count = drucker_prager_return(
+            p_new, q, kappa, opened, work, count = returned(
                 prm, p, q_trial, state[0], gap, form.straight
             )
             if count != 0:
@@ -116,6 +117,11 @@ def drucker_prager_update(form):
         return h_new, tau, state_new, dissipation, ti.select(valid == 1 and iterations >= 0, iterations, form.failed)
 
     return update
+
+
+def drucker_prager_update(form):
+    """`cone_update` of `DruckerPrager`."""
+    return cone_update(form, drucker_prager_return)
 
 
 class DruckerPrager(Law):

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import imageio.v2 as imageio
+import numpy as np
 from PIL import Image
 
 from snowmpm.draft import draft
@@ -16,20 +17,22 @@ from snowmpm.errors import InputError, shown_line
 from snowmpm.render.mp4 import film_so_far, open_mp4, unfinished
 
 FILMS = (".mp4", ".gif")
-FRAME = re.compile(r"frame_(\d{5,})\.png")
+PICTURES = (".png", ".tif")
+FRAME = re.compile(r"frame_(\d{5,})\.(png|tif)")
 
 
 def output_kind(output):
-    """ ".mp4", ".gif", ".png" or "" for a folder. Raises InputError for another ending."""
+    """ ".mp4", ".gif", ".png", ".tif" or "" for a folder. Raises InputError for another ending."""
     kind = Path(output).suffix.lower()
-    if kind not in (*FILMS, ".png", ""):
+    if kind not in (*FILMS, *PICTURES, ""):
         raise InputError.at("output", str(output), "must end in .mp4, .gif, .png or .html, or be a folder")
     return kind
 
 
 @contextmanager
 def open_film(output, fps):
-    """A function that takes one picture (height, width, 3) uint8 after the other; the file appears at the end.
+    """A function that takes one picture after the other, (height, width, 3 or 4) uint8 or, of numbers, (height, width)
+    float32; the file appears at the end.
 
     Raises InputError for a folder that holds other files, OSError when it cannot be written, and KeyboardInterrupt that
     names what was kept of a film.
@@ -38,7 +41,7 @@ def open_film(output, fps):
     if kind == "":
         with _open_folder(path) as show:
             yield show
-    elif kind == ".png":
+    elif kind in PICTURES:
         yield lambda picture: _write_picture(picture, path)
     elif kind == ".gif":
         with _open_gif(path, fps) as show:
@@ -50,7 +53,7 @@ def open_film(output, fps):
 
 @contextmanager
 def _open_folder(path):
-    """One PNG a picture; those of a longer film that was drawn there before are taken away at the end."""
+    """One PNG or TIFF a picture; those of a longer film that was drawn there before are taken away at the end."""
     path.mkdir(parents=True, exist_ok=True)
     others = sorted(file.name for file in path.iterdir() if not FRAME.fullmatch(file.name))
     if others:
@@ -61,7 +64,7 @@ def _open_folder(path):
 
     def show(picture):
         nonlocal count
-        _write_picture(picture, path / f"frame_{count:05d}.png")
+        _write_picture(picture, path / f"frame_{count:05d}{'.tif' if picture.dtype == np.float32 else '.png'}")
         count += 1
 
     yield show

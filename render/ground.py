@@ -46,16 +46,16 @@ class Ground:
         return self.camera.places(self.depth, self.takes_sun)
 
 
-def draw_ground(relief, camera, sun):
-    """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger."""
-    backdrop = light.sky(camera.size)
+def draw_ground(relief, camera, sun, sky=light.sky):
+    """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger; sky(size): what is behind."""
+    backdrop = sky(camera.size)
     if relief is None:
         nothing = np.full(backdrop.shape[:2], np.inf, np.float32)
         return Ground(backdrop, nothing, np.ones(nothing.shape), camera)
     large = camera.enlarged(OVERSAMPLING)
     raster, depth, underside = seen_facets(relief, large)
     interval = contour_interval(relief.heights, relief.cell * max(relief.heights.shape))
-    picture = light.sky(large.size)
+    picture = sky(large.size)
     picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
     blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)

@@ -17,15 +17,16 @@ from snowmpm.render import light
 from snowmpm.render.camera_path import MOVING, CameraPath, path_of
 from snowmpm.render.colour import choose_scale
 from snowmpm.render.credit import attribution
-from snowmpm.render.film import open_film, output_kind
+from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import Cutaway, WeakLayer
 from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
+from snowmpm.render.passes import checked_pass, sky_of, with_alpha
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
-from snowmpm.render.snow import SNOW, draw_snow
+from snowmpm.render.snow import SNOW, draw_snow, seen_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.timing import Timing, pace_in_words
 from snowmpm.render.tracking import plan_track
@@ -41,7 +42,7 @@ def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
-    camera_path: PathLike | None = None
+    camera_path: PathLike | None = None, layer: str = "picture"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -58,15 +59,18 @@ def render_run(
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
     timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
     plain      no words, scales and insets
+    layer      for compositing, in 3-D and without words: "transparent", the sky is see-through (.png, folder); "depth",
+               metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
     run = run_path if isinstance(run_path, Run) else Run(run_path)
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
+    checked_pass(layer, output_kind(output), run.dimension)
     with stage(PREPARING):
         view = view_of(run, size, color, camera, cutaway, camera_path)
-    view.plain = plain
+    view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
 
@@ -75,10 +79,10 @@ def checked_wishes(output, size, time, timing, run):
     `Run` that has to reach `time`."""
     kind = output_kind(output)
     timing.check(run.path, run.times)
-    if timing.chosen and kind == ".png":
+    if timing.chosen and kind in PICTURES:
         raise InputError("--speed, --from, --to and --every are of films and folders of pictures; --time chooses the"
                          " frame of a .png")
-    if time is not None and kind != ".png":
+    if time is not None and kind not in PICTURES:
         raise InputError.at("time", time, "goes with a .png only: a film shows every frame")
     if time is not None and len(run) and not 0.0 <= time <= run.times[-1] * (1.0 + 1e-9):
         raise InputError.at("time", time, f"{run.path} goes from 0 to {run.times[-1]:g} s")
@@ -92,7 +96,7 @@ def write_pictures(view: Any, times: Floats, output: PathLike, time: float | Non
     output, time, timing, progress as of `render_run`.
     """
     timing = timing or Timing()
-    if output_kind(output) == ".png":
+    if output_kind(output) in PICTURES:
         frames = np.array([len(times) - 1 if time is None else int(np.abs(times - time).argmin())])
     else:
         frames = timing.frames(times)
@@ -164,7 +168,7 @@ class _View:
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
         self.title, self._cautions = run.name, cautions(run)
-        self.pace, self.plain = None, False
+        self.pace, self.plain, self.layer_drawn = None, False, "picture"
 
     @property
     def most_points(self):
@@ -230,14 +234,18 @@ class SpaceView(_View):
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
     def picture(self, i):
-        """(height, width, 3) uint8 of frame `i`."""
+        """Frame `i`: (height, width, 3) uint8, with alpha (height, width, 4) of the pass "transparent", float32
+        (height, width) of the pass "depth"."""
         time, snow = self._frame(i)
-        camera, ground = self.camera, self.ground
-        if self.path is not None:
-            camera = self.path.camera(time, self.size)
-            ground = draw_ground(self.relief, camera, self.sun)
-        behind = draw_solids(ground, camera, self.sun, *placed(self.run, i))
-        overlay = Overlay(light.encode(draw_snow(behind, camera, self.sun, *snow)))
+        camera = self.camera if self.path is None else self.path.camera(time, self.size)
+        if self.layer_drawn == "depth":
+            behind = self._behind(i, camera)
+            return np.minimum(seen_snow(behind, camera, *snow[:2])[1], behind.depth).astype(np.float32)
+        if self.layer_drawn == "transparent":
+            return with_alpha(*(draw_snow(self._behind(i, camera, sky_of(brightness)), camera, self.sun, *snow)
+                                for brightness in (0.0, 1.0)))
+        ground = self._behind(i, camera)
+        overlay = Overlay(light.encode(draw_snow(ground, camera, self.sun, *snow)))
         if self.plain:
             return overlay.picture()
         self._legend(overlay, time, self.side)
@@ -250,6 +258,13 @@ class SpaceView(_View):
         else:
             overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
+
+
+    def _behind(self, i, camera, sky=light.sky):
+        """`Ground` with the solids of frame `i`, as a camera sees them."""
+        known = camera is self.camera and sky is light.sky
+        ground = self.ground if known else draw_ground(self.relief, camera, self.sun, sky)
+        return draw_solids(ground, camera, self.sun, *placed(self.run, i))
 
 
 class SectionView(_View):

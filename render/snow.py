@@ -4,6 +4,7 @@ import numpy as np
 
 from snowmpm.render import light
 from snowmpm.render.blur import blur
+from snowmpm.render.crumble import VISIBLE, crumbled
 from snowmpm.render.shadow import Shadow, shade_on, sunlit
 from snowmpm.render.splat import splat_balls
 
@@ -12,9 +13,8 @@ BALL = 0.80  # radius of a ball in particle spacings: neighbours overlap into a 
 SMOOTHING = 1.7  # of the surface, in ball radii on the picture
 STEP = (0.65, 1.4)  # ball radii of scatter about the smooth surface: from an even lattice to two sides of an edge
 SOFTNESS = 0.35
-EXPOSURE = 0.86  # below the ground's, or fresh snow in the sun would lose its relief
-LONELY = 6  # particles in three cells each way around one: fewer is spray, drawn smaller than the snow of a surface
-SPRAY = 0.6
+EXPOSURE = 0.78  # below the ground's, or fresh snow in the sun would lose its relief
+LOOSE = 90  # particles in three cells each way around one, drawn as crumbs if fewer; 96 at the edge of a block, of 216
 SCATTERED = np.array([0.16, 0.18, 0.21], np.float32)  # share of the shade that snow itself lights up
 READABLE = np.array([0.28, 0.28, 0.30], np.float32)  # the same where colours must be told in the shade
 HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is left in snow is blue
@@ -27,16 +27,8 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or None for plain snow
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
     """
-    x, y, depth = camera.project(points)
-    radii = BALL * np.broadcast_to(spacing, len(points))
-    radius = float(np.median(radii)) if len(radii) else BALL
-    radius_px = radii * camera.pixels_per_metre(depth) * np.where(_lonely(points, np.max(spacing)), SPRAY, 1.0)
-    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
-    # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
-    # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
-    own = radii[number] if len(radii) else radius
-    hidden = front > ground.depth + 2.0 * own * ground.slack
-    number[hidden], front[hidden] = -1, np.inf
+    points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
+    number, front, radius_px, radius = seen_snow(ground, camera, points, spacing)
     hit = number >= 0
     if not hit.any():
         return ground.light.copy()
@@ -64,6 +56,22 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     lit = albedo * shade
     picture[window] = _compose(picture[window], lit, hit, width)
     return picture
+
+
+def seen_snow(ground, camera, points, spacing):
+    """The particle at each pixel (height, width), -1 for none, its depth [m] along the view, inf for none, and of all
+    particles their sizes on the picture [px] and their usual radius [m]; arguments as of `draw_snow`."""
+    x, y, depth = camera.project(points)
+    radii = BALL * np.broadcast_to(spacing, len(points))
+    radius = float(np.median(radii)) if len(radii) else BALL
+    radius_px = radii * camera.pixels_per_metre(depth)
+    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
+    # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
+    # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
+    own = radii[number] if len(radii) else radius
+    hidden = front > ground.depth + 2.0 * own * ground.slack
+    number[hidden], front[hidden] = -1, np.inf
+    return number, front, radius_px, radius
 
 
 def _shaded_ground(ground, shadow):
@@ -155,22 +163,31 @@ def _even(colours, hit, width):
     return np.where(hit[..., None], mean, 0.0)
 
 
-def _lonely(points, spacing):
-    """Which particles (n,) have fewer than LONELY in the cube of three cells, each two spacings wide, around them."""
+def _in_crumbs(camera, points, spacing, identity, colours):
+    """The arguments of `draw_snow` with loose particles taken apart, where pieces can be told on the picture."""
+    if not len(points):
+        return points, spacing, identity, colours
+    size = BALL * float(np.median(spacing)) * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
+    if size < VISIBLE:
+        return points, spacing, identity, colours
+    return crumbled(points, spacing, _few_around(points, np.max(spacing)), identity, colours)
+
+
+def _few_around(points, spacing):
+    """Which particles (n,) have fewer than LOOSE in the cube of three cells, each two spacings wide, around them."""
     cell = np.floor((points - points.min(axis=0, initial=np.inf)) / (2.0 * spacing)).astype(np.int64).clip(0, 1 << 20)
     strides = np.array([1 << 42, 1 << 21, 1], np.int64)
     keys, place, counts = np.unique(cell @ strides, return_inverse=True, return_counts=True)
     # Most cells hold as many by themselves: only the others look around
-    few = np.flatnonzero(counts < LONELY)
-    total = np.full(len(keys), LONELY, np.int64)
+    few = np.flatnonzero(counts < LOOSE)
+    total = np.full(len(keys), LOOSE, np.int64)
     total[few] = 0
     for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3), axis=-1).reshape(-1, 3):
         there = keys[few] + step @ strides
         at = np.searchsorted(keys, there).clip(0, len(keys) - 1)
         total[few] += np.where(keys[at] == there, counts[at], 0)
-        few = few[total[few] < LONELY]
-    lonely = total < LONELY
-    return lonely[place]
+        few = few[total[few] < LOOSE]
+    return (total < LOOSE)[place]
 
 
 def grain(identity):

@@ -12,6 +12,10 @@ from snowmpm.annotations import Floats, PathLike
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 STANDS, SLIDES = "#2457a4", "#c1121f"
+LEAST = 1e-6
+"""Smallest way that is drawn [m]: nothing moves less in single precision."""
+AREA = 4e4
+"""Of all points together [pt2]."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,8 @@ def render_strength(title: str, curves: Sequence[StrengthCurve], slip: SlipPictu
     figure = Figure(figsize=(9.0, 3.4 + 8.6 * min(extent[1] / max(extent[0], 1e-9), 1.2)), layout="constrained")
     upper, lower = figure.subplots(2, 1, height_ratios=[2.6, 0.6 + 8.0 * min(extent[1] / max(extent[0], 1e-9), 1.2)])
     for curve in sorted(curves, key=lambda curve: curve.factor):
-        upper.plot(curve.times, np.maximum(curve.ways, 1e-6), color=SLIDES if curve.slides else STANDS, lw=1.3)
-        upper.annotate(f"{curve.factor:g}", (curve.times[-1], max(curve.ways[-1], 1e-6)), xytext=(4, 0),
+        upper.plot(curve.times[1:], np.maximum(curve.ways[1:], LEAST), color=SLIDES if curve.slides else STANDS, lw=1.3)
+        upper.annotate(f"{curve.factor:g}", (curve.times[-1], max(curve.ways[-1], LEAST)), xytext=(4, 0),
                        textcoords="offset points", fontsize=8, va="center")
     upper.set_yscale("log")
     plain(upper)
@@ -60,8 +64,8 @@ def render_strength(title: str, curves: Sequence[StrengthCurve], slip: SlipPictu
 def _section(figure, axes, slip):
     """Ways in the section, the slip surface and the line of slices."""
     order: NDArray[np.intp] = np.argsort(slip.ways)
-    points = axes.scatter(*slip.points[order].T, c=slip.ways[order], s=4.0, cmap="YlOrRd", linewidths=0,
-                          vmax=float(np.quantile(slip.ways, 0.99)))
+    points = axes.scatter(*slip.points[order].T, c=slip.ways[order], s=min(AREA / len(slip.ways), 60.0), cmap="YlOrRd",
+                          linewidths=0, vmax=float(np.quantile(slip.ways, 0.99)))
     axes.plot(*slip.surface.T, color=INK, lw=1.4, label="lower border of the slide")
     if slip.slices is not None:
         axes.plot(*slip.slices.T, color="#2457a4", lw=1.2, ls="--",

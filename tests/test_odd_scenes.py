@@ -21,6 +21,8 @@ EVERY_LAW = {
     "soft": {"kind": "modified_cam_clay", **COMMON, "critical_slope": 0.5, "hardening": 1.0, "p0": 3e3},
     "rubber": {"kind": "elastic", **COMMON}, "clay": {"kind": "von_mises", **COMMON, "yield_stress": 2e3},
     "sand": {"kind": "drucker_prager", **COMMON, "friction_angle": 35.0},
+    "loosening": {"kind": "softening_cone", **COMMON, "friction_angle": 37.0, "residual_friction_angle": 30.0,
+                  "softening_strain": 0.05, "dilation_angle": 8.0, "dilation_strain": 0.05},
     "grit": {"kind": "mohr_coulomb", **COMMON, "friction_angle": 30.0, "cohesion": 100.0},
     "grains": {"kind": "mu_i", **COMMON, "static_friction": 0.4, "limit_friction": 0.7, "grain_diameter": 1e-3,
                "grain_density": 900.0},

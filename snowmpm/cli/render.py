@@ -89,6 +89,10 @@ def render(
     plain: Annotated[
         bool, typer.Option("--plain", help="The picture alone: no title, clock, scales, notes and inset.")
     ] = False,
+    layer: Annotated[
+        str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
+                          ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
+    ] = "picture",
     quiet: Quiet = False,
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
@@ -108,7 +112,7 @@ def render(
     if output and output.suffix.lower() == ".html":
         others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
                   "--from": begin, "--to": end, "--every": every if every != 1 else None,
-                  "--camera-path": camera_path}
+                  "--camera-path": camera_path, "--pass": layer if layer != "picture" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if beside:
@@ -119,10 +123,10 @@ def render(
         target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
     choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
                "plain": plain}
-    if camera_path is not None:
-        if second:
-            raise InputError("--camera-path: not with two runs side by side, which one camera shows from one place")
-        choices["camera_path"] = camera_path
+    alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None}
+    if second and any(alone.values()):
+        raise InputError("--camera-path and --pass: not with two runs side by side")
+    choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 
 

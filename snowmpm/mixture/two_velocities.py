@@ -32,7 +32,7 @@ from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.blocks import EDGE, fields_of, keys_of
 from snowmpm.particles.store import accessors
 from snowmpm.water.budget import Budget
-from snowmpm.water.particle_kernels import MASS, N_WATER, PRESSURE, SOLID, water_kernels
+from snowmpm.water.particle_kernels import MASS, N_WATER, PRESSURE, SOLID, read_columns, water_kernels
 
 THETA = 3
 """Entry of the column "water" of water's particles, beside those of `water.particle_kernels`."""
@@ -120,27 +120,30 @@ class TwoVelocities:
         store, wet = solver.particles, self._wet(solver)
         if not wet.any():
             return
-        water, volume = store.column("water"), store.column("volume")[:, 0][wet]
+        columns, width = read_columns(solver.dim)
+        rows, real = np.empty((store.count, width)), runtime.DTYPES[solver.precision][0]
+        water_kernels(store.layout, real).read(store.reals, store.slot_offset, rows, store.count)
+        water, volume = np.ascontiguousarray(rows[:, columns["water"]]), rows[wet, columns["volume"]]
         own, (growth, n) = water[wet], self._flow[wet].T
         grown, n = dt * growth, np.clip(n, LEAST_POROSITY, 1.0)
         self.budget.work += float((volume * (1.0 + own[:, SOLID]) * own[:, PRESSURE]) @ grown)
-        cell = self._cells(store, wet)
+        cell = self._cells(store, rows[wet, columns["position"]], wet)
         held = np.bincount(cell, volume)
         theta = (np.bincount(cell, volume * (own[:, THETA] + grown / n)) / held)[cell]
         own[:, THETA], own[:, PRESSURE] = theta, self.bulk_modulus * np.maximum(-theta, 0.0)
         own[:, SOLID] = 1.0 / n - 1.0
         water[wet] = own
-        fill_kernel(store.layout, runtime.DTYPES[solver.precision][0])(
+        fill_kernel(store.layout, real)(
             store.reals, store.slot_offset, water, wet.astype(np.int32), store.count)
         store.changes += 1
         self._note(solver, 1.0 / n)
 
     @staticmethod
-    def _cells(store, wet):
-        """Number of the cell of each of these particles, (k,)."""
+    def _cells(store, local, wet):
+        """Number of the cell of each of the particles of water, (k,); local (k, dim): positions in their blocks."""
         blocks = store.blocks
         corner = EDGE[store.dim] * np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)[wet]
-        cells = np.floor(store.column("position")[wet]).astype(np.int64) + corner
+        cells = np.floor(local).astype(np.int64) + corner
         period = np.maximum(store.period, 1)
         return np.unique(keys_of(np.where(store.period > 0, cells % period, cells)), return_inverse=True)[1]
 

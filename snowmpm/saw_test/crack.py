@@ -268,8 +268,8 @@ class CrackRecord:
     def state(self):
         """All that a continuation needs, by name."""
         return {"rows": {name: np.array(rows) for name, rows in self.rows.items()}, "bins": dict(self.bins),
-                "taken": self._taken, "dissipated": self._dissipated, "power": self._power,
-                "read_at": self._read_at, "row_at": self._row_at, "rest": self._rest}
+                "taken": self._taken, "dissipated": self._dissipated, "power": self._power, "read_at": self._read_at,
+                "row_at": self._row_at, "rest": self._rest}
 
     def restore(self, state):
         """Restore the result of `state()`."""

@@ -2,6 +2,7 @@
 
 from snowmpm.errors import InputError
 from snowmpm.schemes import TRANSFERS
+from snowmpm.seeding.interface import thickness_of
 
 
 def refuse_interfaces(scene):
@@ -22,8 +23,11 @@ def _refuse_body(scene, i, key, body):
     if body.contact != "shared":
         raise InputError.at(key, body.interface, f'does not go with bodies.{i}.contact = "{body.contact}"',
                             scene.source)
-    if any(other.material == body.material for other in scene.bodies if other is not body):
-        raise InputError.at(key, body.interface, "needs a material that no other body has", scene.source)
+    for other in scene.bodies:
+        alike = other.interface and thickness_of(scene, other) == thickness_of(scene, body)
+        if other.material == body.material and not alike:
+            raise InputError.at(key, body.interface, f"needs a material that bodies of another kind or thickness do not"
+                                f" have, as {other.name} does", scene.source)
 
 
 def _refuse_beside(scene, key, points):

@@ -116,8 +116,8 @@ def refuse_beyond(scene):
         _refuse_beside_water(scene)
     _refuse_sleeping(scene)
     _refuse_free(scene)
-    _refuse_f_bar(scene)
     refuse_interfaces(scene)
+    _refuse_f_bar(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")

@@ -15,7 +15,7 @@ from snowmpm.materials import LAWS, Law
 
 WAYS = ("tangent", "angle")
 
-ANGLES = ("friction_angle",)
+ANGLES = ("friction_angle", "residual_friction_angle")
 COEFFICIENTS = ("static_friction", "limit_friction")
 STRESSES = ("cohesion", "residual_cohesion", "yield_stress")
 """[Pa]: of laws with a friction angle, or without friction."""

@@ -43,6 +43,7 @@ LAWS = {
     "von_mises": m.VonMises(**SLAB, yield_stress=2e4),
     "drucker_prager": m.DruckerPrager(**SAND),
     "drucker_prager, softening": m.DruckerPrager(**SAND, cohesion=1e4, softening_strain=0.1),
+    "softening_cone": m.SofteningCone(**SAND, residual_friction_angle=25.0, softening_strain=0.05),
     "wet_snow": m.WetSnow(**SAND, cohesion=1e4, softening_strain=0.1, water_weakening=23.5),
     "mohr_coulomb": m.MohrCoulomb(**SAND),
     "mu_i": m.MuI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38, limit_friction=0.64,

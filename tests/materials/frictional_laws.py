@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from parameter_sets import random_rotations
 
-from snowmpm.materials import DruckerPrager, MohrCoulomb, MuI, StressUpdate, Updated, VonMises, unpack
+from snowmpm.materials import DruckerPrager, MohrCoulomb, MuI, SofteningCone, StressUpdate, Updated, VonMises, unpack
 
 SOIL = {"density": 1500.0, "youngs_modulus": 1e7, "poisson_ratio": 0.3}
 LAWS = {
@@ -17,6 +17,14 @@ LAWS = {
     "DP cohesive": DruckerPrager(**SOIL, friction_angle=30.0, dilation_angle=10.0, cohesion=1e4),
     "DP softening": DruckerPrager(
         **SOIL, friction_angle=30.0, dilation_angle=5.0, cohesion=2e4, softening_strain=0.01, cone="triaxial_extension"
+    ),
+    "softening cone": SofteningCone(
+        **SOIL, friction_angle=37.0, residual_friction_angle=30.0, dilation_angle=10.0, softening_strain=0.05,
+        dilation_strain=0.03,
+    ),
+    "softening cone, cohesive": SofteningCone(
+        **SOIL, friction_angle=30.0, residual_friction_angle=20.0, dilation_angle=5.0, cohesion=2e4,
+        residual_cohesion=2e3, softening_strain=0.02, cone="plane_strain",
     ),
     "MC sand": MohrCoulomb(**SOIL, friction_angle=37.0),
     "MC cohesive": MohrCoulomb(**SOIL, friction_angle=30.0, dilation_angle=10.0, cohesion=1e4),

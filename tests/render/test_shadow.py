@@ -7,7 +7,7 @@ from synthetic_runs import slab_3d
 from snowmpm.io import Run
 from snowmpm.render.run_film import SpaceView
 from snowmpm.render.shadow import Shadow
-from snowmpm.render.snow import LONELY, _lonely, _smooth_depth, draw_snow
+from snowmpm.render.snow import _smooth_depth, draw_snow
 
 HIGH = np.array([0.0, 0.0, 12.0])
 
@@ -54,23 +54,6 @@ def test_the_surface_is_smooth_but_its_edges_are_not_rounded():
     assert off[:, 10:30].max() < 0.1 and off[:, 50:70].max() < 0.1  # of the bumps' 0.25
     assert (off[:, 30:50] > 0.5).sum(axis=1).max() <= 2
     assert np.isinf(_smooth_depth(front.astype(np.float32), columns < 40, 3.0, 1.0)[:, 40:]).all()
-
-
-def test_spray_is_told_from_snow():
-    grid = np.stack(np.meshgrid(*[np.arange(10) * 0.5] * 3), axis=-1).reshape(-1, 3)
-    flying = np.array([[20.0, 0.0, 0.0], [20.0, 30.0, 5.0]])
-    lonely = _lonely(np.concatenate([grid, flying]), 0.5)
-    assert lonely[-2:].all() and not lonely[:-2].any()
-    assert len(_lonely(np.zeros((0, 3)), 0.5)) == 0
-
-
-def test_who_is_lonely_is_counted_cell_by_cell():
-    """Against a count of all pairs of particles in neighbouring cells."""
-    points = np.random.default_rng(5).random((1500, 3)) * [9.0, 9.0, 3.0]
-    cell = np.floor((points - points.min(axis=0)) / 1.0).astype(int)
-    near = (np.abs(cell[:, None] - cell[None]) <= 1).all(axis=2).sum(axis=1)
-    lonely = _lonely(points[near < 1000], 0.5)
-    assert (lonely == (near < LONELY)).all() and _lonely(points[:200], 0.5).any()
 
 
 def test_places_in_plain_light_or_shade_need_no_taps():

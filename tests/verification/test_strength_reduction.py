@@ -45,7 +45,7 @@ def known(scene, way):
     """First multiple of the step at which slices on circles fall below one."""
     points = np.array(scene.bodies[0].shape.points, float)
     x, z = upper_surface(points)
-    for number in range(1, 100):
+    for number in range(5, 100):
         law = weakened(scene.materials["soil"], number * STEP, way)
         cohesion, angle, _ = plane_strain_strength(law.model_dump())
         circle = Slope(x, z, points[:, 1].min(), law.density * 9.81, cohesion, np.tan(angle)).critical()

@@ -124,7 +124,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
             if code != STICK:
                 limit = friction * ti.max(0.0, J_n) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
-            if share_n > 0.0:
+            if share_n > 0.0 and mass > 0.0:  # a hidden leader keeps its velocity (`hidden_nodes`)
                 change = target - u
                 part = change.dot(n) * n
                 node.set_velocity(nodes, contact_offset, leader, u + part + share_t * (change - part),

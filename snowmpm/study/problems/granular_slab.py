@@ -32,8 +32,11 @@ def slab(law, scheme, depth, cells, slope, gravity, offset=0.0, per_axis=2, **st
 def pressed(law, height, depth, slope):
     """Stress and elastic state of particles in the pressure of what lies above them, and their volume ratio."""
     pressure = law.density * G * np.cos(slope) * (depth - height)
-    strain = -pressure / (3.0 * law.bulk_modulus)
     isotropic = np.array([1.0, 1.0, 1.0, 0.0])
+    if law.STORED == "stress":
+        stress = -pressure[:, None] * isotropic
+        return dict(elastic=stress, stress=stress), np.ones(len(pressure))
+    strain = -pressure / (3.0 * law.bulk_modulus)
     return dict(elastic=np.expm1(2.0 * strain)[:, None] * isotropic,
                 stress=-pressure[:, None] * isotropic), np.exp(3.0 * strain)
 
