@@ -20,8 +20,8 @@ from snowmpm.setup.build import build
 ELASTIC = {"kind": "elastic", "density": 250.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 
 
-def scene(solver=None, push="-2*t", end_time=4.0, snow=None, **changes):
-    """A block of snow between smooth walls whose load grows."""
+def scene(solver=None, push="-2*tanh(3*t)", end_time=20.0, snow=None, **changes):
+    """A block of snow between smooth walls whose load grows, and stays."""
     return Scene.model_validate({
         "name": "pressed", "dimension": 2, "end_time": end_time, "output": {"interval": 0.25 * end_time},
         "solver": {"dx": 0.1, "precision": "f64", **(solver or {})}, "materials": {"snow": snow or ELASTIC},
@@ -45,42 +45,55 @@ def advised(facts):
 
 
 def run(given):
-    """Heights of the particles at the end [m], and processor seconds of the steps."""
-    simulation = Simulation(given)
-    simulation.step()  # kernels
-    start, spent = simulation.time, time.process_time()
-    while simulation.time < given.end_time - 1e-9:
-        simulation.step(until=given.end_time)
-    spent = (time.process_time() - spent) * given.end_time / (given.end_time - start)
+    """Heights of the particles at the end [m], and processor seconds of the steps, but for those to the first frame, in
+    which kernels are compiled."""
+    simulation, spent = Simulation(given), 0.0
+    for frame in np.arange(1, 5) * given.output.interval:
+        start = time.process_time()
+        while simulation.time < frame * (1.0 - 1e-9):
+            simulation.step(until=frame)
+        spent += (time.process_time() - start) * (simulation.time > 1.5 * given.output.interval)
     particles = simulation.particles
     heights = np.empty(simulation.solver.particles.count)
     heights[particles["id"]] = particles["position"][:, 1]
     return heights, spent
 
 
-def test_a_load_that_grows_slowly():
-    """Followed: the same settlement to 1 % of it, in less time."""
-    given = scene()
-    facts = facts_of(given)
+def test_a_load_that_grows_slowly_is_seen():
+    facts = facts_of(scene())
     [saving] = advised(facts)
     assert "quasi_static" in saving.says and in_words("slow_loading") in saving.says
     assert saving.seconds == pytest.approx(facts.budget.total - in_solved_steps(facts)[1].budget.total)
+
+
+@pytest.mark.slow
+def test_balances_for_a_load_that_grows_slowly():
+    """Followed: the same settlement to 3 % of it, within which the waves still swing, in less time."""
+    given = scene(end_time=2.0)
+    facts = facts_of(given)
+    overrides, _ = in_solved_steps(facts)
     heights, seconds = run(given)
-    followed, less = run(with_overrides(given, saving.overrides))
+    followed, less = run(with_overrides(given, overrides))
     start = facts.model.population.positions[:, 1]
-    np.testing.assert_allclose(followed, heights, rtol=0, atol=0.01 * (start - heights).max())
+    np.testing.assert_allclose(followed, heights, rtol=0, atol=0.03 * (start - heights).max())
     assert less < seconds
 
 
-def test_waves_that_steps_are_solved_for():
-    """Followed: the other way round, in time."""
-    given = scene(NEWMARK, push="-20", end_time=0.05)
-    facts = facts_of(given)
+def test_waves_that_steps_are_solved_for_are_seen():
+    facts = facts_of(scene(NEWMARK, push="-20", end_time=5.0))
     [saving] = advised(facts)
     assert '"mpm"' in saving.says and in_words("column") in saving.says
     assert saving.seconds == pytest.approx(facts.budget.total - in_explicit_steps(facts)[1].budget.total)
+
+
+@pytest.mark.slow
+def test_waves_in_place_of_steps_that_are_solved_for():
+    """Followed: the other way round, in time."""
+    given = scene(NEWMARK, push="-20", end_time=0.05)
+    facts = facts_of(given)
+    overrides, _ = in_explicit_steps(facts)
     heights, seconds = run(given)
-    followed, less = run(with_overrides(given, saving.overrides))
+    followed, less = run(with_overrides(given, overrides))
     start = facts.model.population.positions[:, 1]
     assert np.abs(followed - heights).max() < 0.2 * (start - heights).max()
     assert less < seconds
@@ -91,7 +104,7 @@ SAND = {"kind": "mohr_coulomb", "density": 1500.0, "youngs_modulus": 1e6, "poiss
 
 
 @pytest.mark.parametrize("changes", [
-    {"end_time": 0.1}, {"forces": []}, {"snow": SAND},
+    {"end_time": 0.4}, {"forces": []}, {"snow": SAND},
     {"bodies": [{"name": "block", "material": "snow", "velocity": [0.0, -1.0],
                  "shape": {"kind": "box", "min": [0.0, 0.0], "max": [0.5, 0.5]}}], "initial": {}}])
 def test_what_swings_falls_apart_or_is_not_loaded_is_not_slow(changes):

@@ -12,6 +12,8 @@ import csv
 import sys
 from pathlib import Path
 
+import numpy as np
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from snowmpm.measured.explicit_or_implicit import TABLE
@@ -53,6 +55,9 @@ def chart(rows, path):
                 found = [one for one in rows if one["case"] == case.__name__ and one["method"] == method]
                 panel.loglog([float(one[key]) for one in found], [float(one["error"]) for one in found], marker,
                              label=method)
+            for axis, values in (("x", panel.get_xlim()), ("y", panel.get_ylim())):  # whole decades
+                lower, upper = 10.0 ** np.floor(np.log10(values[0])), 10.0 ** np.ceil(np.log10(values[1]))
+                panel.set(**{f"{axis}lim": (lower, upper)})
             panel.set_xlabel(words)
             panel.grid(alpha=0.3)
         panels[0, column].set_title(case.__name__.replace("_", " "))
@@ -86,6 +91,7 @@ def main():
                          "steps": found.steps, "dt": f"{found.dt:.3g}"})
             print(rows[-1], flush=True)
             write(rows, TABLE)
+    write(rows, TABLE)
     chart(rows, options.output / "explicit_or_implicit.png")
 
 
