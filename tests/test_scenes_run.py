@@ -30,7 +30,6 @@ COARSE = {
     "microstructure": {"solver.dx": 2e-4, **SHORT},
     "slab_release": {"solver.dx": 0.5, "solver.particles_per_cell": 4},
     "crown_and_flanks": {"solver.dx": 0.5},
-    "slope_release": {"solver.dx": 1.0},
     "avalanche_on_raster": {"solver.dx": 3.0},
     "avalanche_depth_averaged": {"solver.dx": 10.0},
     "slushflow": {"solver.dx": 10.0},
