@@ -20,6 +20,7 @@ def call(capsys, *arguments):
     return end.value.code, capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_a_slope_from_the_library(tmp_path, capsys):
     """Bishop's factor is 1.59; on cells of 1 m, six over the height, the slope holds itself up a little longer."""
     code, said = call(capsys, "slope_failure", *COARSE, "--step", "0.5", "-o", str(tmp_path / "out"))
