@@ -7,9 +7,9 @@ from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
-from snowmpm.seeding.interface import interface_points
 from snowmpm.setup.flow_water import two_phases
 from snowmpm.setup.initial_state import stress_from_weight, uniform_pressure
+from snowmpm.setup.interface_points import interface_points
 from snowmpm.setup.model import TERRAIN_REACH, Model, course_of
 from snowmpm.setup.obstacle_reach import refuse_unreachable
 from snowmpm.setup.pore_water import pore_water, water_columns

@@ -2,7 +2,7 @@
 
 from snowmpm.errors import InputError
 from snowmpm.schemes import TRANSFERS
-from snowmpm.seeding.interface import thickness_of
+from snowmpm.setup.interface_points import thickness_of
 
 
 def refuse_interfaces(scene):

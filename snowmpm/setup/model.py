@@ -22,11 +22,11 @@ from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import parts
-from snowmpm.seeding.interface import thickness_of
 from snowmpm.setup.basal import friction_under_particles
 from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
+from snowmpm.setup.interface_points import thickness_of
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import two_velocities
