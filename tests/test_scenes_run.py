@@ -43,7 +43,6 @@ COARSE = {
     "boulders_2d": {},
     "block_wall_2d": {"solver.dx": 0.0625},
     "slush_dam_2d": {"solver.dx": 0.1, "initial.stress": "none"},
-    "dam_break_two_phases": {"solver.dx": 1.0},
     "flexible_wall_2d": {},
     "fence_2d": {"initial.stress": "none"},
     "mast": {"domain.max": [2.0, 2.4, 4.0], "solver.particles_per_cell": 1},

@@ -30,7 +30,7 @@ STEPPING = ("scatter", "grid", "contact", "gather", "sort", "rest")
 PAGE = (ROOT / "scenes" / "gallery" / "README.md").read_text(encoding="utf-8")
 STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
 """C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
-AS_NOW = ("block_wall_2d", "boulders_2d", "fence_2d", "flexible_wall_2d", "mast")
+AS_NOW = ("slush_dam_2d", "block_wall_2d", "boulders_2d", "fence_2d", "flexible_wall_2d", "mast")
 """Scenes whose pictures are of after that."""
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-SEEPING = str(Path(__file__).parents[2] / "docs" / "rain_on_slope.toml")
-MOVING, MIXED, SLUSH = "slush_dam_2d", "dam_break_two_phases", "slushflow"
+DOCS = Path(__file__).parents[2] / "docs"
+SEEPING, MIXED = str(DOCS / "rain_on_slope.toml"), str(DOCS / "dam_break_two_phases.toml")
+MOVING, SLUSH = "slush_dam_2d", "slushflow"
 
 
 @pytest.mark.parametrize(("scene", "setting"), [
