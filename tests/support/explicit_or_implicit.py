@@ -17,8 +17,8 @@ from snowmpm.study.problems import elastic_saw_test
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import Scheme, lattice
 from snowmpm.study.problems.self_weight_column import SNOW, SOFT, G, exact_height
+from tests.support.implicit_saw_test import at_rest
 from tests.support.implicit_steps import implicit
-from tests.verification import test_implicit_saw_test
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ def saw_test(way):
     """Deflection of the free end of a cut slab at rest (S1); way.cells: in the height of the slab."""
     clock, cut, dx = Clock(), elastic_saw_test.CUTS[1], elastic_saw_test.SLAB_HEIGHT / way.cells
     if way.implicit:
-        _, end = test_implicit_saw_test.at_rest(cut, dx=dx, follow=clock.follow)
+        _, end = at_rest(cut, dx=dx, follow=clock.follow)
     else:
         _, end = elastic_saw_test.at_rest(_TimedScheme(clock), cut, 0.0, dx)
     return clock.found(abs(end / elastic_saw_test.FLAT[1] - 1.0))
