@@ -8,6 +8,7 @@ import snowmpm
 from snowmpm.errors import InputError
 from snowmpm.materials import MaterialPoint
 from snowmpm.mpm.solver import MpmSolver
+from snowmpm.scenes.schema import Scene
 from tests.support.interface_saw_tests import THICKNESS, W3
 
 DX, POINTS = 0.25, 4
@@ -189,3 +190,24 @@ def test_a_slab_that_slides_away_leaves_the_layer():
 def test_what_does_not_go_with_it(changes, says):
     with pytest.raises(InputError, match=says):
         column(**changes)
+
+
+def test_a_slab_half_on_a_layer_and_half_on_the_ground():
+    """Nodes that the ground does not touch keep their velocity: balances of momentum and energy."""
+    layer = {"kind": "layer", "bottom": 0.0, "top": THICKNESS, "region": {"x": [4.0, 6.0]}}
+    slab = {"kind": "layer", "bottom": THICKNESS, "top": THICKNESS + 0.5, "region": {"x": [4.0, 8.0]}}
+    snow = {"kind": "elastic", "density": 250.0, "youngs_modulus": 3e6, "poisson_ratio": 0.3}
+    scene = Scene.model_validate({
+        "name": "half", "dimension": 2, "end_time": 1.0, "solver": {"dx": DX, "transfer": "aflip"},
+        "domain": {"min": [0.0, -1.0], "max": [12.0, 10.0]},
+        "terrain": {"kind": "profile", "points": [[0.0, 8.4], [12.0, 0.0]], "contact": "separate", "friction": 0.3},
+        "materials": {"weak": W3, "slab": snow},
+        "bodies": [{"name": "weak_layer", "material": "weak", "interface": POINTS, "shape": layer},
+                   {"name": "slab", "material": "slab", "shape": slab}]})
+    simulation = snowmpm.Simulation(scene)
+    while simulation.time < 0.3:
+        simulation.step()
+    row = simulation.audit()
+    assert row["contact_work"] > 0.0 and np.abs(of_layer(simulation, "interface")[:, :2]).max() > 0.0
+    assert row["momentum_residual"] < 1e-5
+    assert abs(row["energy_remainder"]) < 0.01 * (row["plastic_work"] + row["contact_work"])
