@@ -117,6 +117,7 @@ def test_ten_materials(tmp_path):
     """A row of boxes side by side, each of another material, every law of the library among them."""
     bodies = [box(name, [0.2 * i - 0.9, 0.0], [0.2 * i - 0.7, 0.3], name) for i, name in enumerate(EVERY_LAW)]
     odd = scene(*bodies, materials=EVERY_LAW, initial={"stress": "geostatic"},
+                domain={"min": [-1.0, -0.5], "max": [0.2 * len(bodies) - 0.5, 1.5]},
                 output={"interval": 0.05, "fields": ["material", "density", "p"]})
     assert len(bodies) >= 10 and {law.kind for law in odd.materials.values()} == set(LAWS)
     run = ran(odd, tmp_path)
