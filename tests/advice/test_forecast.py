@@ -107,8 +107,8 @@ def test_steps_of_measured_runs(name):
     assert steps == pytest.approx(float(row["steps"]), rel=0.15)
 
 
-MANY_STEPS = {"slab_release": "22 % too many, 10 816 for 8880: the layer breaks for the first 4 of 12 s, and short steps"
-                              " are foretold for all of them"}
+MANY_STEPS = {"slab_release": "22 % too many, 10 816 for 8880: the layer breaks for the first 4 of 12 s, and short"
+                              " steps are foretold for all of them"}
 """Scenes whose whole runs take fewer steps than is foretold."""
 
 
