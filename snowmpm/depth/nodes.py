@@ -59,7 +59,7 @@ def node_kernel(real, entrains, serial):
 
     @ti.func
     def three(totals: ti.template(), lookup: ti.template(), cos2: ti.template(), first, i, j):
-        """Totals and cos^2 (3, 7) of the nodes i - 1, i, i + 1 of column j; Taichi."""
+        """Totals and cos^2 (3, 7) of the nodes i - 1, i, i + 1 with the second index j."""
         found = ti.Matrix.zero(real, 3, TOTALS + 1)
         for a in ti.static(range(3)):
             node = lookup[0, i + (a - 1 + MARGIN)] + lookup[1, j + MARGIN]
