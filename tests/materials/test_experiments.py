@@ -168,7 +168,8 @@ def test_every_test_of_every_kind_of_law_gives_a_whole_table(law, name):
     assert table["time"][1][-1] == pytest.approx(abs(found.driven_strain).max() * LASTS.get(name, 1.0))
     assert (np.diff(table["dissipation"][1]) >= -1e-12).all()
     held = {column.removeprefix("prescribed_") for column in table if column.startswith("prescribed_")}
-    assert held == {"triaxial": {"stress_xx", "stress_yy"}, "simple_shear": {"stress_zz"}}.get(name, set())
+    assert held == {"triaxial": {"stress_xx", "stress_yy"}, "simple_shear": {"stress_zz"},
+                    "accelerated_shear": {"stress_zz"}}.get(name, set())
     for column in held:
         np.testing.assert_allclose(table[f"prescribed_{column}"][1][1:], table[column][1][1:], rtol=1e-8)
 
