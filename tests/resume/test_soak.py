@@ -8,6 +8,7 @@ import pytest
 import taichi as ti
 
 import snowmpm
+from snowmpm.compiler import patches
 from snowmpm.scenes import load_scene
 
 PROC = Path("/proc/self")
@@ -26,8 +27,10 @@ def handles():
 
 @pytest.mark.skipif(not PROC.exists(), reason="asked of Linux")
 @pytest.mark.parametrize("kind", [ti.f32, ti.types.vector(4, ti.f32), ti.types.matrix(2, 2, ti.f32)])
-def test_arrays_give_their_memory_back(kind):
+def test_arrays_give_their_memory_back(kind, request):
     """Taichi by itself keeps those of vectors and matrices: 160 MiB here."""
+    if not patches.is_applied("array_lifetime") and kind is not ti.f32:
+        request.applymarker(pytest.mark.xfail(strict=True, reason="the patch array_lifetime is off"))
     ti.ndarray(kind, 1 << 18)
     before = memory()
     for _ in range(40):
