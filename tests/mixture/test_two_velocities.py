@@ -138,8 +138,14 @@ def test_water_leaves_and_pools(pooled):
     assert z[~wet].max() > 0.38 and x[~wet].max() < 0.4  # the soil stands
     outside = wet & (x > 0.45)
     np.testing.assert_allclose(fields["porosity"][outside & (x > 0.55)], 1.0, atol=0.02)
-    # Rates of volume add up to volumes with an error: in 3000 steps water came to lie 8 % closer than pores have room
-    assert fields["porosity"][wet & (x < 0.3)].mean() == pytest.approx(N, abs=0.1 * N)
+
+
+@pytest.mark.xfail(strict=True, reason="0.432 for 0.400: rates of volume add up with an error, in 3000 steps")
+def test_water_in_the_soil_fills_its_pores(pooled):
+    simulation, _, _ = pooled
+    fields, wet = simulation.particles, phases(simulation)
+    inside = wet & (fields["position"][:, 0] < 0.3)
+    assert fields["porosity"][inside].mean() == pytest.approx(N, abs=0.05 * N)
 
 
 def test_a_resumed_run_is_the_same_to_the_bit(tmp_path):

@@ -15,25 +15,22 @@ from snowmpm.mpm.node import MARK, MASS, node_vector
 @functools.cache
 def hiding_kernels(real, serial):
     """`hide` and `show` the marked ones of n nodes from contact_offset on; of transfers whose nodes have two halves."""
+    return tuple(_turning_kernel(real, serial, hides) for hides in (True, False))
+
+
+def _turning_kernel(real, serial, hides):
     of_node = node_vector(real, True)
 
     @taichi_kernel
-    def hide(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, n: int):
+    def turn(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, n: int):
         ti.loop_config(serialize=ti.static(serial))
         for q in range(n):
             node = nodes[contact_offset + q]
             if node[MARK] > 0.0:
-                node[MARK] = node[MASS]
-                node[MASS] = 0.0
+                if ti.static(hides):
+                    node[MARK], node[MASS] = node[MASS], ti.cast(0.0, real)
+                else:
+                    node[MASS] = node[MARK]
                 nodes[contact_offset + q] = node
 
-    @taichi_kernel
-    def show(nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int, n: int):
-        ti.loop_config(serialize=ti.static(serial))
-        for q in range(n):
-            node = nodes[contact_offset + q]
-            if node[MARK] > 0.0:
-                node[MASS] = node[MARK]
-                nodes[contact_offset + q] = node
-
-    return hide, show
+    return turn
