@@ -11,11 +11,10 @@ ends at rest; 0 without inertia):
 A surface that slips never parts from the snow, and rubs where F_n > 0. States are sought as an active set: a step is
 solved with those at hand, lines that contradict theirs change it, until none does (Hueeber, Stadler & Wohlmuth 2008,
 doi:10.1137/060671061). Within a set Newton's method is exact: friction follows from F_n, and so from the residuals at
-the followers, so that it is a change of the test functions (`held.Held.rub`). Where a set comes back, only the first of
-its lines changes from then on (Bland's rule). Where even so it does, a line has no state: its followers are held one by
-one, and judged together. One that neither sticks nor slides then slides, one that neither lies nor parts is open: there
-is no tension and no more friction than Coulomb's, and snow may come nearer to the surface by a little. In 3-D the
-direction of sliding is that of the solution before.
+the followers, so that it is a change of the test functions (`held.Held.rub`). A line that changes again and again has
+no state: its followers are held one by one, and judged together. One that neither sticks nor slides then slides, one
+that neither lies nor parts is open: there is no tension and no more friction than Coulomb's, and snow may come nearer
+to the surface by a little. In 3-D the direction of sliding is that of the solution before.
 """
 
 import numpy as np
@@ -28,7 +27,10 @@ from snowmpm.stepping.contact_velocity import OPEN, SEPARATE, SLIP, STICK
 
 MOST_ROUNDS = 60
 
-FORCE, WAY, TURN = 1e-8, 1e-7, 1e-5
+MOST_CHANGES = 4
+"""Of a line, before it is left without a state."""
+
+FORCE, WAY, TURN = 1e-8, 1e-7, 3e-3
 """Of the forces, of the largest displacement, and of a direction [rad]: what is left is within what Newton leaves."""
 
 
@@ -68,7 +70,7 @@ class Touch:
         self.state[(self.code == SEPARATE) & ~self.arrived] = OPEN
         self.along = np.zeros_like(self.normals)
         """direction of friction on the snow, 0 where there is none"""
-        self._seen, self._one = set(), False
+        self._rounds, self._changed = 0, np.zeros(len(self.code), int)
         self._spared = np.zeros(len(self.code), bool)
 
     @property
@@ -176,22 +178,16 @@ class Touch:
         differs = np.flatnonzero(((state != self.state) | turned) & ~self._spared)
         if not len(differs):
             return True
-        self._seen.add(self._mark())
-        differs = differs[:1] if self._one else differs
-        kinds, pushed = {self.state[differs[0]], state[differs[0]]}, self.along[differs[0]] + along[differs[0]]
+        often = differs[self._changed[differs] >= MOST_CHANGES]
+        slides = (self.state[often] != OPEN) & (state[often] != OPEN)
+        along[often] = np.where(slides[:, None], np.where(along[often] == 0.0, self.along[often], along[often]), 0.0)
+        state[often], self._spared[often] = np.where(slides, SLIP, OPEN), True
         self.state[differs], self.along[differs] = state[differs], along[differs]
-        if self._mark() in self._seen:
-            if self._one:  # it has been in all states before
-                slides = OPEN not in kinds
-                self.state[differs], self.along[differs] = (SLIP, pushed) if slides else (OPEN, 0.0)
-                self._spared[differs] = True
-            self._one = True
-        if len(self._seen) > MOST_ROUNDS:
+        self._changed[differs] += 1
+        self._rounds += 1
+        if self._rounds > MOST_ROUNDS:
             raise NotConverged("what sticks, slides or parts was not found", node=np.round(self._places[differs[0]]))
         return False
-
-    def _mark(self):
-        return self.state.tobytes() + np.round(self.along, 3).tobytes()
 
     def _wanted(self, trial, past):
         """States and directions that a trial asks for."""
