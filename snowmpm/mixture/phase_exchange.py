@@ -28,6 +28,7 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker
+from snowmpm.mixture.room import free_shares
 from snowmpm.mpm.contact.field_pairs import FieldPairs
 from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_vector
 
@@ -55,8 +56,8 @@ class PhaseExchange(FieldPairs):
     """Nodes of grains (field 0) and water (field 1).
 
     densities: of grains and water [kg/m3]; law: of `water.drag`. Totals have what drag took and what the grains gave
-    the water. borne (contact nodes, 2 dim): impulse that grains got from the water in this step, less their buoyancy,
-    and the part of it that is drag [N s].
+    the water. borne (contact nodes, 2 dim + 1): impulse that grains got from the water in this step, less their
+    buoyancy, and the part of it that is drag [N s]; volume between walls [m3].
     """
 
     everywhere = (1,)
@@ -66,12 +67,12 @@ class PhaseExchange(FieldPairs):
         self._numbers = np.append(np.zeros(DRAG), drag_table(law))
         self._numbers[[GRAINS, WATER]] = densities
         self._exchange, self._mix = exchange_kernels(dim, real, serial)
-        self.borne = real_array(np.zeros((1, 2 * dim)))
+        self.borne = real_array(np.zeros((1, 2 * dim + 1)))
 
     def rebuild(self, keys, fields, index):
         super().rebuild(keys, fields, index)
         n = int(index.max(initial=0)) + 1
-        self.borne = real_array(np.zeros((n * block_nodes(self._dim), 2 * self._dim)))
+        self.borne, self._measured = real_array(np.zeros((n * block_nodes(self._dim), 2 * self._dim + 1))), False
         wet = np.flatnonzero(fields == 1)
         partner = dict(zip(keys[fields == 0].tolist(), index[fields == 0].tolist(), strict=True))
         rows = np.array([[index[i], partner.get(int(keys[i]), -1)] for i in wet]).reshape(-1, 2)
@@ -85,12 +86,18 @@ class PhaseExchange(FieldPairs):
 
     def apply_contact(self, grid, dx):
         """Pressure and drag of a step."""
+        if not self._measured:
+            room = np.zeros(self.borne.shape)
+            share = free_shares(grid)
+            room[: len(share), -1] = dx**self._dim * share
+            self.borne.from_numpy(room)
+            self._measured = True
         for total, rows, part, cut, _ in self._groups:
             self._exchange(grid.nodes, grid.contact_offset, rows, self._numbers, part, total, cut, self.borne)
 
     def mix(self, grid):
-        """Book what drag took, now that walls have acted; put q in the place of w at the nodes of water, and n in that
-        of their volume."""
+        """Book what drag took, now that walls have acted; put q in the place of w at the nodes of water, n in that of
+        their volume, and in that of the first of their velocity before how full of water what grains leave is."""
         if self._n_wet:
             self._mix(grid.nodes, grid.contact_offset, self._wet, self._numbers, self._part, self.totals[0, 1],
                       self._wet_cut, self.borne)
@@ -192,18 +199,21 @@ def exchange_kernels(dim, real, serial):
                         here = contact_offset + rows[i, 0] * n_nodes + q
                         water = nodes[here]
                         if water[MASS] > 0.0:
-                            n = ti.cast(1.0, real)
+                            n, room = ti.cast(1.0, real), ti.cast(borne[rows[i, 0] * n_nodes + q, 2 * dim], real)
+                            fill = water[MASS] / numbers[WATER]
                             if rows[i, 1] >= 0:
                                 place = rows[i, 1] * n_nodes + q
                                 grains = nodes[contact_offset + place]
                                 if grains[MASS] > 0.0:
                                     n = share_of_water(grains, water, numbers)
+                                    room -= grains[MASS] / numbers[GRAINS]
                                     for a in ti.static(range(dim)):
                                         # At the mean of the slips of the step: walls have stopped the nodes at them
                                         slips = water[SECOND + a] - grains[SECOND + a] + water[a] - grains[a]
                                         taken += 0.5 * borne[place, dim + a] * slips
                                         water[a] = n * water[a] + (1.0 - n) * grains[a]
-                            water[volume] = n
+                            # On the way to the tiles this half becomes the first less itself
+                            water[volume], water[SECOND] = n, water[0] - fill / ti.max(room, 1e-3 * fill)
                             nodes[here] = water
                     part[i, 0] = taken
         ti.loop_config(serialize=ti.static(in_order()))
