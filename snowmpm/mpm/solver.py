@@ -12,8 +12,9 @@ from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
-from snowmpm.mpm.grid import TileGrid, grid_kernels
+from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
+from snowmpm.mpm.grid_update import grid_kernels
 from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
