@@ -167,7 +167,7 @@ class _View:
         self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
-        self.title, self._cautions = run.name, cautions(run)
+        self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
 
     @property
@@ -208,7 +208,7 @@ class _View:
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
         if time == self.run.times[-1]:
-            overlay.warnings(self._cautions)
+            overlay.warnings(self.cautions)
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 
