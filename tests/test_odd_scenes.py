@@ -113,6 +113,7 @@ def test_an_empty_body_beside_others(refused, shape):
     assert "bodies.1 (sliver)" in refused(scene(box("snow", [0.0, 0.0], [0.4, 0.3]), empty))
 
 
+@pytest.mark.slow
 def test_ten_materials(tmp_path):
     """A row of boxes side by side, each of another material, every law of the library among them."""
     bodies = [box(name, [0.2 * i - 0.9, 0.0], [0.2 * i - 0.7, 0.3], name) for i, name in enumerate(EVERY_LAW)]

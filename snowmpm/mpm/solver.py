@@ -322,7 +322,8 @@ class MpmSolver(Solver):
         self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
-            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None)
+            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None,
+                         self._phases is not None)
 
     def _refuse_beside_interface(self, sleeping, bodies):
         """Raise InputError for what does not go with an interface."""
