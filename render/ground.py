@@ -53,8 +53,8 @@ class Ground:
 
     @cached_property
     def _swept(self):
-        """(window, times, change): slices of the picture with all of the track; times [s] when its pixels were swept; what
-        that adds to their light."""
+        """(window, times, change): slices of the picture with all of the track, times [s] when it was swept, and what
+        that adds to its light."""
         when = np.full(self.depth.shape, np.inf, np.float32)
         when[self.takes_sun] = self.cover.when(self.places)
         lines = [np.flatnonzero(np.isfinite(when).any(axis=axis)) for axis in (1, 0)]
