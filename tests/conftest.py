@@ -16,13 +16,17 @@ TOGETHER = {
 """Tests that one worker runs, since they share compiled kernels or a cluster; of all others, those of a file."""
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Tell pytest-xdist which tests belong together (`--dist loadgroup`)."""
-    for item in items:
-        file = item.nodeid.split("::")[0]
-        group = next((name for name, begins in TOGETHER.items() if file.startswith(begins)), file)
-        item.add_marker(pytest.mark.xdist_group(group))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Of pytest-xdist: which worker runs which tests."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Together(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            return next((name for name, begins in TOGETHER.items() if file.startswith(begins)), file)
+
+    return Together(config, log)
 
 
 @pytest.fixture(scope="session", autouse=True)

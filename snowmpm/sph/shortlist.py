@@ -8,11 +8,12 @@ the short list leaves out lies beyond the support and adds zeros. So checkpoints
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.neighbours import COUNT, FIRST
@@ -22,6 +23,25 @@ LASTING = 6
 """Steps that a short list is to last: the test of distances costs less than a tenth of a step."""
 WORTH = 0.5
 """Share of the skin up to which a short list is worth being cut."""
+
+
+class Lists(NamedTuple):
+    """`NeighbourLists.arguments`."""
+
+    entries: Array
+    runs: Array
+    n_runs: Array
+    reals: Array
+    capacity: int
+    most_runs: int
+
+
+class Kept(NamedTuple):
+    """What a short list has of its own."""
+
+    entries: Array
+    runs: Array
+    n_runs: Array
 
 
 class ShortLists:
@@ -53,8 +73,8 @@ class ShortLists:
             if not reach < WORTH * self._skin:
                 return lists.arguments
             self._follow(lists)
-            self._cut(packs.table, rows.source, *lists.arguments, (self._radius + reach) ** 2, *self._arrays, packs.n,
-                      packs.chunk_bounds)
+            self._cut(packs.table, rows.source, Lists(*lists.arguments), Kept(*self._arrays),
+                      (self._radius + reach) ** 2, packs.n, packs.chunk_bounds)
             self._left = reach
         return *self._arrays, *lists.arguments[3:]
 
@@ -77,52 +97,45 @@ def cut_kernel(layout, real, width):
     pair = pair_functions(layout)
 
     @ti.func
-    def cut_pack(k, table: ti.template(), rows: ti.template(), entries: ti.template(), runs: ti.template(),
-                 n_runs: ti.template(), reals: ti.template(), capacity, most_runs, reach2, kept: ti.template(),
-                 kept_runs: ti.template(), n_kept: ti.template()):
+    def cut_pack(k, table: ti.template(), rows: ti.template(), lists: ti.template(), kept: ti.template(), reach2):
         first, count = table[k, FIRST], table[k, COUNT]
         x = [ti.Vector.zero(real, width) for _ in ti.static(range(dim))]
         for lane in range(width):
             row = rows[first + ti.min(lane, count - 1) & mask]
             for a in ti.static(range(dim)):
                 x[a][lane] = row[a]
-        begin, n, found = k * capacity, k * capacity, 0
-        for q in range(n_runs[k]):
-            c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
+        begin, n, found = k * lists.capacity, k * lists.capacity, 0
+        for q in range(lists.n_runs[k]):
+            c, end = lists.runs[k * lists.most_runs + q, 0], k * lists.capacity + lists.runs[k * lists.most_runs + q, 1]
             before = n
             for e in range(begin, end):
-                j = entries[e]
-                other, nearest = pair.place(reals, c, rows[j & mask]), reach2
+                j = lists.entries[e]
+                other, nearest = pair.place(lists.reals, c, rows[j & mask]), reach2
                 for lane in range(width):
                     square = ti.cast(0.0, real)
                     for a in ti.static(range(dim)):
                         square += (x[a][lane] - other[a]) ** 2
                     nearest = ti.select(square < nearest, square, nearest)
-                kept[n] = j
+                kept.entries[n] = j
                 n += ti.select(nearest < reach2, 1, 0)
             begin = end
             if n > before:
-                kept_runs[k * most_runs + found, 0] = c
-                kept_runs[k * most_runs + found, 1] = n - k * capacity
+                kept.runs[k * lists.most_runs + found, 0] = c
+                kept.runs[k * lists.most_runs + found, 1] = n - k * lists.capacity
                 found += 1
-        n_kept[k] = found
+        kept.n_runs[k] = found
 
-    @taichi_kernel
-    def cut(table: ti.types.ndarray(), rows: ti.types.ndarray(), entries: ti.types.ndarray(), runs: ti.types.ndarray(),
-            n_runs: ti.types.ndarray(), reals: ti.types.ndarray(), capacity: int, most_runs: int, reach2: real,
-            kept: ti.types.ndarray(), kept_runs: ti.types.ndarray(), n_kept: ti.types.ndarray(), n_packs: int,
-            chunk_bounds: ti.types.ndarray()):
+    @grouped_kernel(real)
+    def cut(table: Array, rows: Array, lists: Lists, kept: Kept, reach2: Real, n_packs: int, chunk_bounds: Array):
         if ti.static(width == 1):
             for k in range(n_packs):
-                cut_pack(k, table, rows, entries, runs, n_runs, reals, capacity, most_runs, reach2, kept, kept_runs,
-                         n_kept)
+                cut_pack(k, table, rows, lists, kept, reach2)
         else:
             ti.loop_config(serialize=serial)
             for i in range(chunks(chunk_bounds)):
                 if is_worker(i):
                     begin, end = chunk(i, chunk_bounds)
                     for k in range(begin, end):
-                        cut_pack(k, table, rows, entries, runs, n_runs, reals, capacity, most_runs, reach2, kept,
-                                 kept_runs, n_kept)
+                        cut_pack(k, table, rows, lists, kept, reach2)
 
     return cut
