@@ -91,8 +91,8 @@ def test_the_table_leaves_no_scene_out():
 BEYOND = {
     "microstructure": "34 % too cheap, as measured twice: its steps take half as long again a particle as those of the"
                       " other scenes in space",
-    "slab_release_2d": "32 % too dear, as measured twice: 118 ns a particle and step, where remote_trigger_2d, of as many"
-                       " particles and the same laws, took 179 minutes before on the same machine"}
+    "slab_release_2d": "32 % too dear, as measured twice: 118 ns a particle and step, where remote_trigger_2d, of as"
+                       " many particles and the same laws, took 179 minutes before on the same machine"}
 """Scenes whose steps cost more or less than is foretold."""
 
 
