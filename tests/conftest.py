@@ -5,6 +5,25 @@ import pytest
 from snowmpm.cli import watch
 from snowmpm.compiler import runtime
 
+TOGETHER = {
+    "campaigns": ("tests/campaigns/",),
+    "depth": ("tests/depth/", "tests/verification/test_depth_"),
+    "materials": ("tests/materials/",),
+    "mpm": ("tests/mpm/", "tests/verification/test_free_flight", "tests/verification/test_periodic_waves",
+            "tests/verification/test_waves"),
+    "sph": ("tests/sph/", "tests/verification/test_sph_"),
+}
+"""Tests that one worker runs, since they share compiled kernels or a cluster; of all others, those of a file."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Tell pytest-xdist which tests belong together (`--dist loadgroup`)."""
+    for item in items:
+        file = item.nodeid.split("::")[0]
+        group = next((name for name, begins in TOGETHER.items() if file.startswith(begins)), file)
+        item.add_marker(pytest.mark.xdist_group(group))
+
 
 @pytest.fixture(scope="session", autouse=True)
 def taichi():
