@@ -146,8 +146,7 @@ METHODS = {entry.name: entry for entry in (
         initial_stress=("geostatic",), settling=False, cuts=False, loads=False, forces=False, forcing=False,
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
-        precisions=("f64",), ground_friction=(), obstacles=False, moving_obstacles=False, contacts=("stick", "slip"),
-        sides=("open", "slip", "symmetric", "stick"), periodic=False, initial_stress=("geostatic", "isotropic"),
+        precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
         settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
         words="implicit MPM"),
 )}

@@ -23,10 +23,11 @@ class Singular(Exception):
 
 
 class Linear:
-    """Solves T^T K T x = b, again and again. kind: "direct", "krylov" or "auto"; T: `Held.T`."""
+    """Solves test^T K T x = b, again and again. kind: "direct", "krylov" or "auto"; T, test: of `Held`, the same when
+    missing."""
 
-    def __init__(self, T, dim, kind="auto"):
-        self.T, self._dim = T, dim
+    def __init__(self, T, dim, kind="auto", test=None):
+        self.T, self._dim, self._test = T, dim, T if test is None else test
         self._plain = T.shape[0] == T.shape[1] and T.nnz == T.shape[0]
         direct = T.shape[1] <= MOST_DIRECT[dim] if kind == "auto" else kind == "direct"
         self._solve = self._direct if direct else self._krylov
@@ -34,14 +35,14 @@ class Linear:
         """of all Krylov solves"""
 
     def solve(self, K, b, tolerance):
-        """x. tolerance: |T^T K T x - b| / |b| of iterations. Raises Singular."""
+        """x. tolerance: |test^T K T x - b| / |b| of iterations. Raises Singular."""
         x = self._solve(K, b, tolerance)
         if not np.isfinite(x).all():
             raise Singular("the matrix has no inverse")
         return x
 
     def _direct(self, K, b, tolerance):
-        matrix = sparse.csc_array(K if self._plain else self.T.T @ K.tocsr() @ self.T)
+        matrix = sparse.csc_array(K if self._plain else self._test.T @ K.tocsr() @ self.T)
         scale = _scale(matrix.diagonal())
         scaled = sparse.dia_array((scale[None], 0), shape=matrix.shape)
         matrix = scaled @ matrix @ scaled + FAINT * sparse.eye_array(len(b))
@@ -58,11 +59,12 @@ class Linear:
         scale = _scale(diagonal)
 
         def apply(x):
-            return scale * (self.T.T @ (K @ (self.T @ (scale * x)))) + FAINT * x
+            return scale * (self._test.T @ (K @ (self.T @ (scale * x)))) + FAINT * x
 
         operator = linalg.LinearOperator((len(b), len(b)), apply)
         size = float(np.abs(K.data).max(initial=0.0))
-        method = linalg.cg if _symmetric(K, size) else linalg.bicgstab
+        alike = self._test is self.T and _symmetric(K, size)
+        method = linalg.cg if alike else linalg.bicgstab
 
         def count(_):
             self.iterations += 1

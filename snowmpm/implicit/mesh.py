@@ -28,10 +28,12 @@ class Mesh:
     nodes (N, dim): coordinates [cells], in the order of their `keys`; weights (n, S), gradients (n, S, dim) [1/m] of
     the S nodes of each particle, reached (n, S); cell_nodes (C, S): nodes of each cell of base nodes that holds
     particles, cell_of (n,). W (n, N): sparse weights; G: dim sparse matrices (n, N) of the gradient's components.
+    period (dim,): cells after which an axis repeats, 0 where it does not: nodes that far apart are the same one.
     """
 
-    def __init__(self, cells, dx, kernel, gradient):
+    def __init__(self, cells, dx, kernel, gradient, period=None):
         n, self.dim = cells.shape
+        self.period = None if period is None or not np.any(period) else np.asarray(period, np.int64)
         self.width = STENCILS[kernel].width
         self.steps = np.array(list(itertools.product(range(self.width), repeat=self.dim)))
         base = np.empty((n, self.dim), np.int32)
@@ -40,8 +42,9 @@ class Mesh:
         with runtime.precision("f64"):
             _stencil_kernel(self.dim, kernel, gradient)(np.ascontiguousarray(cells, np.float64), base, self.weights,
                                                         self.gradients, 1.0 / dx)
+        base = self._wrapped(base)
         _, first, self.cell_of = np.unique(keys_of(base), return_index=True, return_inverse=True)
-        places = base[first][:, None, :] + self.steps
+        places = self._wrapped(base[first][:, None, :] + self.steps)
         self.keys, first, nodes = np.unique(keys_of(places.reshape(-1, self.dim)), return_index=True,
                                             return_inverse=True)
         self.nodes = places.reshape(-1, self.dim)[first]
@@ -55,13 +58,19 @@ class Mesh:
         return sparse.csr_array((values.ravel(), self.reached.ravel(), np.arange(0, n * size + 1, size)),
                                 shape=(n, len(self.nodes)))
 
+    def _wrapped(self, nodes):
+        """Nodes (..., dim) taken into the period."""
+        if self.period is None:
+            return nodes
+        return np.where(self.period > 0, nodes % np.maximum(self.period, 1), nodes)
+
     @property
     def n_nodes(self):
         return len(self.nodes)
 
     def find(self, nodes):
         """Index of nodes with these coordinates (k, dim), -1 where no particle reaches them."""
-        keys = keys_of(nodes)
+        keys = keys_of(self._wrapped(nodes))
         at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
         return np.where(self.keys[at] == keys, at, -1)
 

@@ -55,6 +55,10 @@ class Newmark:
         """a1 [m/s2]."""
         return self.inertia * u - self.past(v0, a0)
 
+    def at_rest(self, v0, a0):
+        """u* [m] of a step that ends without velocity, v1 = 0."""
+        return (self.past(v0, a0) - (v0 / self.dt + (1.0 - self.gamma) * a0) / self.gamma) / self.inertia
+
     def gain(self, a0, a1):
         """v1 - v0 [m/s]."""
         return self.dt * ((1.0 - self.gamma) * a0 + self.gamma * a1)

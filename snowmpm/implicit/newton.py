@@ -116,5 +116,5 @@ def _searched(balance, trial, step, r, rest):
 
 def _worst(balance, r):
     """Place of the node with the largest residual [cells]."""
-    full = np.abs(balance.held.full(r))
+    full = np.abs(balance.held.full(r) - balance.held.full(0.0 * r))
     return balance.mesh.nodes[int(np.argmax(full.sum(axis=1)))]

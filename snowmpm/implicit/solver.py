@@ -10,6 +10,7 @@ from snowmpm.implicit.matter import Matter
 from snowmpm.implicit.soaked_march import SoakedMarch
 from snowmpm.implicit.surfaces import surfaces_of
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
@@ -28,17 +29,19 @@ class ImplicitSolver(Solver):
     """Particles, and steps of them that `March` solves."""
 
     def __init__(self, population, laws, choices, options, *, dx, precision, origin, lower, upper, gravity, cfl=None,
-                 terrain=None, terrain_contact="stick", sides=None):
+                 terrain=None, terrain_contact="stick", terrain_friction=0.0, sides=None, obstacles=()):
         """choices: kernel, gradient, transfer, flip_ratio, as of a scene's solver table; options: its table implicit
-        (`scenes.numerics.Implicit`); the rest as `mpm.solver.MpmSolver` takes it. sides: "open", "slip", "symmetric" or
-        "stick"."""
+        (`scenes.numerics.Implicit`); terrain_friction: Coulomb mu [-]; obstacles: at rest; the rest as
+        `mpm.solver.MpmSolver` takes it."""
         self.dim, self.dx, self.precision, self.options = len(origin), dx, precision, options
         self.at_rest = options.time == "quasi_static"
         self.frame = Frame(self.dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * self.dim
+        period = self.frame.period(sides)
         moving = TRANSFERS[choices.transfer]
         grid = Grid(dx, self.frame.origin, choices.kernel, choices.gradient,
-                    surfaces_of(self.frame, terrain, terrain_contact, sides), f_bar=options.f_bar)
+                    surfaces_of(self.frame, terrain, terrain_contact, sides, terrain_friction, obstacles),
+                    f_bar=options.f_bar, period=EDGE[self.dim] * period)
         rules = Rules(options.time, options.tolerance, options.iterations, options.linear, options.damping,
                       choices.flip_ratio if moving.flip else 0.0)
         self.scheme_name = f"implicit MPM ({options.time})"
@@ -47,12 +50,15 @@ class ImplicitSolver(Solver):
         self.surfaces = []
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=self.frame.origin,
-            limits=self.frame.limits(np.zeros(self.dim, int)), gravity=gravity,
-            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0)
+            limits=self.frame.limits(period), gravity=gravity,
+            drift_limit=STENCILS[choices.kernel].drift_limit, second_moment=0.0, period=period)
         self._begin(population, gravity)
         self.march = March(grid, rules, self.particles.materials)
         self._acceleration = np.zeros((len(population.volumes), self.dim))
         self._held_impulse = np.zeros(self.dim)
+        self.contact_work = 0.0
+        """energy that friction took [J]"""
+        self._given, self._pressing = np.zeros((2, len(obstacles), self.dim + (1 if self.dim == 2 else 3)))
         self._fresh, self._scene_loads = True, []
         self.passed = None
         """`march.Passed` of the last step"""
@@ -60,7 +66,7 @@ class ImplicitSolver(Solver):
             self._stop()
 
     @classmethod
-    def of(cls, population, laws, chosen, *, obstacles=(), body_friction=None, terrain_friction=0.0, **setting):
+    def of(cls, population, laws, chosen, *, body_friction=None, **setting):
         """Of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, chosen, chosen.implicit, **setting)
 
@@ -116,7 +122,7 @@ class ImplicitSolver(Solver):
             matter.velocity = matter.velocity - gain
             body = body + gain / dt
         acceleration = self._acceleration[matter.number]
-        passed = self.march.in_time(matter, acceleration, body, dt, self._fresh)
+        passed = self.march.in_time(matter, acceleration, body, dt, self._fresh, self._pressing)
         self._acceleration[matter.number], self._fresh = acceleration, False
         self._loaded += dt * (matter.mass @ loads)
         return passed
@@ -138,6 +144,8 @@ class ImplicitSolver(Solver):
         """Put particles back, and keep the books."""
         store, passed = self.particles, self.passed
         self._held_impulse += passed.impulse
+        self._given, self._pressing = self._given + passed.given, self._pressing * 0.0 + passed.pressing
+        self.contact_work += passed.rubbed
         self.plastic_work += passed.work
         self.unconverged += passed.unconverged
         self.n_plastic = passed.yielding
@@ -200,8 +208,10 @@ class ImplicitSolver(Solver):
         """Impulse that terrain, sides and loads gave [N s], (dim,)."""
         return self._loaded + self._held_impulse
 
-    contact_work = 0.0
-    """Surfaces at rest that stick, or slip without friction, take no energy."""
+    @property
+    def obstacle_totals(self):
+        """`Method.obstacle_totals`; obstacles at rest take no work."""
+        return np.pad(self._given, ((0, 0), (0, 1)))
 
     @property
     def memory(self):
@@ -221,13 +231,16 @@ class ImplicitSolver(Solver):
         """Time zero is now: totals start again."""
         super().restart_clock()
         self._held_impulse[:] = 0.0
+        self._given[:] = 0.0
+        self.contact_work = 0.0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
     def state(self):
         """All that a bitwise continuation needs, by name."""
         return {**super().state(), "acceleration": self._acceleration.copy(),
-                "held_impulse": self._held_impulse.copy(), "fresh": self._fresh}
+                "held_impulse": self._held_impulse.copy(), "fresh": self._fresh, "rubbed": self.contact_work,
+                "given": self._given.copy(), "pressing": self._pressing.copy()}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -239,3 +252,6 @@ class ImplicitSolver(Solver):
         super().restore(state)
         self._acceleration[:] = state["acceleration"]
         self._held_impulse[:], self._fresh = state["held_impulse"], bool(state["fresh"])
+        if "given" in state:
+            self._given[:], self._pressing[:] = state["given"], state["pressing"]
+            self.contact_work = float(state["rubbed"])

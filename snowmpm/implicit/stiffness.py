@@ -72,7 +72,10 @@ class Stiffness:
         with runtime.precision("f64"), runtime.plain_compilation():
             _row_kernel(dim, len(self.mesh.steps), self.mesh.neighbours.shape[1])(
                 self._reach, Particles(*flat), data.reshape(-1), self._bounds)
-        return sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
+        matrix = sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
+        if self.mesh.period is not None:  # a node may be the neighbour of another one on both sides
+            matrix.sum_duplicates()
+        return matrix
 
 
 @functools.cache

@@ -189,6 +189,8 @@ def _refuse_sleeping(scene):
 def _refuse_beside_water(scene):
     """Raise InputError for what does not go with water in the pores."""
     scheme = scene.water.scheme
+    if METHODS[scene.solver.method].capabilities.solves:
+        _refuse_beside_solved_water(scene)
     seeps = scheme in ("u_p", "v_w")
     if seeps and scene.solver.precision != "f64":
         raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
@@ -213,6 +215,21 @@ def _refuse_beside_water(scene):
         if found := [name for name, there in beside.items() if there]:
             raise InputError.at("water.scheme", "two_phase", f"does not go with {' and '.join(found)}: take"
                                 ' "one_phase"', scene.source)
+
+
+def _refuse_beside_solved_water(scene):
+    """Raise InputError for surfaces that change how they hold the snow, beside water among the unknowns of a step."""
+    terrain, sides = scene.terrain, scene.domain.sides(scene.dimension) if scene.domain else {}
+    found = [(f"domain.boundary.{name}", side) for name, side in sides.items() if side in ("separate", "periodic")]
+    found += [(f"obstacles.{i}.name", obstacle.name) for i, obstacle in enumerate(scene.obstacles)]
+    if terrain and terrain.contact == "separate":
+        found.append(("terrain.contact", terrain.contact))
+    elif terrain and terrain.contact == "slip" and terrain.friction != 0.0:
+        found.append(("terrain.friction", "a law" if not isinstance(terrain.friction, int | float)
+                      else terrain.friction))
+    if found:
+        raise InputError.at(*found[0], f'does not go with water in solver.method = "{scene.solver.method}"',
+                            scene.source)
 
 
 def _refuse_beside_two_velocities(scene):

@@ -48,7 +48,7 @@ def _carried(simulation):
 def _against_wall(method):
     dim = given.least_dimension(method)
     lower, upper = given.point(dim, given.SIDE + 0.02, -0.4, -0.4), given.point(dim, given.SIDE + 0.4, 0.8, 0.8)
-    return _with_block(method, (8.0, 0.0), obstacles=[
+    return _with_block(method, (8.0, 0.0), materials={"snow": given.snow(method)}, obstacles=[
         {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
 
 

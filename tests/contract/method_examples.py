@@ -22,22 +22,29 @@ class Example:
     grounded: whether its snow must lie on terrain; it then stays there, and moves level only. in_plan: whether its
     particles fill cells of a plan, whatever the depth. rest: keys of a scene with gravity whose snow stays where it is;
     by default a settled column, or without an initial stress no gravity. at_rest: speed [sqrt(g D)] below which that is
-    rest.
+    rest. strength: times that of the snow, of a method that does not solve for snow which breaks as it hits a wall
+    (docs/implicit.md).
     """
 
     grounded: bool = False
     in_plan: bool = False
     rest: Mapping = field(default_factory=dict)
     at_rest: float = 0.01
+    strength: float = 1.0
 
 
 EXAMPLES = {"mpm": Example(), "sph": Example(), "depth": Example(grounded=True, in_plan=True),
-            "implicit": Example()}
+            "implicit": Example(strength=1e3)}
 
 
 def without_example():
     """Names of the registry of methods that have no example."""
     return set(METHODS) - set(EXAMPLES)
+
+
+def snow(method):
+    """Snow for an impact that the method can solve for (`Example.strength`)."""
+    return {**SNOW, "p0": EXAMPLES[method].strength * SNOW["p0"]}
 
 
 def able(method):
@@ -137,4 +144,5 @@ def eventful(method, dim=None, **changes):
             {"kind": "pressure", "value": "2000*step(0, 0.02, t)*(1 + 0.1*x)"},
             {"kind": "pressure", "acts_on": "pores", "value": "-500*z"}]
         tables["damping"] = {"coefficient": 3.0, "start": 0.004, "rest_speed": 1e-3}
+    tables["materials"] = {"snow": snow(method)}
     return scene(method, dim, **{**tables, **changes})

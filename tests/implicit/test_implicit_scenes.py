@@ -53,8 +53,12 @@ def test_a_run_at_rest_takes_a_step_a_frame_and_resumes_to_the_bit(tmp_path):
 
 @pytest.mark.parametrize(("solver", "changes", "named"), [
     ({**REST, "precision": "f32"}, {}, "solver.precision"),
-    (REST, {"obstacles": [{"name": "wall", "shape": {"kind": "box", "min": [0.6, 0.0], "max": [0.7, 0.4]}}]},
-     "obstacles"),
+    (REST, {"obstacles": [{"name": "wall", "shape": {"kind": "box", "min": [0.6, 0.0], "max": [0.7, 0.4]},
+                           "motion": {"velocity": [-1.0, 0.0]}}]}, "obstacles.0.motion"),
+    (REST, {"terrain": {"kind": "plane", "friction": {"law": "voellmy", "mu": 0.2, "xi": 1000.0},
+                        "contact": "separate"}}, "terrain.friction.law"),
+    ({"implicit": {"time": "newmark"}}, {"water": {"permeability": 1e-9, "split": "monolithic"}, "domain": {
+        "min": [0.0, 0.0], "max": [1.0, 1.0], "boundary": {"z_min": "separate"}}}, "domain.boundary.z_min"),
     (REST, {"initial": {"stress": "settle"}}, "initial.stress"),
     (REST, {"damping": {"coefficient": 1.0}}, "damping.coefficient")])
 def test_what_it_cannot_is_refused(solver, changes, named):
