@@ -23,6 +23,7 @@ from .mixed_control import MixedControl
 from .modified_cam_clay import ModifiedCamClay
 from .mohr_coulomb import MohrCoulomb
 from .mu_i import MuI
+from .mu_phi_i import MuPhiI
 from .softening_cone import SofteningCone
 from .solid_to_gas import SolidToGas
 from .stomakhin_snow import StomakhinSnow
@@ -38,6 +39,7 @@ Material = Annotated[
     | SofteningCone
     | MohrCoulomb
     | MuI
+    | MuPhiI
     | ModifiedCamClay
     | CohesiveCamClay
     | AnticrackCamClay
@@ -71,6 +73,7 @@ __all__ = [
     "ModifiedCamClay",
     "MohrCoulomb",
     "MuI",
+    "MuPhiI",
     "Path",
     "SofteningCone",
     "SolidToGas",

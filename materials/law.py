@@ -77,6 +77,8 @@ class Law(BaseModel):
     density: Positive  # ρ₀ [kg/m³]
     youngs_modulus: Positive  # E [Pa]
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
+    grain_diameter: Positive | None = None  # d [m]: for the inertial number of the output; `mu_i` also works with it
+    grain_density: Positive | None = None  # ρ_s [kg/m³], of the grains themselves
     card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
     card_source: str | None = None  # what a card of one's own says of the origin of its numbers
 

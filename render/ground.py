@@ -1,6 +1,6 @@
 """The picture of the ground: drawn once for a film, because camera and terrain stand still."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,7 @@ from scipy import ndimage
 from snowmpm.render import light
 from snowmpm.render.camera import Camera
 from snowmpm.render.raster import rasterise
+from snowmpm.render.winter import SnowCover
 
 OVERSAMPLING = 2
 MEADOW = light.decode([0.62, 0.63, 0.54])
@@ -17,6 +18,8 @@ ROCK = light.decode([0.47, 0.45, 0.45])
 EARTH = light.decode([0.40, 0.34, 0.29])  # of the walls below the rim
 BEDROCK = light.decode([0.30, 0.29, 0.30])
 CONTOURS = 14  # about so many over the height of the picture
+SNOW_RELIEF = 0.35  # of the roughness and contours of bare ground: snow fills what is small
+RIM = 3  # px: width of the rim of a track
 LEVEL = 1e-3  # rise over extent below which ground has no contours
 
 
@@ -25,6 +28,7 @@ class Ground:
     """light (height, width, 3); depth (height, width) [m] along the view, inf where the sky is seen.
 
     camera: what it was drawn by
+    bare   (height, width, 3): light of the same without its snow, None where it has none; cover: its `SnowCover`
     slack  (height, width): snow shows down to so many of its diameters behind the depth: 1, -1 where the ground is seen
            from below, as past the edge of an open surface, 0 on an obstacle
     """
@@ -34,6 +38,30 @@ class Ground:
     slack: np.ndarray
     camera: Camera
     contour_interval: float = 0.0
+    bare: np.ndarray | None = None
+    cover: SnowCover | None = None
+
+    def at(self, time):
+        """The same at a time [s]: bare where the flow has swept its snow away."""
+        if self.bare is None:
+            return self
+        window, when, change = self._swept
+        share = ndimage.uniform_filter((when <= time).astype(np.float32), RIM)
+        picture = self.light.copy()
+        picture[window] += share[..., None] * change
+        return replace(self, light=picture, bare=None, cover=None)
+
+    @cached_property
+    def _swept(self):
+        """(window, times, change): slices of the picture with all of the track, times [s] when it was swept, and what
+        that adds to its light."""
+        when = np.full(self.depth.shape, np.inf, np.float32)
+        when[self.takes_sun] = self.cover.when(self.places)
+        lines = [np.flatnonzero(np.isfinite(when).any(axis=axis)) for axis in (1, 0)]
+        if not len(lines[0]):
+            return (slice(0, 0), slice(0, 0)), when[:0, :0], self.light[:0, :0]
+        window = tuple(slice(max(int(line[0]) - RIM, 0), int(line[-1]) + RIM + 1) for line in lines)
+        return window, when[window], self.bare[window] - self.light[window]
 
     @cached_property
     def takes_sun(self):
@@ -46,8 +74,9 @@ class Ground:
         return self.camera.places(self.depth, self.takes_sun)
 
 
-def draw_ground(relief, camera, sun, sky=light.sky):
-    """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger; sky(size): what is behind."""
+def draw_ground(relief, camera, sun, sky=light.sky, cover=None):
+    """The ground as `camera` sees it, lit from `sun` (3,), smoothed by drawing it larger; sky(size): what is behind;
+    cover: `SnowCover` on it, or None."""
     backdrop = sky(camera.size)
     if relief is None:
         nothing = np.full(backdrop.shape[:2], np.inf, np.float32)
@@ -55,14 +84,18 @@ def draw_ground(relief, camera, sun, sky=light.sky):
     large = camera.enlarged(OVERSAMPLING)
     raster, depth, underside = seen_facets(relief, large)
     interval = contour_interval(relief.heights, relief.cell * max(relief.heights.shape))
-    picture = sky(large.size)
-    picture[raster.hit] = _shade(relief, raster, sun, interval)
     rows, columns = camera.size[1], camera.size[0]
     blocks = (rows, OVERSAMPLING, columns, OVERSAMPLING)
-    small = picture.reshape(*blocks, 3).mean(axis=(1, 3))
+    smaller = []
+    for shade in _shades(relief, raster, sun, interval, cover):
+        picture = sky(large.size)
+        picture[raster.hit] = shade
+        smaller.append(picture.reshape(*blocks, 3).mean(axis=(1, 3)))
     underside &= raster.facet < relief.ground if relief.ground is not None else True
     slack = np.where(underside.reshape(blocks).any(axis=(1, 3)), -1.0, 1.0)
-    return Ground(small, depth.reshape(blocks).min(axis=(1, 3)), slack, camera, interval)
+    bare, *covered = smaller
+    return Ground(covered[0] if covered else bare, depth.reshape(blocks).min(axis=(1, 3)), slack, camera, interval,
+                  bare if covered else None, cover)
 
 
 def contour_interval(heights, extent):
@@ -72,8 +105,8 @@ def contour_interval(heights, extent):
     return _nice(rise / CONTOURS) if rise > LEVEL * extent else 0.0
 
 
-def ground_colour(relief, vertices, sun):
-    """Light (n, 3) from the ground at vertices (n, 3) on it, lit from `sun`."""
+def ground_colour(relief, vertices, sun, cover=None):
+    """Light (n, 3) from the ground at vertices (n, 3) on it, lit from `sun`; with a cover, as it is at the end."""
     slopes = np.gradient(np.where(np.isfinite(relief.heights), relief.heights, np.nanmean(relief.heights)), relief.cell)
     x, y = vertices[:, 0], vertices[:, 1]
     down = [-relief.sample(slopes[axis], x, y, 0.0) for axis in (1, 0)]
@@ -81,7 +114,11 @@ def ground_colour(relief, vertices, sun):
     normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
     sunlight = relief.sample(relief.sunlight(sun), x, y, 1.0).astype(np.float32)
     openness = relief.sample(relief.openness(), x, y, 1.0).astype(np.float32)
-    albedo = _albedo(vertices.astype(np.float32), normal, relief.cell)
+    grain = _grain(vertices.astype(np.float32), relief.cell)
+    albedo = _albedo(normal, grain)
+    if cover is not None:
+        bare = np.isfinite(cover.when(vertices))[:, None]
+        albedo = np.where(bare, albedo, cover.over(albedo, grain, normal))
     return albedo * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
 
 
@@ -103,19 +140,26 @@ def seen_facets(relief, camera):
     return raster, seen, turned[raster.facet]
 
 
-def _shade(relief, raster, sun, interval):
+def _shades(relief, raster, sun, interval, cover):
+    """Light (n, 3) from the bare ground at the pixels that show it, and with a cover, from the covered one."""
     point = raster.interpolate(relief.vertices, relief.facets).astype(np.float32)
     normal = raster.interpolate(relief.normals, relief.facets).astype(np.float32)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     sunlight = relief.sample(relief.sunlight(sun), point[:, 0], point[:, 1], 1.0).astype(np.float32)
     openness = relief.sample(relief.openness(), point[:, 0], point[:, 1], 1.0).astype(np.float32)
-    albedo = _albedo(point, normal, relief.cell) * (1.0 - 0.4 * _contours(point, raster, interval))[:, None]
+    grain, lines = _grain(point, relief.cell), 0.4 * _contours(point, raster, interval)
+    bare = _albedo(normal, grain)
+    albedos = [bare, *([] if cover is None else [cover.over(bare, grain, normal)])]
+    rough = _roughness(point, relief.cell)
     if relief.ground is not None:
         wall = raster.facet[raster.hit] >= relief.ground
-        albedo[wall] = _strata(point[wall], relief)
-        openness[wall] = 1.0
-    rough = _roughness(point, relief.cell)
-    return albedo * rough[:, None] * light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+        strata, openness[wall] = _strata(point[wall], relief), 1.0
+    shading = light.illuminate(normal, sun, softness=0.1, sunlight=sunlight, openness=openness)
+    for albedo, relieved in zip(albedos, (1.0, SNOW_RELIEF), strict=False):
+        albedo *= ((1.0 - relieved * lines) * (1.0 + relieved * (rough - 1.0)))[:, None]
+        if relief.ground is not None:
+            albedo[wall] = strata * rough[wall, None]
+        yield albedo * shading
 
 
 def _strata(point, relief):
@@ -139,10 +183,9 @@ def _roughness(point, cell):
     return total
 
 
-def _albedo(point, normal, cell):
-    """Meadow on gentle ground, scree above 30 degrees, rock above 45, with a grain that gives the eye a scale."""
+def _albedo(normal, grain):
+    """Meadow on gentle ground, scree above 30 degrees, rock above 45, with a grain (n,) that gives the eye a scale."""
     slope = np.degrees(np.arccos(np.clip(normal[:, 2], -1.0, 1.0)))
-    grain = _grain(point, cell)
     steep = np.clip((slope + 10.0 * (grain - 0.5) - 18.0) / 16.0, 0.0, 1.0)[:, None]
     rock = np.clip((slope + 14.0 * (grain - 0.5) - 38.0) / 10.0, 0.0, 1.0)[:, None]
     colour = MEADOW + steep * (SCREE - MEADOW)

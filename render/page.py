@@ -19,14 +19,16 @@ def escaped(text):
     return html.escape(str(text), quote=True)
 
 
-def page(title, body, *, whole=False):
-    """A whole page from its title and the HTML of its body; whole: the body fills the window."""
+def page(title, body, *, whole=False, refresh=None):
+    """A whole page from its title and the HTML of its body; whole: the body fills the window; refresh: seconds after
+    which the browser opens it again."""
     style = (FOLDER / "page.css").read_text(encoding="utf-8")
     kind = ' class="whole"' if whole else ""
+    again = f'<meta http-equiv="refresh" content="{refresh}">\n' if refresh else ""
     return (f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
             f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
-            f"<title>{escaped(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main{kind}>\n{body}\n"
+            f"{again}<title>{escaped(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main{kind}>\n{body}\n"
             f"</main>\n</body>\n</html>\n")
 
 

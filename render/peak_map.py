@@ -30,6 +30,7 @@ from snowmpm.render.relief import build_relief
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])
 RELEASE, LINE, OBSERVED, BUILT = "#101418", "#c1121f", "#0a7d33", "#5b3410"
+OPACITY = (0.3, 0.9)  # of pale cells, and of others
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 """Of a raster that has no classes."""
 
@@ -53,29 +54,42 @@ def render_map(run_path: PathLike | Run, name: str, output: PathLike, *, observe
 
 def map_figure(run, name, *, observed=None, dpi=150):
     """The raster `name` of a `Run` as a Matplotlib figure; arguments and errors as of `render_map`."""
-    if name not in run.maps:
-        raise InputError.not_in("map", name, run.maps or ["(the run has none)"], file=run.path)
-    raster = run.maps[name]
-    filled = np.argwhere(np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time")))
-    if not len(filled):
-        raise InputError(f"{run.path}: map {name} has no values to draw")
-    whole = run.maps.get("peak_depth", raster)
-    if whole.values.shape == raster.values.shape and (whole.values > 0.0).any():
-        filled = np.argwhere(whole.values > 0.0)  # so that all maps of a run show the same ground
-    lower, upper = _box(raster, filled, run.terrain)
-    for ring in observed or ():
-        plan = np.asarray(ring, float) - run.origin[:2]
-        lower, upper = np.minimum(lower, plan.min(axis=0)), np.maximum(upper, plan.max(axis=0))
+    raster = _known(run, name)
+    lower, upper = map_box(run, name, observed)
     figure = Figure(figsize=figure_size(lower, upper), dpi=dpi, layout="constrained")
     axes = figure.add_subplot(aspect="equal")
     if run.terrain is not None and run.terrain.facets.shape[1] == 3:
         draw_terrain(axes, run, lower, upper)
-    _draw_raster(figure, axes, run, raster, name)
+    draw_raster(figure, axes, run, raster, name, _thin(run, raster))
     draw_built(axes, run)
     _draw_lines(axes, run, observed)
     draw_frame(axes, run, f"{run.name}: {quantity(name).label}", lower, upper)
-    _draw_margin(figure, axes, run)
+    draw_margin(figure, axes, run)
     return figure
+
+
+def _known(run, name):
+    """A map of a `Run` that can be drawn. Raises InputError for another."""
+    if name not in run.maps:
+        raise InputError.not_in("map", name, run.maps or ["(the run has none)"], file=run.path)
+    raster = run.maps[name]
+    if not (np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time"))).any():
+        raise InputError(f"{run.path}: map {name} has no values to draw")
+    return raster
+
+
+def map_box(run, name="peak_depth", observed=None):
+    """Plan corners (2,) [m] of a map of a `Run`: all its maps show the same ground, and the observed outline."""
+    raster = _known(run, name)
+    filled = np.argwhere(np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time")))
+    whole = run.maps.get("peak_depth", raster)
+    if whole.values.shape == raster.values.shape and (whole.values > 0.0).any():
+        filled = np.argwhere(whole.values > 0.0)
+    lower, upper = _box(raster, filled, run.terrain)
+    for ring in observed or ():
+        plan = np.asarray(ring, float) - run.origin[:2]
+        lower, upper = np.minimum(lower, plan.min(axis=0)), np.maximum(upper, plan.max(axis=0))
+    return lower, upper
 
 
 def _box(raster, filled, terrain):
@@ -132,23 +146,32 @@ def _extent(run, raster):
     return [east - half, east + columns * raster.cell - half, north - half, north + rows * raster.cell - half]
 
 
-def _draw_raster(figure, axes, run, raster, name):
-    there = np.isfinite(raster.values) & ((raster.values > 0.0) | (name == "arrival_time"))
-    values = np.where(there, raster.values, np.nan)
-    largest = float(np.nanmax(values))
+def draw_raster(figure, axes, run, raster, name, pale, largest=None):
+    """Draw a raster in map coordinates, in its classes, with its colour bar; -> the image.
+
+    pale (rows, columns): cells drawn faintly; largest: value that the classes hold, by default of the raster.
+    """
+    values = shown_values(raster.values, name)
+    largest = float(np.nanmax(values)) if largest is None else largest
     classes = classes_of(name, largest) or Classes(tuple(ticks(0.0, largest)[1:6]), GREYS, unit=raster.units)
     used = min(len(classes.limits), int(np.searchsorted(classes.limits, largest, side="right")))
     limits = classes.limits[: max(used, 1)]
     bounds = [0.0, *limits, max(largest, limits[-1] * 1.001) * 1.001]
     colours = ListedColormap(list(classes.colours[: len(limits) + 1]))  # Matplotlib 3.8: a tuple of two is a colour
     norm = BoundaryNorm(bounds, colours.N)
-    axes.imshow(values, extent=_extent(run, raster), origin="lower", interpolation="nearest", zorder=3, cmap=colours,
-                norm=norm, alpha=np.where(_thin(run, raster), 0.3, 0.9))
+    image = axes.imshow(values, extent=_extent(run, raster), origin="lower", interpolation="nearest", zorder=3,
+                        cmap=colours, norm=norm, alpha=np.where(pale, *OPACITY))
     drawn_bar = matplotlib.cm.ScalarMappable(norm, colours)  # in full colours
     bar = figure.colorbar(drawn_bar, ax=axes, shrink=0.75, pad=0.02, spacing="uniform", ticks=bounds[:-1])
     bar.ax.set_yticklabels([f"{bound / classes.scale:g}" for bound in bounds[:-1]])
     bar.set_label(f"{quantity(name).label}  [{classes.unit}]")
     bar.ax.set_title(f"max {quantity(name, raster.units).text(largest)}", fontsize=9, loc="left")
+    return image
+
+
+def shown_values(values, name):
+    """The values of a raster that are drawn, NaN elsewhere."""
+    return np.where(np.isfinite(values) & ((values > 0.0) | (name == "arrival_time")), values, np.nan)
 
 
 def _thin(run, raster):
@@ -231,7 +254,7 @@ def draw_frame(axes: Axes, run: Run, title: str, lower: Floats, upper: Floats) -
     _draw_north(axes)
 
 
-def _draw_margin(figure, axes, run):
+def draw_margin(figure, axes, run):
     """Below the map: projection, what the run was computed with, credits; in the map: why it is not final."""
     status, width = status_of(run), max(40, round(12.5 * figure.get_size_inches()[0]))
     projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"

@@ -30,6 +30,7 @@ from snowmpm.render.snow import SNOW, draw_snow, seen_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.timing import Timing, pace_in_words
 from snowmpm.render.tracking import plan_track
+from snowmpm.render.winter import GROUNDS, snow_cover
 from snowmpm.render.workers import drawn, worker_count
 from snowmpm.stages import stage
 
@@ -42,7 +43,7 @@ def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
-    camera_path: PathLike | None = None, layer: str = "picture"
+    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -61,6 +62,8 @@ def render_run(
     plain      no words, scales and insets
     layer      for compositing, in 3-D and without words: "transparent", the sky is see-through (.png, folder); "depth",
                metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
+    ground     of runs in 3-D: "winter", under snow, which the flow sweeps away; "summer"; by default "auto": winter
+               where snow moves on a slope
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
@@ -69,7 +72,7 @@ def render_run(
     size = checked_wishes(output, size, time, timing, run)
     checked_pass(layer, output_kind(output), run.dimension)
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path)
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground)
     view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
@@ -123,7 +126,7 @@ def check_drawable(run):
         raise InputError(f"{run.path}: no frame with particles to draw")
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None):
+def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto"):
     """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
     check_drawable(run)
     if cutaway and run.dimension == 2:
@@ -134,9 +137,11 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None)
         raise InputError.at("camera_path", str(camera_path), "is of a run in three dimensions" if run.dimension == 2
                             else f'goes without camera = "{camera}"')
     if run.dimension == 2:
+        if ground not in GROUNDS:
+            raise InputError.not_in("ground", ground, GROUNDS)
         return SectionView(run, size, color, camera or "auto")
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
-    return SpaceView(run, size, color, camera or "auto", cutaway, path=path)
+    return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground)
 
 
 def nearest_frame(run, time):
@@ -167,7 +172,7 @@ class _View:
         self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
         self.table = None if self.scale is None else light.decode(self.scale.table())
         self.spacing = particle_spacing(run)
-        self.title, self._cautions = run.name, cautions(run)
+        self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
 
     @property
@@ -208,7 +213,7 @@ class _View:
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
         if time == self.run.times[-1]:
-            overlay.warnings(self._cautions)
+            overlay.warnings(self.cautions)
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 
@@ -216,9 +221,9 @@ class _View:
 class SpaceView(_View):
     """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
-    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None):
+    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto"):
         """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
-        of one that moves."""
+        of one that moves; ground: as of `winter.snow_cover`."""
         super().__init__(run, size, color)
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
@@ -229,7 +234,8 @@ class SpaceView(_View):
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
         self.sun = light.sun_direction(self.camera.axes, facing)
         self.side = emptier_side(self.camera, action)
-        self.ground = draw_ground(relief, self.camera, self.sun)
+        self.cover = snow_cover(run, relief, self.spacing, ground)
+        self.ground = draw_ground(relief, self.camera, self.sun, cover=self.cover)
         if cutaway:
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
@@ -263,8 +269,8 @@ class SpaceView(_View):
     def _behind(self, i, camera, sky=light.sky):
         """`Ground` with the solids of frame `i`, as a camera sees them."""
         known = camera is self.camera and sky is light.sky
-        ground = self.ground if known else draw_ground(self.relief, camera, self.sun, sky)
-        return draw_solids(ground, camera, self.sun, *placed(self.run, i))
+        ground = self.ground if known else draw_ground(self.relief, camera, self.sun, sky, self.cover)
+        return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *placed(self.run, i))
 
 
 class SectionView(_View):

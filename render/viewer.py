@@ -172,7 +172,7 @@ def _ground(view):
     whole = (np.stack([a, b, c, d]) >= 0).all(axis=0)
     a, b, c, d = (n[whole] for n in (a, b, c, d))
     facets = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    colours = light.encode(ground_colour(relief, vertices, view.sun))
+    colours = light.encode(ground_colour(relief, vertices, view.sun, view.cover))
     return vertices, colours, facets
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from snowmpm.scenes.schema import Scene
 
-GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i")
+GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i", "mu_phi_i")
 """Laws of dry grains, where they have no cohesion."""
 SLENDER = 5.0
 """Length over thickness above which beam theory predicts the deflection."""

@@ -35,9 +35,20 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.space import AXES, check_file, dimension, require_dimension, tag
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, refuse
-from snowmpm.water.permeability import ICE_DENSITY, Permeability
+from snowmpm.water.permeability import ICE_DENSITY, LAWS, Permeability
 
 Border = Literal["drained", "sealed"]
+
+
+def _known_law(value: Any) -> Any:
+    """The value, if its law is one of LAWS; a table without one is a raster."""
+    law = value.get("law", "raster") if isinstance(value, dict) else "raster"
+    if law not in LAWS:
+        raise refuse("must be " + " or ".join(f'"{name}"' for name in LAWS), "law", law)
+    return value
+
+
+KnownPermeability = Annotated[Permeability, BeforeValidator(_known_law)]
 
 
 class WaterSides(Spec):
@@ -73,7 +84,7 @@ class SeepingWater(Spec):
     axes of the scene [-]; below a half of the true one it does not settle"""
     tolerance: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
     """fixed_stress: water left without place over that of the first pass [-] at which a step is solved"""
-    permeability: Permeability
+    permeability: KnownPermeability
     """intrinsic permeability [m2]: a number, a raster { file = "..." }, or a table with law = "calonne" (snow) or
     "kozeny_carman" (grains) and grain_size [m]; times 5.5e6 it is the hydraulic conductivity at 0 °C [m/s]"""
     porosity: Annotated[Number, Field(gt=0.0, lt=1.0)] | None = None
@@ -151,7 +162,7 @@ class MovingWater(Spec):
 
     scheme: Literal["v_w"]
     """v_w: grains and water have a velocity each, v and w, with drag between them; explicit"""
-    permeability: Permeability
+    permeability: KnownPermeability
     """intrinsic permeability [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
     grain_density: Positive = ICE_DENSITY
     """of the grains [kg/m3]: 1 - density / grain_density of a material is its porosity; ice when missing"""
@@ -233,7 +244,7 @@ class DarcyDrag(Spec):
     """C = n² mu / K of the porosity n."""
 
     law: Literal["darcy"]
-    permeability: Permeability
+    permeability: KnownPermeability
     """K [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
     viscosity: Positive = 1.792e-3
     """mu of water [Pa s]; at 0 °C when missing"""

@@ -5,6 +5,29 @@ import pytest
 from snowmpm.cli import watch
 from snowmpm.compiler import runtime
 
+TOGETHER = {
+    "campaigns": ("tests/campaigns/",),
+    "depth": ("tests/depth/", "tests/verification/test_depth_"),
+    "materials": ("tests/materials/",),
+    "mpm": ("tests/mpm/", "tests/verification/test_free_flight", "tests/verification/test_periodic_waves",
+            "tests/verification/test_waves"),
+    "sph": ("tests/sph/", "tests/verification/test_sph_"),
+}
+"""Tests that one worker runs, since they share compiled kernels or a cluster; of all others, those of a file."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Of pytest-xdist: which worker runs which tests."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Together(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            return next((name for name, begins in TOGETHER.items() if file.startswith(begins)), file)
+
+    return Together(config, log)
+
 
 @pytest.fixture(scope="session", autouse=True)
 def taichi():

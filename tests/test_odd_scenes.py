@@ -15,6 +15,7 @@ from snowmpm.scenes.toml import to_toml
 SNOW = {"kind": "cohesive_cam_clay", "density": 250.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
         "critical_slope": 1.2, "cohesion": 0.3, "hardening": 1.0, "p0": 2e4}
 COMMON = {"density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
+CRUMBS = {"grain_diameter": 1e-3, "grain_density": 900.0}
 SAND = {"youngs_modulus": 1e6, "reference_pressure": 5e3}
 EVERY_LAW = {
     "snow": SNOW, "slab": SNOW | {"p0": 1e4}, "weak_layer": {"card": "gaume_weak_layer"},
@@ -24,8 +25,8 @@ EVERY_LAW = {
     "loosening": {"kind": "softening_cone", **COMMON, "friction_angle": 37.0, "residual_friction_angle": 30.0,
                   "softening_strain": 0.05, "dilation_angle": 8.0, "dilation_strain": 0.05},
     "grit": {"kind": "mohr_coulomb", **COMMON, "friction_angle": 30.0, "cohesion": 100.0},
-    "grains": {"kind": "mu_i", **COMMON, "static_friction": 0.4, "limit_friction": 0.7, "grain_diameter": 1e-3,
-               "grain_density": 900.0},
+    "grains": {"kind": "mu_i", **COMMON, "static_friction": 0.4, "limit_friction": 0.7},
+    "loose_grains": {"kind": "mu_phi_i", **COMMON, "density": 500.0, "static_friction": 0.4, "limit_friction": 0.7},
     "wet": {"card": "stomakhin"}, "loose": {"card": "peng_sand", **SAND},
     "dense": {"kind": "critical_state_hypoplastic", "density": 1800.0, **SAND, "poisson_ratio": 0.0,
               "friction_angle": 30.0, "void_ratio": 0.6, "least_void_ratio": 0.4, "critical_void_ratio_limit": 0.9,
@@ -113,15 +114,27 @@ def test_an_empty_body_beside_others(refused, shape):
     assert "bodies.1 (sliver)" in refused(scene(box("snow", [0.0, 0.0], [0.4, 0.3]), empty))
 
 
+@pytest.mark.slow
 def test_ten_materials(tmp_path):
     """A row of boxes side by side, each of another material, every law of the library among them."""
     bodies = [box(name, [0.2 * i - 0.9, 0.0], [0.2 * i - 0.7, 0.3], name) for i, name in enumerate(EVERY_LAW)]
-    odd = scene(*bodies, materials=EVERY_LAW, initial={"stress": "geostatic"},
-                domain={"min": [-1.0, -0.5], "max": [0.2 * len(bodies) - 0.5, 1.5]},
-                output={"interval": 0.05, "fields": ["material", "density", "p"]})
+    odd = scene(*bodies, materials={name: law | CRUMBS for name, law in EVERY_LAW.items()},
+                initial={"stress": "geostatic"}, domain={"min": [-1.0, -0.5], "max": [0.2 * len(bodies) - 0.5, 1.5]},
+                output={"interval": 0.05, "fields": ["material", "density", "p", "strain_rate", "inertial_number",
+                                                     "flow_regime", "steady_solid_fraction"]})
     assert len(bodies) >= 10 and {law.kind for law in odd.materials.values()} == set(LAWS)
     run = ran(odd, tmp_path)
-    assert set(run.frame(-1).fields["material"].astype(int)) == set(range(len(bodies)))
+    fields = run.frame(-1).fields
+    assert set(fields["material"].astype(int)) == set(range(len(bodies)))
+    for number, name in enumerate(EVERY_LAW):  # each of them tells how fast its grains are sheared
+        pressed = (fields["material"] == number) & (fields["p"] > 0.0)
+        inertial = (fields["strain_rate"] * 1e-3 * np.sqrt(900.0 / np.maximum(fields["p"], 1e-30)))[pressed]
+        np.testing.assert_allclose(fields["inertial_number"][pressed], inertial, rtol=1e-4, err_msg=name)
+        regime = 1.0 + (inertial > 1e-3) + (inertial > 0.1)
+        assert (fields["flow_regime"][pressed] == np.where(inertial > 0.0, regime, 0.0)).mean() > 0.99
+        np.testing.assert_allclose(fields["steady_solid_fraction"][pressed & (fields["flow_regime"] > 0)],
+                                   0.6 - 0.1 * np.minimum(inertial[inertial > 0.0], 1.0), rtol=1e-4, err_msg=name)
+        assert pressed.sum() > 3, name
     assert run.history["unconverged"][-1] == 0
 
 

@@ -72,6 +72,7 @@ def test_conservation_and_bookkeeping(story):
     assert energy <= start  # the scheme may take energy, never make it
 
 
+@pytest.mark.slow
 def test_the_same_bits_with_one_and_two_threads(tmp_path):
     """Two processes with different thread counts: the run files hold the same numbers."""
     frames = []

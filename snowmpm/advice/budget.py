@@ -90,7 +90,7 @@ class Budget:
 
     def frames_at(self, particles):
         """Seconds of all frames with the number of particles multiplied by this factor."""
-        one = costs.frame(particles * self.n, self.numbers, self.facts.dim, self.crowd.obstacles)
+        one = costs.frame(particles * self.n, self.numbers, self.scheme, self.crowd.obstacles)
         return self._python * self.frames * one
 
     @property

@@ -15,13 +15,14 @@ from snowmpm.stages import counted
 def _definitions(wanted: bool):
     if wanted:
         from snowmpm.quantities.saw import SAW_TEST
-        from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, RASTERS
+        from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, OVER_TIME, RASTERS
 
-        print_definitions({"maps": RASTERS, "numbers": NUMBERS, "impact": IMPACT, "history": HISTORY,
-                           "saw test": SAW_TEST})
+        print_definitions({"maps": RASTERS, "maps over time": OVER_TIME, "numbers": NUMBERS, "impact": IMPACT,
+                           "history": HISTORY, "saw test": SAW_TEST})
         raise typer.Exit
 
 
+KINDS = ("mp4", "gif")
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
 ObservedFile = Annotated[
@@ -29,21 +30,26 @@ ObservedFile = Annotated[
     typer.Option("--observed", metavar="FILE", help="Outline of an observed avalanche (.shp, .geojson or .gpkg):"
                                                     " drawn beside the computed one, with scores."),
 ]
+OverTime = Annotated[
+    str | None,
+    typer.Option("--over-time", metavar="KIND", help="Also flow depth and speed over time: films of the map, mp4 or"
+                                                     " gif, and layers for the time slider of QGIS."),
+]
 Definitions = Annotated[
     bool, typer.Option("--definitions", callback=_definitions, is_eager=True, help="Say what each number means.")
 ]
 
 
 def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observed: ObservedFile = None,
-         quiet: Quiet = False, definitions: Definitions = False):
+         over_time: OverTime = None, quiet: Quiet = False, definitions: Definitions = False):
     """Draw the maps of an avalanche, and print its run-out.
 
     Peak depth, speed and pressure, arrival time, deposit and release: each as a GeoTIFF in the projection of the
     elevation raster, with a QGIS style, and as a picture over the shaded terrain. Outlines by pressure class, release,
     thalweg and run-out as GeoPackage and, where the terrain has a projection, GeoJSON; numbers and areas by class as
     CSV and JSON; a QGIS project that opens everything; plots along the thalweg, of the peaks and over
-    time. Each file says whether the run is
-    final: complete, at rest, without loss of mass.
+    time; the depth before and after on one sheet. Each file says whether the run is final: complete, at rest, without
+    loss of mass.
     """
     from snowmpm.cli.info import print_avalanche
     from snowmpm.io import Run
@@ -52,11 +58,16 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     if not opened.maps:
         raise InputError(f"{opened.path}: no maps: they are made of runs in three dimensions, at their end; a run that"
                          " was killed gets them when --resume has brought it there")
+    if over_time not in (None, *KINDS):
+        raise InputError.not_in("--over-time", over_time, KINDS)
     folder = output or opened.path.with_name("maps")
     seen, scores = _observed(opened, observed, pictures)
     written = _pictures(opened, folder, seen)
     if not pictures:
-        written = [*_files(opened, folder, seen, scores), *written]
+        moments = list(_moments(opened, folder)) if over_time else []
+        written = [*_files(opened, folder, seen, scores, moments), *written]
+    if over_time:
+        written = [*written, *_films(opened, folder, over_time)]
     for path in () if quiet else written:
         print(path)
     if not quiet and not pictures and not opened.provenance.get("crs"):
@@ -84,8 +95,8 @@ def _observed(run, path, pictures):
     return seen, score(run, seen)
 
 
-def _files(run, folder, seen, scores):
-    """Write the files for a GIS; -> their paths."""
+def _files(run, folder, seen, scores, moments):
+    """Write the files for a GIS; -> their paths. moments: rasters over time that the project shows."""
     from snowmpm import gis
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
     from snowmpm.io.parameters import parameters
@@ -107,7 +118,7 @@ def _files(run, folder, seen, scores):
     yield gis.write_geopackage(folder / "avalanche.gpkg", layers, crs)
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
-    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg")
+    yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments)
     yield gis.write_numbers(folder / "avalanche.csv", run)
     yield gis.write_areas(folder / "areas.csv", run)
     yield gis.write_record(folder / "avalanche.json", run, scores)
@@ -115,15 +126,47 @@ def _files(run, folder, seen, scores):
 
 def _pictures(run, folder, seen):
     """Draw the pictures; -> their paths."""
-    from snowmpm.render import render_map, render_thalweg, render_thalweg_time
+    from snowmpm.render import render_before_after, render_map, render_thalweg, render_thalweg_time
 
     for name, raster in counted(run.maps.items(), "drawing maps", "maps"):
         if (raster.values > 0.0).any():
             yield render_map(run, name, folder / f"{name}.png", observed=seen.rings if seen else None)
+    if all(name in run.maps and (run.maps[name].values > 0.0).any() for name in ("release_depth", "deposit_depth")):
+        yield render_before_after(run, folder / "before_after.png")
     if run.hazard.get("profile"):
         yield render_thalweg(run, folder / "thalweg.png")
         if "velocity" in run.field_names:
             yield render_thalweg_time(run, folder / "thalweg_time.png")
+
+
+def _moments(run, folder):
+    """Write rasters over time as GeoTIFFs; yields `gis.Moment`s."""
+    from snowmpm import gis
+    from snowmpm.io.flow_maps import NAMES, FlowMaps, moments
+    from snowmpm.io.geotiff import require_rasterio, write_geotiff
+    from snowmpm.io.reader import Map
+    from snowmpm.quantities.table import quantity
+
+    require_rasterio()
+    times, crs = moments(run), run.provenance.get("crs")
+    place, found = run.maps["peak_depth"], FlowMaps(run)
+    for i, begin, end in counted(times, "writing GeoTIFFs over time", "times"):
+        values = found.at(i)
+        for name in NAMES:
+            one, file = quantity(name), f"over_time/{name}_{i:05d}.tif"
+            raster = Map(values[name], place.x0, place.y0, place.cell, one.unit)
+            write_geotiff(folder / file, raster, run.origin, crs, f"{one.label} [{one.unit}] at t = {begin:g} s",
+                          {"run": run.name, "time": begin, "definition": one.definition})
+            yield gis.Moment(name, f"{one.label} over time", file, raster, begin, end)
+
+
+def _films(run, folder, kind):
+    """Draw the map over time; -> the paths of the films."""
+    from snowmpm.io.flow_maps import NAMES
+    from snowmpm.render import render_map_film
+
+    for name in counted(NAMES, "drawing maps over time", "films"):
+        yield render_map_film(run, name, folder / f"{name}.{kind}")
 
 
 def _told(score):

@@ -89,6 +89,10 @@ def render(
     plain: Annotated[
         bool, typer.Option("--plain", help="The picture alone: no title, clock, scales, notes and inset.")
     ] = False,
+    ground: Annotated[
+        str, typer.Option(metavar="NAME", help='Ground of runs in 3-D: "winter", under snow that the flow sweeps away;'
+                          ' "summer"; or "auto": winter where snow moves on a slope.')
+    ] = "auto",
     layer: Annotated[
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
@@ -112,7 +116,8 @@ def render(
     if output and output.suffix.lower() == ".html":
         others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
                   "--from": begin, "--to": end, "--every": every if every != 1 else None,
-                  "--camera-path": camera_path, "--pass": layer if layer != "picture" else None}
+                  "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
+                  "--ground": ground if ground != "auto" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if beside:
@@ -123,9 +128,10 @@ def render(
         target = output or opened.path.with_name("film.mp4" if time is None else "picture.png")
     choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
                "plain": plain}
-    alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None}
+    alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
+             "ground": ground if ground != "auto" else None}
     if second and any(alone.values()):
-        raise InputError("--camera-path and --pass: not with two runs side by side")
+        raise InputError("--camera-path, --ground and --pass: not with two runs side by side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 

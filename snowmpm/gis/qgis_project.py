@@ -5,6 +5,7 @@ from xml.etree import ElementTree as xml
 
 from snowmpm.draft import write_text
 from snowmpm.gis.qgis_style import VERSION, document, pipe, renderer
+from snowmpm.gis.temporal import add_moments
 from snowmpm.io.projection import epsg_of
 from snowmpm.quantities.table import quantity
 
@@ -16,9 +17,9 @@ ORDER = ("runout_point", "runout_line", "obstacles", "dams", "thalweg", "observe
          "deposit", "pressure_classes")
 
 
-def write_project(path, run, layers, geopackage):
+def write_project(path, run, layers, geopackage, moments=()):
     """Write a .qgs project for the GeoTIFFs beside it, named after the maps of a `Run`, and the `layers` in the file
-    `geopackage` beside it. -> its path."""
+    `geopackage` beside it; moments: `temporal.Moment`s, layers of a group that the time slider shows. -> its path."""
     path, wkt = Path(path), run.provenance.get("crs")
     root = xml.Element("qgis", version=VERSION, projectname=run.name)
     xml.SubElement(root, "homePath", path="")
@@ -42,6 +43,7 @@ def write_project(path, run, layers, geopackage):
         if wkt:
             xml.SubElement(layer, "srs").append(_system(wkt))
         layer.append(renderer(vector) if vector else pipe(name, run.maps[name]))
+    add_moments(root, tree, found, moments, wkt and (lambda: _system(wkt)))
     canvas = xml.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     xml.SubElement(canvas, "units").text = "meters"
     extent = xml.SubElement(canvas, "extent")

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.io.flow_maps import first_volumes
 
 LEAST_DEPTH = 0.01
 """Depth [m] below which nothing counts as flow in runs without a flow depth of their own."""
@@ -78,9 +79,7 @@ def _across(run, frame, points, flow_depth):
 def _over_cells(run, frame, plan, speed):
     """Middles (m, 2) of the map cells with particles, depth and mean speed over them."""
     cell = run.maps["peak_depth"].cell
-    volume = (np.asarray(frame.fields["volume"] / frame.fields["J"], float).ravel()
-              if {"volume", "J"} <= frame.fields.keys()
-              else np.full(len(plan), run.provenance["particle_spacing"] ** 3))
+    volume = first_volumes(run, frame)
     number, where = np.unique(np.floor(plan / cell).astype(np.int64), axis=0, return_inverse=True)
     where = where.reshape(-1)
     held = np.bincount(where, volume)

@@ -181,10 +181,12 @@ def step(scheme, crowd, settling=False):
     return sum(stages(scheme, crowd, settling).values())
 
 
-def frame(particles, numbers, dimension, obstacles=0):
+def frame(particles, numbers, scheme, obstacles=0):
     """Seconds of a frame of particles with so many numbers each, beside their positions, audit included; obstacles:
-    whose poses and loads it has."""
-    found = table()
+    whose poses and loads it has. A frame of the depth-averaged method was measured as a whole."""
+    found, dimension = table(), scheme.dimension
+    if scheme.method == "depth":
+        return 1e-9 * row("frame", dimension, "f32", "depth")
     fixed = found["frame", dimension, "f32", "fixed"] + obstacles * found["frame", dimension, "f32", "obstacle"]
     return 1e-9 * (fixed + particles * (
         found["frame", dimension, "f32", "audit"] + (numbers + 3) * found["frame", dimension, "f32", "number"]))

@@ -10,6 +10,10 @@ n is the share of water around the particle, so that its volume V / n is that of
 in the reference state, is that of the water alone. Water bears no tension: theta > 0 is a gap, which must close again
 before it presses. One theta belongs to each cell of the grid, the mean over its particles by volume: velocities within
 a cell that no node can tell apart build up no pressure (Bandara and Soga 2015, doi:10.1016/j.compgeo.2014.09.009).
+These velocities also carry particles together, which theta does not know of: in thousands of steps water lies too
+densely by a tenth. Where the nodes have more water than theta says, W / R e^theta > 1 of the volumes W of the water and
+R that the grains leave between walls (`mixture.room`), theta falls by the logarithm of that in the time sqrt(dx / g),
+so that it spreads; of W / R, theta counts where it is below 0, and what is below `BAND` is not told from noise.
 
 The step is explicit in the pressure, and follows waves in undrained snow, swelling along all axes:
 
@@ -36,6 +40,10 @@ from snowmpm.water.particle_kernels import MASS, N_WATER, PRESSURE, SOLID, read_
 
 THETA = 3
 """Entry of the column "water" of water's particles, beside those of `water.particle_kernels`."""
+
+BAND = 0.02
+"""Of the logarithm of how full nodes are: particles that lie anyhow show this much. As a source without end it would
+raise the pressure in soil that hardly lets it out."""
 
 
 class TwoVelocities:
@@ -96,11 +104,11 @@ class TwoVelocities:
         store.changes += 1
 
     def find_flow(self, solver, write_back):
-        """Before nodes go back to the particles: div q [1/s] and n around the particles of water. write_back(): brings
-        the nodes of contact blocks to the tiles."""
+        """Before nodes go back to the particles: div q [1/s], n and the filling around the particles of water.
+        write_back(): brings the nodes of contact blocks to the tiles."""
         grid, store = solver.grid, solver.particles
         real = runtime.DTYPES[solver.precision][0]
-        self._flow = np.zeros((store.count, 2))
+        self._flow = np.zeros((store.count, 3))
         first = int(np.searchsorted(fields_of(store.blocks.keys, solver.dim), 1))
         if first == len(store.blocks):
             return
@@ -124,12 +132,15 @@ class TwoVelocities:
         rows, real = np.empty((store.count, width)), runtime.DTYPES[solver.precision][0]
         water_kernels(store.layout, real).read(store.reals, store.slot_offset, rows, store.count)
         water, volume = np.ascontiguousarray(rows[:, columns["water"]]), rows[wet, columns["volume"]]
-        own, (growth, n) = water[wet], self._flow[wet].T
+        own, (growth, n, filling) = water[wet], self._flow[wet].T
         grown, n = dt * growth, np.clip(n, LEAST_POROSITY, 1.0)
         self.budget.work += float((volume * (1.0 + own[:, SOLID]) * own[:, PRESSURE]) @ grown)
         cell = self._cells(store, rows[wet, columns["position"]], wet)
         held = np.bincount(cell, volume)
         theta = (np.bincount(cell, volume * (own[:, THETA] + grown / n)) / held)[cell]
+        filled = np.maximum((np.bincount(cell, volume * filling) / held)[cell], 1e-3)
+        packed = np.log(filled) + np.minimum(theta, 0.0)
+        theta -= dt * np.sqrt(np.linalg.norm(solver.gravity) / solver.dx) * np.maximum(packed - BAND, 0.0)
         own[:, THETA], own[:, PRESSURE] = theta, self.bulk_modulus * np.maximum(-theta, 0.0)
         own[:, SOLID] = 1.0 / n - 1.0
         water[wet] = own
@@ -166,8 +177,8 @@ class TwoVelocities:
 
 @functools.cache
 def flow_kernel(layout, real, basis, gradient):
-    """Kernel: div of the velocity and the second half's volume of the nodes around the particles of blocks from `first`
-    on, into `found` (n, 2)."""
+    """Kernel: div of the velocity, and volume and first of the velocity in the second half of the nodes, around the
+    particles of blocks from `first` on, into `found` (n, 3)."""
     dim, shape = layout.dim, gradient == "shape"
     access, at = accessors(layout), layout.offsets
     of_node = node_vector(real, True)
@@ -188,6 +199,7 @@ def flow_kernel(layout, real, basis, gradient):
                         _C, L = grid.gradients(f, v, moments, slopes, inverse_dx)
                         found[p, 0] = ti.cast(L.trace(), ti.f64)
                         found[p, 1] = ti.cast(v[ti.static(SECOND + NODE_MASS)], ti.f64)
+                        found[p, 2] = ti.cast(v[SECOND], ti.f64)
 
     return find
 

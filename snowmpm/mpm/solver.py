@@ -12,8 +12,9 @@ from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.frame import GridFrame
-from snowmpm.mpm.grid import TileGrid, grid_kernels
+from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
+from snowmpm.mpm.grid_update import grid_kernels
 from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
@@ -321,7 +322,8 @@ class MpmSolver(Solver):
         self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
         for surface in self.surfaces:
-            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None)
+            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None,
+                         self._phases is not None)
 
     def _refuse_beside_interface(self, sleeping, bodies):
         """Raise InputError for what does not go with an interface."""

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from snowmpm.annotations import Floats, Numbers
 from snowmpm.materials import LAWS, unpack
 from snowmpm.particles.contract import Particles
-from snowmpm.particles.regimes import inertial_number, regime, strain_rate
+from snowmpm.particles.regimes import DENSEST, LOOSEST, inertial_number, regime, steady_fraction, strain_rate
 from snowmpm.quantities.particle_fields import UNITS
 
 if TYPE_CHECKING:
@@ -38,9 +38,10 @@ class ParticleFields:
     is that of both; of columns, pore_pressure is that at the ground, and excess_pressure what it exceeds the
     hydrostatic one by, zero for other particles; strain_rate: sqrt(2 D':D') [1/s] of the deviator of D = sym(grad v);
     inertial_number: of it, the pressure and the grains of the law (grain_diameter, grain_density), zero where there are
-    none or none press, and flow_regime (`particles.regimes`); failure_function: of a law in rate form, above 0 where
-    some stretching leaves the stress as it is, -1 without stress, 0 for other laws; and what the laws report of their
-    state (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
+    none or none press, and flow_regime (`particles.regimes`); steady_solid_fraction: phi(I), with densest_fraction and
+    loosest_fraction of a law that names them, zero where flow_regime is; failure_function: of a law in rate form, above
+    0 where some stretching leaves the stress as it is, -1 without stress, 0 for other laws; and what the laws report of
+    their state (their OUTPUTS: p0, damage, plastic_strain, gap ...), zero where a law has no such thing.
     """
 
     materials: "MaterialTable"
@@ -150,6 +151,15 @@ def _inertial_number(fields):
     return inertial_number(fields["strain_rate"], fields["p"], diameter, density)
 
 
+def _steady_fraction(fields):
+    numbers = [[getattr(law, name, of_beads) for name, of_beads in (("densest_fraction", DENSEST),
+                                                                    ("loosest_fraction", LOOSEST))]
+               for law in fields.materials.laws]
+    number = fields["inertial_number"]
+    found = steady_fraction(number, *np.array(numbers)[fields["material"]].T)
+    return np.where(number > 0.0, found, 0.0)
+
+
 def _failure_function(fields):
     material, values = fields["material"], np.zeros(len(fields.snapshot.labels))
     stress, state = unpack(fields.kirchhoff()), fields.state()
@@ -184,5 +194,6 @@ READERS = {
     "inertial_number": _inertial_number,
     "failure_function": _failure_function,
     "flow_regime": lambda fields: regime(fields["inertial_number"]),
+    "steady_solid_fraction": _steady_fraction,
 }
 """What reads each field of `quantities.particle_fields.UNITS` from a `ParticleFields`."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from snowmpm.annotations import Floats
 from snowmpm.compiler import runtime
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import runs_serially
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import accessors
 
@@ -17,10 +18,12 @@ if TYPE_CHECKING:
     from snowmpm.particles.sorted_particles import SortedParticles
 
 NOWHERE = -1
+LOOK_TIME = 5e-9
+"""Of a look at a particle of the store on one thread [s], about."""
 
 
 @functools.cache
-def probe_kernel(layout, real):
+def probe_kernel(layout, real, serial):
     """Kernel that copies the particles with `row_of[number] >= 0` to that row of `rows`, owner block to `blocks`."""
     dim = layout.dim
     access = accessors(layout)
@@ -29,6 +32,7 @@ def probe_kernel(layout, real):
     def probe(reals: ti.types.ndarray(), slot_offset: int, identity: ti.types.ndarray(), start: ti.types.ndarray(),
               coordinates: ti.types.ndarray(), row_of: ti.types.ndarray(), rows: ti.types.ndarray(),
               blocks: ti.types.ndarray(), n_blocks: int):
+        ti.loop_config(serialize=ti.static(serial))
         for b in range(n_blocks):
             places = access.places(reals, slot_offset)
             for p in range(start[b], start[b + 1]):
@@ -54,6 +58,7 @@ class Probe:
     def __init__(self, store: "SortedParticles", chosen: NDArray[np.integer[Any]], total: int) -> None:
         """store: `SortedParticles`; chosen (n,): particle numbers; total: how many numbers there are."""
         self._store = store
+        self._serial = runs_serially(LOOK_TIME * total)
         row_of = np.full(total, NOWHERE, np.int32)
         row_of[chosen] = np.arange(len(chosen))
         self._row_of = ti.ndarray(ti.i32, total)
@@ -67,7 +72,7 @@ class Probe:
         store = self._store
         self._blocks[:] = np.iinfo(np.int32).min
         with runtime.precision(store.precision):
-            probe_kernel(store.layout, runtime.DTYPES[store.precision][0])(
+            probe_kernel(store.layout, runtime.DTYPES[store.precision][0], self._serial)(
                 store.reals, store.slot_offset, store.identity, store.start, store.coordinates, self._row_of,
                 self._rows, self._blocks, len(store.blocks))
         self.there = self._blocks[:, 0] != np.iinfo(np.int32).min

@@ -1,17 +1,22 @@
 """How fast grains are sheared for the pressure on them: rate, inertial number, regime.
 
-    rate = sqrt(2 D':D'),   I = rate d sqrt(rho_s / p)
+    rate = sqrt(2 D':D'),   I = rate d sqrt(rho_s / p),   phi(I) = phi_max - (phi_max - phi_min) I
 
 (GDR MiDi 2004, doi:10.1140/epje/i2003-10153-0; Jop, Forterre and Pouliquen 2006, doi:10.1038/nature04801). In simple
-shear the rate is the shear rate.
+shear the rate is the shear rate. phi(I) is the share of the volume that grains take in steady flow, phi_max and phi_min
+those of glass beads (Pouliquen, Cassar, Jop, Forterre and Nicolas 2006, doi:10.1088/1742-5468/2006/07/P07020).
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from snowmpm.annotations import Floats
 
 DENSE, COLLISIONAL = 1e-3, 1e-1
 """I from which on a flow is dense, and collisional."""
+
+DENSEST, LOOSEST = 0.6, 0.5
+"""phi_max and phi_min of glass beads."""
 
 NO_GRAINS, QUASI_STATIC, DENSE_FLOW, COLLISIONAL_FLOW = range(4)
 """Numbers of the regimes: no grains or none that press, quasi-static, dense, collisional."""
@@ -36,3 +41,8 @@ def inertial_number(rate: Floats, p: Floats, diameter: Floats, density: Floats) 
 def regime(number: Floats) -> Floats:
     """Number of the regime (n,) of inertial numbers."""
     return np.where(number > 0.0, 1.0 + np.digitize(number, (DENSE, COLLISIONAL)), float(NO_GRAINS))
+
+
+def steady_fraction(number: Floats, densest: ArrayLike = DENSEST, loosest: ArrayLike = LOOSEST) -> Floats:
+    """phi(I) (n,) of inertial numbers; not below phi_min, which it has at I = 1."""
+    return np.asarray(densest - (np.asarray(densest) - loosest) * np.minimum(number, 1.0))

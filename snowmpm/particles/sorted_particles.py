@@ -216,10 +216,11 @@ class SortedParticles(ParticleStore, Particles):
     def open(self, cut, state):
         """Cut points of interfaces, `cut` (n,) true: no stress from now on, and the law's severed `state`, if any. What
         they stored counts as removed energy."""
-        table, where = self.table(), self.layout.columns
-        self.removed["energy"] += self.materials.elastic_energy(*(values[cut] for values in (
-            self.labels()[:, MATERIAL], self.column("stress"), self.column("state"), self.column("volume")[:, 0])))
-        rows = np.flatnonzero(cut)
+        table, where, rows = self.table(), self.layout.columns, np.flatnonzero(cut)
+        stress, state_before, volume = (table[rows, where(name)].astype(np.float64)
+                                        for name in ("stress", "state", "volume"))
+        self.removed["energy"] += self.materials.elastic_energy(self.labels()[rows, MATERIAL], stress, state_before,
+                                                                volume[:, 0])
         for name in ("elastic", "stress"):
             table[rows, where(name)] = 0.0
         if state:

@@ -18,6 +18,7 @@ import numpy as np
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import runs_serially
 from snowmpm.compiler.runtime import DTYPES
 
 MATERIAL, IDENTITY = 0, 1
@@ -34,6 +35,9 @@ SPARE = 1.5
 
 MOST_MATERIALS = 256
 """A material index is one byte."""
+
+COPY_TIME = 2e-8
+"""Of a particle on one thread [s], about."""
 
 
 @dataclass(frozen=True)
@@ -162,13 +166,17 @@ def accessors(layout):
 
 
 @functools.cache
-def store_kernels(layout, real):
-    """Kernels that copy particles from and to NumPy, and move them: `read`, `write`, `move_labels`, `move_table`."""
+def store_kernels(layout, real, serial):
+    """Kernels that copy particles from and to NumPy, and move them: `read`, `write`, `move_labels`, `move_table`.
+
+    serial: by one thread.
+    """
     access, (n_tables, width) = accessors(layout), layout.tables
     exact = ti.i32 if real == ti.f32 else ti.i64
 
     @taichi_kernel
     def read(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for p in range(rows.shape[0]):
             values = access.load(reals, access.places(reals, slot_offset), p, 0, layout.width)
             for first in ti.static(range(0, layout.width, UNROLLED)):
@@ -177,6 +185,7 @@ def store_kernels(layout, real):
 
     @taichi_kernel
     def write(reals: ti.types.ndarray(), slot_offset: int, rows: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
         for p in range(rows.shape[0]):
             values = ti.Vector([rows[p, c] for c in ti.static(range(layout.width))])
             access.store(reals, access.places(reals, slot_offset), p, 0, values)
@@ -185,11 +194,13 @@ def store_kernels(layout, real):
     def move_labels(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
                     identity: ti.types.ndarray(), target: ti.types.ndarray(), count: int, alive: int):
         """By way of the free slot, bit by bit."""
+        ti.loop_config(serialize=ti.static(serial))
         for p in range(count):
             if target[p] >= 0:
                 pair = ti.Vector([ti.bit_cast(ti.cast(material[p], exact), real),
                                   ti.bit_cast(ti.cast(identity[p], exact), real)])
                 access.store(reals, access.places(reals, slot_offset), target[p], ti.static(n_tables * width), pair)
+        ti.loop_config(serialize=ti.static(serial))
         for p in range(alive):
             pair = access.load(reals, access.places(reals, slot_offset), p, ti.static(n_tables * width), 2)
             material[p] = ti.cast(ti.bit_cast(pair[0], exact), ti.u8)
@@ -198,6 +209,7 @@ def store_kernels(layout, real):
     @taichi_kernel
     def move_table(reals: ti.types.ndarray(), slot_offset: int, target: ti.types.ndarray(), count: int):
         """Table 0 at this turn, to the free slot."""
+        ti.loop_config(serialize=ti.static(serial))
         for p in range(count):
             if target[p] >= 0:
                 places = access.places(reals, slot_offset)
@@ -221,7 +233,7 @@ class ParticleStore:
         self._allocate(capacity)
         self.changes = 0
         """How often columns were written from outside a step: who keeps copies of them has to look again."""
-        self._kernels = store_kernels(layout, dtype)
+        self._kernels = store_kernels(layout, dtype, runs_serially(COPY_TIME * capacity))
 
     def _allocate(self, capacity):
         """Room for so many particles, and none in it."""

@@ -38,7 +38,7 @@ TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#3b0f70", "#641a80", "#8c2
                                                      "#fe9f6d", "#fecf92"), unit="s")
 
 OF_MAP = {"release_depth": DEPTH, "peak_depth": DEPTH, "deposit_depth": DEPTH, "peak_speed": SPEED,
-          "peak_pressure": PRESSURE, "arrival_time": TIME}
+          "peak_pressure": PRESSURE, "arrival_time": TIME, "momentary_depth": DEPTH, "momentary_speed": SPEED}
 """Classes of each raster of a run, by its name."""
 
 

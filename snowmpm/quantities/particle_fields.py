@@ -7,5 +7,5 @@ UNITS = {
     "position": "m", "velocity": "m/s", "density": "kg/m3", "mass": "kg", "volume": "m3", "stress": "Pa", "p": "Pa",
     "q": "Pa", "J": "1", "material": "1", "body": "1", "id": "1", "depth": "m", "pore_pressure": "Pa", "porosity": "1",
     "saturation": "1", "liquid_water": "1", "excess_pressure": "Pa", "strain_rate": "1/s",
-    "inertial_number": "1", "flow_regime": "1", "failure_function": "1",
+    "inertial_number": "1", "flow_regime": "1", "steady_solid_fraction": "1", "failure_function": "1",
 }

@@ -122,6 +122,13 @@ RASTERS = (
              MAPS),
 )
 
+OVER_TIME = (
+    Quantity("momentary_depth", "flow depth", "m", "Vertical depth of the snow over a map cell at a time, at the "
+             "density of the start; of columns, the mean of their depths.", "snowmpm.io.flow_maps"),
+    Quantity("momentary_speed", "flow speed", "m/s", "Mean speed over a map cell at a time, weighted by volume, where "
+             "the snow is at least flow_depth deep.", "snowmpm.io.flow_maps"),
+)
+
 NUMBERS = (
     Quantity("release_area", "release area", "m2", "Plan area of the snow at the start: of the polygons that it was "
              "given by, or what its particles cover.", HAZARD),
@@ -194,7 +201,7 @@ OLD_NUMBERS = {"largest_depth": "largest_flow_depth", "largest_speed": "largest_
                "largest_pressure": "largest_flow_pressure"}
 """Old names of hazard numbers, and their new names."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *NUMBERS, *IMPACT, *SAW_TEST)}
+QUANTITIES = {quantity.name: quantity for quantity in (*HISTORY, *RASTERS, *OVER_TIME, *NUMBERS, *IMPACT, *SAW_TEST)}
 """All quantities by name."""
 
 

@@ -15,8 +15,8 @@ Along the column, in bins that move with the snow:
                 interface (`particles.interface`) d is the strain of the layer, so that the integral is that of the
                 traction over the displacement, and the bins are two points wide
 
-The interval of the record is the time in which a wave crosses one bin, or longer if there would be more than
-`MOST_ROWS` rows; of an interface, work and arrivals are followed in each step.
+The interval of the record is the time in which a wave crosses one bin, of an interface half a cell, or longer if there
+would be more than `MOST_ROWS` rows; work and arrivals of an interface are followed in each step.
 """
 
 from functools import cached_property
@@ -64,7 +64,8 @@ class CrackRecord:
         self._points = spec.weak_layer.interface
         width = 2.0 * dx / (self._points or 1)
         self._count_bins(spec.length, max(width, spec.length / MOST_BINS), spec.width_in(scene.dimension))
-        self.interval = max(self.bin / solver.particles.materials.wave_speed, scene.end_time / MOST_ROWS)
+        wave = solver.particles.materials.wave_speed
+        self.interval = max((0.5 * dx if self._points else self.bin) / wave, scene.end_time / MOST_ROWS)
 
         x, total = population.positions, len(population.volumes)
         spacing = scene.solver.spacing(scene.dimension)
@@ -141,23 +142,27 @@ class CrackRecord:
         for name, values in (("settlement", -moved[:, -1]), ("settling_speed", -velocity[:, -1]),
                              ("slip", moved[:, 0]), ("slip_speed", velocity[:, 0])):
             row[name].append(self._mean(values).astype(np.float32))
-        work, broken = self._follow_weak_layer(time)
-        row["work"].append(work.astype(np.float32))
+        stress, state, broken = self._follow_weak_layer(time)
+        row["work"].append(self._work(stress, state).astype(np.float32))
         row["tip"].append(self.bin * float(np.argmin(np.append(broken, False))))
 
     def _follow_weak_layer(self, time):
-        """Work per area (bins,), and which bins are broken or sawn."""
+        """Stress and state of the layer, and which bins (bins,) are broken or sawn."""
         stress, state = self._stress_and_state()
         load = self._load(stress)
         self._dissipated += self._work_between(self._power, load, time - self._read_at)
         self._power, self._read_at = load, time
-        volume = self._probe.column("volume", self._weak)[:, 0]
-        work = self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
         cracked, sawn = self._broken(state)
         new = cracked & np.isnan(self.bins["arrival"]) & (time > 0.0)
-        self.bins["arrival"][new] = time
-        self.bins["fracture_energy"][new] = work[new]
-        return work, cracked | sawn | np.isfinite(self.bins["arrival"])
+        if new.any():
+            self.bins["arrival"][new] = time
+            self.bins["fracture_energy"][new] = self._work(stress, state)[new]
+        return stress, state, cracked | sawn | np.isfinite(self.bins["arrival"])
+
+    def _work(self, stress, state):
+        """Work per area [J/m2] (bins,) so far."""
+        volume = self._probe.column("volume", self._weak)[:, 0]
+        return self._sum(volume * (self._dissipated - self._elastic(stress, state))) / self._bin_area
 
     def _broken(self, state):
         """Which bins have broken, and which were sawn."""
@@ -172,8 +177,10 @@ class CrackRecord:
         return moved - self._rest
 
     def _stress_and_state(self):
-        stress, state = (self._probe.column(name, self._weak) for name in ("stress", "state"))
-        return np.pad(stress, ((0, 0), (0, 6 - stress.shape[1]))), state[:, : len(self._law.STATE)]
+        stored, state = (self._probe.column(name, self._weak) for name in ("stress", "state"))
+        stress = np.zeros((len(stored), 6))
+        stress[:, : stored.shape[1]] = stored
+        return stress, state[:, : len(self._law.STATE)]
 
     def _elastic(self, stress, state):
         """psi [J/m3] of each particle of the weak layer, 0 for those that the saw removed."""

@@ -252,13 +252,12 @@ def _refuse_beside_two_velocities(scene):
     if scene.structures:
         raise InputError.at("structures.0.name", scene.structures[0].name, 'does not go with water.scheme = "v_w"',
                             scene.source)
-    # What presses on a surface is the water as well, and friction is that of the grains
+    # Laws take their stress from all particles of a column; the grains' own is known where they touch a surface only
     rubbing = [("terrain", terrain)] if terrain else []
     rubbing += [(f"obstacles.{i}", obstacle) for i, obstacle in enumerate(scene.obstacles)]
     for key, surface in rubbing:
-        if surface.contact not in ("stick", "symmetric") and surface.friction != 0.0:
-            raise InputError.at(f"{key}.friction", surface.friction if isinstance(surface.friction, int | float)
-                                else "a law", f'must be 0 beside water.scheme = "v_w", or {key}.contact = "stick"',
+        if surface.contact not in ("stick", "symmetric") and not isinstance(surface.friction, int | float):
+            raise InputError.at(f"{key}.friction", "a law", 'must be a number beside water.scheme = "v_w"',
                                 scene.source)
 
 

@@ -33,7 +33,7 @@ class Forces:
             self._near, self._rows, self._boundary.dummies, self._tallies, self._scheme)
         packs, totals = near.packs, tallies.none()
         covered = scheme.surface_coverage if scheme.surface_coverage < 1.0 else math.inf
-        self._kick(packs.table, rows.source, rows.moved, *near.lists.arguments, near.lists.ints, dummies.frames,
+        self._kick(packs.table, rows.source, rows.moved, *near.of_particles, near.lists.ints, dummies.frames,
                    dummies.first_row, self._boundary.table, tallies.corners, loads, n_loads, tallies.sums, tallies.of,
                    self._gravity, self._dx, dt, damping_factor, scheme.viscosity, scheme.quadratic_viscosity,
                    scheme.disorder_damping, scheme.confining_pressure, covered, tallies.n, totals, packs.n,

@@ -46,6 +46,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     confining pressure, a quadratic viscosity; serial: by one thread.
     """
     dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
+    mask = layout.row_mask
     pair = pair_functions(layout)
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
     viscosity = viscosity_functions(0.5 * radius, viscous)
@@ -78,14 +79,17 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             pack["cover"][0][lane] = 0.0
 
     @ti.func
-    def add_run(pack: ti.template(), into: ti.template(), dummies: ti.template(), c, begin, end,
-                source: ti.template(), entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy,
-                alpha, beta, gamma):
-        """Sum of the rows of one run into pack[into]; of dummies also where they face."""
-        sign = pair.signs(reals, c)
+    def add_run(pack: ti.template(), into: ti.template(), seen: ti.template(), c, begin, end, source: ti.template(),
+                entries: ti.template(), reals: ti.template(), frames: ti.template(), first_dummy, alpha, beta, gamma):
+        """Sum of the rows of one run into pack[into]: of particles seen "plain" or in a "mirror", or of "dummies", of
+        these also where they face."""
+        dummies = ti.static(seen == "dummies")
+        sign = ti.Vector.one(real, dim)
+        if ti.static(seen != "plain"):
+            sign = pair.signs(reals, c)
         for e in range(begin, end):
             j = entries[e]
-            row = source[j]
+            row = source[j & mask]
             xj, vj, Sj = pair.place(reals, c, row), pair.vector(sign, row, at["v"]), pair.force(sign, row)
             Rj, Dj = ti.Vector.zero(real, n_stress), ti.Vector.zero(real, n_stress)
             if ti.static(layout.tension):
@@ -176,16 +180,16 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 surface_forces.clear(pack)
                 current = surface
             if surface < 0:
-                add_run(pack, "f", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
+                add_run(pack, "f", "plain", c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
                         gamma)
             elif surfaces[surface, 2] > 0.0:
                 mirror = 1
-                add_run(pack, "wall", False, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
-                        gamma)
+                add_run(pack, "wall", "mirror", c, begin, end, source, entries, reals, frames, first_dummy, alpha,
+                        beta, gamma)
             else:
                 mirror = 0
-                add_run(pack, "wall", True, c, begin, end, source, entries, reals, frames, first_dummy, alpha, beta,
-                        gamma)
+                add_run(pack, "wall", "dummies", c, begin, end, source, entries, reals, frames, first_dummy, alpha,
+                        beta, gamma)
             begin = end
         if current < 0:
             write_inner(pack)

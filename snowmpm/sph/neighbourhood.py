@@ -11,6 +11,7 @@ import numpy as np
 from snowmpm.compiler.arrays import real_array
 from snowmpm.sph.candidates import Group
 from snowmpm.sph.neighbours import NeighbourLists, Packs
+from snowmpm.sph.shortlist import ShortLists
 
 SKIN = 0.4
 """Cells beyond the support that lists of neighbours reach."""
@@ -23,10 +24,11 @@ class Neighbourhood:
     solver keeps up to date.
     """
 
-    def __init__(self, boundary, precision, width, radius):
-        """boundary: `Boundary`; radius [cells]: of the support; width: lanes of a pack."""
+    def __init__(self, boundary, rows, precision, width, radius):
+        """boundary: `Boundary`; rows: `Rows`; radius [cells]: of the support; width: lanes of a pack."""
         self._boundary, self._width, self._reach = boundary, width, radius + SKIN
         self.lists, self.dummy_lists = (NeighbourLists(boundary.dim, precision, width) for _ in range(2))
+        self._rows, self._short = rows, ShortLists(rows.layout, precision, width, radius, SKIN)
         self.packs = self.dummy_packs = None
         self._closed_in, self._built = math.inf, None
         self._move_with(np.zeros(boundary.dim), 0.0)
@@ -48,6 +50,12 @@ class Neighbourhood:
     def age(self, way):
         """A step in which two particles may have come closer by `way` [cells]."""
         self._closed_in += way
+        self._short.age(way)
+
+    @property
+    def of_particles(self):
+        """What a sum over the neighbours of particles reads, in the order of the arguments of kernels."""
+        return self._short.of(self.packs, self._rows, self.lists)
 
     def begin(self, rows, blocks, particle_rows, time):
         """Lists for particles that lie in the order of their blocks.
@@ -66,6 +74,7 @@ class Neighbourhood:
 
     def _find(self, rows, blocks):
         """Lists for the rows as they are."""
+        self._short.forget()
         boundary, own = self._boundary, Group(-1, blocks)
         boundary.dummies.place(rows, self._built[1])
         self.packs = Packs(blocks.start[:-1], np.diff(blocks.start), self._width)
@@ -79,7 +88,7 @@ class Neighbourhood:
     @property
     def bytes(self):
         """Memory of the lists."""
-        return self.lists.bytes + self.dummy_lists.bytes
+        return self.lists.bytes + self.dummy_lists.bytes + self._short.bytes
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

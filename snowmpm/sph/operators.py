@@ -196,5 +196,5 @@ class Operators:
         """
         packs = self._near.packs
         operator_kernel(self._rows.layout, self._real, *self._smoothing, kind, tuple(parity))(
-            packs.table, self._rows.moved, fields, out, *self._near.lists.arguments, self._first_dummy, packs.n,
+            packs.table, self._rows.moved, fields, out, *self._near.of_particles, self._first_dummy, packs.n,
             packs.chunk_bounds)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import taichi as ti
 
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.errors import SimulationError
+from snowmpm.particles.store import INDEX_BITS
 
 PLANE = (0, 1, 3)
 """Entries of a plane strain tensor (xx, yy, zz, xy) that act in the plane."""
@@ -61,6 +63,12 @@ class RowLayout:
     def moved_width(self):
         return 2 * self.dim + 1
 
+    @property
+    def row_mask(self):
+        """The number of a row has no other bits. Kernels say so, since the compiler must doubt otherwise, for fear of
+        indices beyond 32 bits, that the entries of a row follow each other, and works out the place of each."""
+        return (1 << INDEX_BITS - 1 - self.source_width.bit_length()) - 1
+
 
 class Rows:
     """The two tables of rows of particles and dummies, of a working precision."""
@@ -68,6 +76,9 @@ class Rows:
     def __init__(self, layout, precision, n):
         self.layout, self.real = layout, DTYPES[precision][0]
         self.n = max(1, n)
+        if self.n > layout.row_mask + 1:
+            raise SimulationError(f"SPH needs {self.n:,} rows, of particles and of dummies; {layout.row_mask + 1:,} at "
+                                  "most fit the 32-bit indices of Taichi's arrays; choose a larger solver.dx")
         self.source = ti.ndarray(ti.types.vector(layout.source_width, self.real), (self.n,))
         self.moved = ti.ndarray(ti.types.vector(layout.moved_width, self.real), (self.n,))
 

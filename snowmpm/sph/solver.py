@@ -105,7 +105,7 @@ class SphSolver(Solver):
         self._row_cache = RowCache(self.rows, store, row_kernels(
             *of_particles, *smoothing[1:], scheme.momentum, scheme.artificial_stress), self._speeds, self.dx)
         self._order = order_kernel(store.layout)
-        self._near = Neighbourhood(self.boundary, self.precision, self.width, self.radius)
+        self._near = Neighbourhood(self.boundary, self.rows, self.precision, self.width, self.radius)
         self._forces = Forces(self.rows, self._near, self.boundary, scheme, gravity=self._gravity, dx=self.dx,
                               precision=self.precision, width=self.width, serial=serial)
         self._extrapolation = Extrapolation(self.rows, self._near, self.boundary, self._gravity, self.dx, [
@@ -167,7 +167,7 @@ class SphSolver(Solver):
         packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
         self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
-                     *self._near.lists.arguments, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
+                     *self._near.of_particles, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
                      packs.chunk_bounds)
         self._read(report)
 

@@ -56,7 +56,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
 
     gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress; serial: by one thread.
     """
-    dim, sym_size = layout.dim, layout.sym_size
+    dim, sym_size, mask = layout.dim, layout.sym_size, row_layout.row_mask
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
     _, slope_over_r = KERNELS[kernel].functions(radius, dim)
@@ -95,7 +95,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
                 reals: ti.template()):
         sign = pair.signs(reals, c)
         for e in range(begin, end):
-            row = moved[entries[e]]
+            row = moved[entries[e] & mask]
             xj, vj, Vj = pair.place(reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
             for lane in range(width):
                 d = xj - read_lane(pack["x"], lane)

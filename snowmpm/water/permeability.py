@@ -75,6 +75,10 @@ class Calonne(OfGrains):
         return 0.75 * self.grain_size**2 * np.exp(-0.0130 * density)
 
 
+LAWS = ("calonne", "kozeny_carman", "raster")
+"""Names of the tables."""
+
+
 def _form(value: Any) -> str:
     if isinstance(value, dict):
         return str(value.get("law", "raster"))

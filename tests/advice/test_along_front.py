@@ -11,6 +11,9 @@ from snowmpm.scenes import library, load_scene
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 
+LARGE = {"crown_and_flanks", "mast", "pst", "slab_release"}
+"""Scenes that take longest to fill with particles."""
+
 
 @pytest.fixture(scope="module")
 def table():
@@ -80,7 +83,7 @@ def test_a_layer_that_allows_nothing_is_named():
     assert "solver.dx" not in change.overrides and "thinnest part" in change.lines[-1]
 
 
-@pytest.mark.parametrize("name", ["slab_release_2d", "slab_release"])
+@pytest.mark.parametrize("name", ["slab_release_2d", pytest.param("slab_release", marks=pytest.mark.slow)])
 def test_a_scene_tuned_to_its_grid_stays_on_it(name):
     """On twice the spacing slab_release_2d stands still: nothing is sold as faster, or more accurate, that is another
     scene."""
@@ -134,7 +137,9 @@ def test_a_fixed_step_goes_with_the_grid():
     assert changed["solver.dt"] / 1e-5 == pytest.approx(changed["solver.dx"] / scene.solver.dx, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", sorted(set(library()) - {"avalanche_depth_averaged", "slushflow"}))
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.slow] * (name in LARGE))
+    for name in sorted(set(library()) - {"avalanche_depth_averaged", "slushflow"})])
 def test_every_scene_of_the_library_is_moved_by_what_is_promised(name):
     scene = load_scene(name)
     change = faster(scene)

@@ -206,10 +206,10 @@ def in_scenes():
     (`scene_runs.py`), each by the size of its scene at the start. Times are those of a machine as fast as the fastest
     of these runs, by the speed that was sampled while they ran."""
     with open(scene_runs.TABLE, newline="", encoding="utf-8") as file:
-        runs = [Run(row) for row in csv.DictReader(file) if not row["settings"] and int(row["steps"]) >= LEAST_STEPS
-                and METHODS[load_scene(row["scene"]).solver.method].capabilities.grid]
+        every = [Run(row) for row in csv.DictReader(file) if not row["settings"] and int(row["steps"]) >= LEAST_STEPS]
+    runs, columns = [run for run in every if run.method.grid], [run for run in every if run.method.plan]
     vector, python = (min(getattr(run, name) for run in runs) for name in ("vector", "python"))
-    for run in runs:
+    for run in every:
         run.slow = run.vector / vector
     yield "speed", 0, "", "vector", vector
     yield "speed", 0, "", "python", python
@@ -259,6 +259,8 @@ def in_scenes():
         yield "frame", dim, "f32", "fixed", parts["fixed"]
         yield "frame", dim, "f32", "audit", parts["audit"]
         yield "frame", dim, "f32", "number", 0.0
+        if dim == 3:
+            yield "frame", dim, "f32", "depth", np.median([run.ns("output", a="frames") for run in columns])
         begun = fitted(own, lambda run: 1e9 * run.start / run.slow, {
             "fixed": lambda run: 1.0, "particle": lambda run: run.crowd.n})
         yield "start", dim, "f32", "fixed", begun["fixed"]
@@ -272,6 +274,7 @@ class Run:
         scene = load_scene(row["scene"])
         model = build(scene)
         budget = Budget(SceneFacts(scene, model, model.solver()))
+        self.method = METHODS[scene.solver.method].capabilities
         self.dim, self.crowd, self.flip = scene.dimension, budget.crowd, TRANSFERS[scene.solver.transfer].flip
         self.watched = float(bool(model.obstacles))
         plain = replace(budget.scheme, transfer="apic")

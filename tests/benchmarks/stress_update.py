@@ -48,6 +48,8 @@ LAWS = {
     "mohr_coulomb": m.MohrCoulomb(**SAND),
     "mu_i": m.MuI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38, limit_friction=0.64,
                   grain_diameter=1e-3, grain_density=2500.0),
+    "mu_phi_i": m.MuPhiI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38,
+                         limit_friction=0.64, grain_diameter=1e-3, grain_density=2600.0),
     "modified_cam_clay": m.ModifiedCamClay(**CRITICAL),
     "cohesive_cam_clay": m.CohesiveCamClay(**CRITICAL, cohesion=0.3),
     "cohesive_cam_clay, frozen": m.CohesiveCamClay(**CRITICAL, cohesion=0.3, return_map="frozen"),

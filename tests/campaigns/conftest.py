@@ -3,7 +3,7 @@
 import pytest
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def site():
     """`snowmpm.campaigns.cluster.Site` of two processes."""
     pytest.importorskip("distributed")

@@ -47,6 +47,7 @@ def calibration_file(seen, **options):
                         "outline": {"file": str(outline), "deviation": 0.05}}}}, "friction.toml", outline.parent)
 
 
+@pytest.mark.slow
 def test_friction_is_found_again(seen, site, tmp_path):
     """Within 2 %, and the width of the posterior is no less than the error."""
     said = []

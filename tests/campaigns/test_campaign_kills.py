@@ -88,6 +88,7 @@ def one_after_the_other(runs, folder):
     return answer(plan.folder, plan)
 
 
+@pytest.mark.slow
 def test_killed_workers_change_nothing(tmp_path):
     found, killed, records = with_kills(8, tmp_path / "killed", 3, 1)
     assert len(killed) >= 2
@@ -174,6 +175,7 @@ def _small_disk():
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
 
 
+@pytest.mark.slow
 def test_a_worker_with_a_full_disk_is_sent_away(tmp_path):
     plan, _ = prepare(small_file(runs=4), tmp_path / "campaign", 2)
     said = []

@@ -97,6 +97,7 @@ def in_the_meantime(action):
         assert not failures, failures
 
 
+@pytest.mark.slow
 def test_scheduler_and_worker_are_killed_and_come_back(machine, tmp_path):
     folder = tmp_path / "shared" / "campaign"
     scheduler, one = machine.scheduler(), machine.worker("one")

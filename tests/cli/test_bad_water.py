@@ -26,3 +26,22 @@ def test_water_that_cannot_be(call, tmp_path, scene, setting):
         assert error and error.count("\n") <= 2 and "Traceback" not in before + error
         assert setting.partition("=")[0].rpartition(".")[0] in error
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("line", "allowed"), [
+    ("permeability = 0.0", "must be > 0"), ("permeability = -1e-9", "must be > 0"),
+    ("permeability = nan", "must be a finite number"), ("permeability = inf", "must be a finite number"),
+    ('permeability = "wet"', "must be a number"), ("permeability = true", "must be a number"),
+    ("permeability = [1.0]", "must be a number"), ("porosity = 1.2", "must be < 1"), ("porosity = 0", "must be > 0"),
+    ("porosity = nan", "must be a finite number"), ('porosity = "half"', "must be a number"),
+])
+def test_a_file_of_ones_own(call, tmp_path, line, allowed):
+    """The message names file, key and value, and says what is allowed."""
+    text, key = (DOCS / "terzaghi_column.toml").read_text(encoding="utf-8").splitlines(), line.partition(" =")[0]
+    scene = tmp_path / "mine.toml"
+    scene.write_text("\n".join(line if old.startswith(f"{key} =") else old for old in text), encoding="utf-8")
+    refused = call("check", str(scene))
+    assert refused.code == 2 and refused.err.count("\n") <= 2, refused
+    value = line.partition("= ")[2].replace("-1e-9", "-1e-09")
+    for part in ("mine.toml", f"water.{key} = {value}", allowed):
+        assert part in refused.err

@@ -26,6 +26,8 @@ ELSEWHERE = {"ground_friction": "scenes/test_ground_friction.py", "ground_cohesi
              "flow_water": "depth/test_depth_water.py", "receives": "handover/test_zone.py"}
 """Capabilities of the ground and the sides, and others, with the tests that ask for them and are refused."""
 QUESTIONS = [(name, None) for name in CAPABILITIES] + [(name, value) for name in VALUES for value in VALUES[name]]
+LONG = {("implicit", "dimensions", 3)}
+"""Method, capability and value whose kernels take a minute to compile."""
 
 
 def run(check, method, folder):
@@ -48,8 +50,9 @@ def test_method(method, check, tmp_path):
     run(check, method, tmp_path)
 
 
-@pytest.mark.parametrize(("capability", "value"), QUESTIONS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("method", "capability", "value"), [
+    pytest.param(method, *question, marks=[pytest.mark.slow] * ((method, *question) in LONG))
+    for method in METHODS for question in QUESTIONS])
 def test_capability(method, capability, value):
     is_as_declared(method, capability, value)
 

@@ -6,7 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from parameter_sets import random_rotations
 
-from snowmpm.materials import DruckerPrager, MohrCoulomb, MuI, SofteningCone, StressUpdate, Updated, VonMises, unpack
+from snowmpm.materials import (
+    DruckerPrager,
+    MohrCoulomb,
+    MuI,
+    MuPhiI,
+    SofteningCone,
+    StressUpdate,
+    Updated,
+    VonMises,
+    unpack,
+)
 
 SOIL = {"density": 1500.0, "youngs_modulus": 1e7, "poisson_ratio": 0.3}
 LAWS = {
@@ -31,6 +41,8 @@ LAWS = {
     "MC associated": MohrCoulomb(**SOIL, friction_angle=25.0, dilation_angle=25.0, cohesion=1e4),
     "Tresca": MohrCoulomb(**SOIL, friction_angle=0.0, cohesion=1e4),
     "mu(I)": MuI(**SOIL, static_friction=0.38, limit_friction=0.64, grain_diameter=1e-3, grain_density=2500.0),
+    "mu(I), phi(I)": MuPhiI(**SOIL, static_friction=0.38, limit_friction=0.64, grain_diameter=1e-3,
+                            grain_density=2600.0),
 }
 COUNT = 4000
 

@@ -20,6 +20,7 @@ from snowmpm.materials import (
     ModifiedCamClay,
     MohrCoulomb,
     MuI,
+    MuPhiI,
     StomakhinSnow,
     StressUpdate,
     VonMises,
@@ -38,6 +39,8 @@ LAWS = [
     CohesiveCamClay(**CLAY, cohesion=0.3, return_map="substepped"), Elastic(**SNOW), VonMises(**SNOW, yield_stress=2e4),
     DruckerPrager(**SAND), DruckerPrager(**SAND, cohesion=1e4, softening_strain=0.1), MohrCoulomb(**SAND),
     MuI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38, limit_friction=0.64,
+        grain_diameter=1e-3, grain_density=2500.0),
+    MuPhiI(density=1500.0, youngs_modulus=1e7, poisson_ratio=0.3, static_friction=0.38, limit_friction=0.64,
         grain_diameter=1e-3, grain_density=2500.0),
 ]  # fmt: skip
 """Laws whose pressure does not fall in a simple shear of a state under pressure."""

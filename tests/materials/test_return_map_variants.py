@@ -81,7 +81,8 @@ def test_which_variants_end_on_the_new_surface(precision):
             assert -0.2 < y[2:].max() < -1e-3
 
 
-@pytest.mark.parametrize("law", [pytest.param(W1, id="W1", marks=pytest.mark.slow), pytest.param(W2, id="W2")])
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [pytest.param(W1, id="W1"), pytest.param(W2, id="W2")])
 def test_weak_layer_variants_agree_at_small_steps(law):
     F = oedometer(np.linspace(0.0, 0.4 if law is W1 else 0.05, 4001)[1:])
     reference = MaterialPoint(law).drive(F)

@@ -30,6 +30,10 @@ N = 3001  # not a whole number of packs
 every_law = pytest.mark.parametrize("name", LAWS)
 both_precisions = pytest.mark.parametrize("precision", ["f32", "f64"])
 both_dimensions = pytest.mark.parametrize("dimension", [2, 3])
+each_by_default = pytest.mark.parametrize(("precision", "dimension"), [
+    ("f32", 3), ("f64", 2), pytest.param("f32", 2, marks=pytest.mark.slow),
+    pytest.param("f64", 3, marks=pytest.mark.slow)])
+"""Both precisions and both dimensions; every pair of them with the slow tests."""
 
 
 def steps(law, dimension, sizes, rng):
@@ -74,8 +78,7 @@ def assert_same(law, found, expected, precision):
     assert differ.mean() < (0.01 if precision == "f32" else 1e-3)
 
 
-@both_dimensions
-@both_precisions
+@each_by_default
 @every_law
 def test_packs_agree_with_one_by_one(name, precision, dimension):
     law = LAWS[name]

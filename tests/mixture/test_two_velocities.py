@@ -92,6 +92,9 @@ def test_consolidation():
     assert error < 0.05
     assert sunk == pytest.approx(whole * consolidation(0.2), rel=0.05)
     assert row["water_residual"] < 1e-10
+    # Of what the load gave, what is neither stored nor drag: the start's waves, that transfers smooth. Drag by the slip
+    # before walls act would be booked 8 % too large
+    assert 0.0 < row["energy_remainder"] < 0.03 * row["contact_work"]
 
 
 @pytest.mark.slow
@@ -140,8 +143,8 @@ def test_water_leaves_and_pools(pooled):
     np.testing.assert_allclose(fields["porosity"][outside & (x > 0.55)], 1.0, atol=0.02)
 
 
-@pytest.mark.xfail(strict=True, reason="0.432 for 0.400: rates of volume add up with an error, in 3000 steps")
 def test_water_in_the_soil_fills_its_pores(pooled):
+    """After 3000 steps, in which particles crowd by a tenth if nothing parts them."""
     simulation, _, _ = pooled
     fields, wet = simulation.particles, phases(simulation)
     inside = wet & (fields["position"][:, 0] < 0.3)

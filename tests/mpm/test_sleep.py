@@ -163,6 +163,7 @@ def test_the_kernels_of_a_gpu_are_refused():
         stage(*PLAIN, atomic=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [
     case if case.startswith("2-D") else pytest.param(case, marks=pytest.mark.slow) for case in CASES])
 def test_one_and_two_threads_and_a_resumed_run_leave_the_same_bits(case):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowmpm.particles.regimes import inertial_number, regime, strain_rate
+from snowmpm.particles.regimes import inertial_number, regime, steady_fraction, strain_rate
 
 
 def test_the_rate_of_simple_shear_is_the_shear_rate_in_two_and_three_dimensions():
@@ -29,3 +29,8 @@ def test_inertial_numbers_and_regimes():
                              np.full(4, 2500.0))
     assert number == pytest.approx([0.02, 0.0, 0.0, 0.0])
     assert regime(np.array([0.0, 1e-4, 0.02, 0.5])).tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_grains_are_looser_the_faster_they_are_sheared():
+    assert steady_fraction(np.array([0.0, 0.1, 1.0, 5.0])) == pytest.approx([0.6, 0.59, 0.5, 0.5])
+    assert steady_fraction(np.array([0.2]), 0.8, 0.6) == pytest.approx([0.76])

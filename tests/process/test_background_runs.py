@@ -43,6 +43,7 @@ def frames(folder):
     return 0
 
 
+@pytest.mark.slow
 def test_what_is_ignored_stays_ignored_and_sigterm_writes_a_checkpoint(tmp_path):
     process = in_background("-m", "snowmpm", "run", SCENE, "-o", tmp_path, "--backend", "cpu", "--threads", "1",
                             "--set", "end_time=1000", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -69,8 +70,9 @@ MORE = ["resume/test_resumed_runs.py::test_resumed_in_the_middle_of_events",
         "cli/test_signals.py::test_a_command_takes_back_what_it_began"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chosen", "count"), [
-    pytest.param(ONE, 1, id="one"), pytest.param(MORE, 5, id="more", marks=pytest.mark.slow)])
+    pytest.param(ONE, 1, id="one"), pytest.param(MORE, 5, id="more")])
 def test_the_tests_of_signals_themselves(chosen, count):
     """They bring the handlers of a program in the foreground."""
     process = in_background("-m", "pytest", "-q", "-p", "no:cacheprovider", *(TESTS / name for name in chosen),

@@ -35,7 +35,7 @@ print(snowmpm.start(), snowmpm.compiler.runtime.threads())
 
 
 @pytest.mark.parametrize(("settings", "threads"), [
-    ("cpu_max_num_threads=2", 2),
+    pytest.param("cpu_max_num_threads=2", 2, marks=pytest.mark.slow),
     ("default_ip=ti.i64, default_fp=ti.f64, fast_math=False, debug=True, short_circuit_operators=False,"
      " advanced_optimization=False, cpu_max_num_threads=1", 1)])
 def test_started_before_by_the_caller(program, expected, settings, threads):
@@ -80,7 +80,9 @@ print(in_parallel() == in_parallel(60000))
 
 
 @pytest.mark.skipif(not patches.wanted("array_lifetime"), reason="arrays do not know their Taichi: patch switched off")
-@pytest.mark.parametrize("afterwards", ["ti.init(arch=ti.cpu)", "ti.reset()", "snowmpm.start(); ti.reset(); block()"])
+@pytest.mark.parametrize("afterwards", [
+    pytest.param("ti.init(arch=ti.cpu)", marks=pytest.mark.slow), "ti.reset()",
+    pytest.param("snowmpm.start(); ti.reset(); block()", marks=pytest.mark.slow)])
 def test_ended_afterwards_by_the_caller(program, expected, afterwards):
     """Old simulations say so, whatever is asked of them; new ones work, also while the old ones' memory is freed."""
     assert program(ENDED.replace("AFTERWARDS", afterwards)) == [expected["f32"], "True"]

@@ -41,6 +41,7 @@ print(go_on(old, 10))
                     f"{expected['f32']} True", f"{expected['f32']} True", expected["f64"], expected["f32"]]
 
 
+@pytest.mark.slow
 def test_forked_before_the_start(program, expected):
     said = program(FORK + "assert forked(lambda: print(go_on(block()))) == 7; print(go_on(block()))")
     assert said == [expected["f32"]] * 2
@@ -88,7 +89,8 @@ thread.join()
     assert said == [expected["f32"]]
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn", pytest.param("forkserver", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", [
+    "fork", *(pytest.param(name, marks=pytest.mark.slow) for name in ("spawn", "forkserver"))])
 def test_pools(program, expected, method):
     """Workers of concurrent.futures, made by each method of multiprocessing, with Taichi at work in the parent."""
     said = program(f"""

@@ -69,6 +69,7 @@ def notebook(tmp_path):
         process.wait()
 
 
+@pytest.mark.slow
 def test_cells(notebook):
     process, client = notebook
     printed = []

@@ -27,16 +27,17 @@ CASES = {"2-D": (2, {"regularisation": "mls", "regularisation_interval": 7}),
          "3-D": (3, {"kernel": "cubic_spline", "smoothing": 1.2})}
 
 
-def stage(dim, scheme):
-    """Solver of one case."""
+def stage(dim, scheme, haste=1.0):
+    """Solver of one case; haste: factor of all velocities."""
     rng, across = np.random.default_rng(17), [0.4] * (dim - 2)
     floor = [0.0] * (dim - 2)
     positions, volumes = lattice([0.2, *floor, 0.05], [0.8, *across, 0.45], DX, 1)
     velocities = rng.normal(0.0, 0.5, positions.shape)
     velocities[:, 0] += 6.0
     velocities[:, -1] -= 2.0
-    middle, omega = np.array([1.0, *across, 0.2]), 2.0 if dim == 2 else np.array([0.5, 2.0, 1.0])
-    turning = RigidMotion(middle, Uniform(np.array([-2.0, *floor, 0.0]), omega))
+    velocities *= haste
+    middle, omega = np.array([1.0, *across, 0.2]), haste * (2.0 if dim == 2 else np.array([0.5, 2.0, 1.0]))
+    turning = RigidMotion(middle, Uniform(haste * np.array([-2.0, *floor, 0.0]), omega))
     bar = Obstacle("bar", SolidShape(BOX, middle, np.eye(dim), np.full(dim, 0.1)), turning, "separate", 0.3)
     gravity = np.zeros(dim)
     gravity[-1] = -9.81

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from snowmpm.sph import shortlist
 from tests.sph.determinism_cases import CASES, numbers, stage
 from tests.support.thread_counts import with_one_and_two_threads
+
+HASTE, STEPS = 0.25, 90
+"""Slow enough for short lists, and so long that lists are made anew."""
 
 
 @pytest.mark.slow
@@ -31,4 +35,29 @@ def test_a_restored_solver_goes_on_bit_by_bit(name):
         one.step(one.stable_dt()[0])
         other.step(other.stable_dt()[0])
     for a, b in zip(numbers(one), numbers(other), strict=True):
+        assert np.ascontiguousarray(a).tobytes() == np.ascontiguousarray(b).tobytes()
+
+
+@pytest.mark.parametrize("name", ["2-D", pytest.param("3-D", marks=pytest.mark.slow)])
+def test_short_lists_of_neighbours_give_the_sums_of_the_long_ones(name, monkeypatch):
+    """To the bit, over several searches for neighbours; and they are cut again and again, and shorter."""
+    short, left = stage(*CASES[name], haste=HASTE), []
+    for _ in range(STEPS):
+        short.step(short.stable_dt()[0])
+        _, runs, n_runs, *_ = short._near.of_particles
+        lists, ends = short._near.lists, np.zeros(2)
+        for k, (own, amount) in enumerate(((runs, n_runs), (lists.runs, lists.n_runs))):
+            own, amount = own.to_numpy(), amount.to_numpy()
+            last = np.arange(short._near.packs.n) * lists.most_runs + amount[: short._near.packs.n] - 1
+            ends[k] = own[last, 1].sum()
+        left.append(ends[0] / ends[1])
+    assert short.particles.sorts >= 2
+    assert len(set(left)) >= 4
+    assert np.median(left) < 0.95
+    monkeypatch.setattr(shortlist, "WORTH", 0.0)
+    long = stage(*CASES[name], haste=HASTE)
+    for _ in range(STEPS):
+        long.step(long.stable_dt()[0])
+    assert long._near.of_particles[0] is long._near.lists.entries
+    for a, b in zip(numbers(short), numbers(long), strict=True):
         assert np.ascontiguousarray(a).tobytes() == np.ascontiguousarray(b).tobytes()

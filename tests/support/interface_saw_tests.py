@@ -49,20 +49,21 @@ def points_on(dx):
     return max(2, round(dx / POINT))
 
 
-def scene_of(case, dx, interface):
-    """pst_2d with the layer as an interface or drawn two cells thick."""
+def scene_of(case, dx, interface, stress="geostatic"):
+    """pst_2d with the layer as an interface or drawn two cells thick. stress: "settle" begins at rest; without, waves
+    from the ends of the column shake the layer while the saw comes."""
     layer = {"interface": points_on(dx)} if interface else {"cells": 2}
     return snowmpm.load_scene("pst_2d", {
-        "solver.dx": dx, "materials.weak_layer": case.law, "saw_test.ends": "normal", "initial.stress": "geostatic",
+        "solver.dx": dx, "materials.weak_layer": case.law, "saw_test.ends": "normal", "initial.stress": stress,
         "saw_test.length": case.length, "saw_test.slope_angle": case.slope_angle, "end_time": 0.45,
         "saw_test.weak_layer": {"material": "weak_layer", "thickness": THICKNESS, **layer},
         **{f"saw_test.{key}": value for key, value in case.more}})
 
 
-def cracked(case, dx, interface):
+def cracked(case, dx, interface, stress="geostatic"):
     """Results of a case by name, with `seconds` of processor time of its steps, `steps`, `particles` and, of the energy
     that the crack took, the share that the scheme lost, `remainder`."""
-    scene = scene_of(case, dx, interface)
+    scene = scene_of(case, dx, interface, stress)
     simulation, end = snowmpm.Simulation(scene), 0.45
     simulation.step()
     start = time.process_time()

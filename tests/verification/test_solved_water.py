@@ -49,12 +49,17 @@ def test_settlement():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="0.127 of the start pressure, 0.033 asked")
-def test_with_inertia():
+@pytest.mark.parametrize("damping", [pytest.param(0.0, marks=pytest.mark.xfail(
+    strict=True, reason="0.127 of the start pressure, 0.033 asked: the average acceleration keeps the start's swings,"
+                        " which such steps cannot follow")), 0.3])
+def test_with_inertia(damping):
     """Newmark's steps of 1e-2 s, of which waves cross 7 cells: no worse than twice those at rest."""
-    (simulation, _), = drained((0.1,), 0.1, 1e-2, time="newmark")
-    assert pressure_error(simulation.particles, C_V * 0.1, 0.1) < 2.0 * 0.0165
+    simulation = Simulation(column(0.1, solver={"implicit": {"time": "newmark", "dt": 1e-2, "damping": damping}},
+                                   water={"split": "monolithic"}))
+    while simulation.time < 0.1 - 1e-12:
+        simulation.step(until=0.1)
     assert simulation.audit()["water_residual"] < 1e-13
+    assert pressure_error(simulation.particles, C_V * 0.1, 0.1) < 2.0 * 0.0165
 
 
 # In the plane K_dr is half of E_oed at nu = 0: alpha = 0.5 over it is 1 / E_oed

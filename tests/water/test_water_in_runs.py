@@ -104,7 +104,7 @@ def test_water_settles_with_the_snow():
     ({"water.permeability": 0.0}, "water.permeability"),
     ({"water.permeability": -1e-9}, "water.permeability"),
     ({"water.permeability": {"law": "calonne", "grain_size": -1.0}}, "water.permeability.grain_size"),
-    ({"water.permeability": {"law": "darcy"}}, "water.permeability"),
+    ({"water.permeability": {"law": "darcy"}}, 'water.permeability.law = "darcy": must be "calonne"'),
     ({"water.porosity": 1.0}, "water.porosity"),
     ({"water.porosity": 0.0}, "water.porosity"),
     ({"water.porosity": 1.2}, "water.porosity"),

@@ -127,7 +127,7 @@ def unstable_friction(facts):
 def _viscous(law, depth):
     """Whether friction grows with the rate as much as in the atlas: b d / H sqrt(rho_s / rho), b = (mu_2 - mu_s) / I_0,
     the viscosity over that of the depth [m] and of free fall through it."""
-    if law.kind != "mu_i":
+    if law.kind not in ("mu_i", "mu_phi_i"):
         return False
     slope = (law.limit_friction - law.static_friction) / law.inertial_number
     return slope * law.grain_diameter / depth * np.sqrt(law.grain_density / law.density) >= VISCOUS

@@ -57,14 +57,15 @@ class Surface:
     def slots(self, keys, coordinates):
         return self.geometry.slots(keys, coordinates)
 
-    def bind(self, real, kernel, flip, serial, lists=False):
+    def bind(self, real, kernel, flip, serial, lists=False, soaked=False):
         """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
-        blocks."""
+        blocks; soaked: for grains beside water."""
         self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial)
         if self.moving:
             self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
-        self._resolve = [own_launches(contact_kernel(*scheme, some)) for some in (False, True)[: 1 + lists]]
+        self._resolve = [own_launches(contact_kernel(*scheme, some, soaked and some))
+                         for some in (False, True)[: 1 + lists]]
         self._kernel, self._no_walls = kernel, ti.ndarray(ti.types.vector(4, real), (1,))
         if self.joinable:
             self._hold = own_launches(joined_kernel(self.dim, real, kernel, flip, self.tracked, self.code == STICK))
@@ -112,8 +113,11 @@ class Surface:
         dim = self.dim
         return np.concatenate([-self.total[:dim], -dx * self.total[dim + 1 : -1], self.total[-1:]])
 
-    def _coefficients(self):
-        """Coefficients of friction of nodes in plan, and which nodes these are."""
+    def _coefficients(self, grid):
+        """Coefficients of friction of nodes in plan, and which nodes these are; of grains beside water what
+        `contact_kernel` wants to know of the water."""
+        if grid.contact.layers:
+            return grid.bodies.borne, self._everywhere[1]
         return self._everywhere if self.basal is None else (self.basal.coefficients, int_array(self.basal.window))
 
     def locate(self, grid):
@@ -130,10 +134,10 @@ class Surface:
                        self.motion, self.total, joined.n)
         resolve = self._resolve[grid.listed or bool(blocks.layers)]
         whole = (blocks.work, blocks.work_bounds, blocks.n_work)
-        # Water slips where grains stick
-        codes = self.code, SLIP if self.code == STICK else self.code
-        for code, (work, bounds, n) in zip(codes, blocks.layers or [whole], strict=False):
+        # Water slips where grains stick or rub
+        ways = (self.code, self.friction), (SLIP if self.code == STICK else self.code, 0.0)
+        for (code, friction), (work, bounds, n) in zip(ways, blocks.layers or [whole], strict=False):
             if n:
                 resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,
-                        lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, code, self.friction,
-                        *self._coefficients(), blocks.part, self.total, n, bounds, work)
+                        lines.deep_start, lines.deep, lines.deep_normals, self.motion, dx, code, friction,
+                        *self._coefficients(grid), blocks.part, self.total, n, bounds, work)

@@ -61,12 +61,15 @@ FAINTEST = 1e-12
 
 
 @functools.cache
-def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=False):
+def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=False, soaked=False):
     """Kernel that brings one surface (`lines.Lines`) to bear on the nodes of the contact blocks.
 
     moving: the solid moves as `motion` says (`contact_node`), and moments are added up too. varies: the coefficient of
     friction is that of the node in plan: coefficients (nx, ny) of those from window[0], window[1] on
-    (`stepping.basal_friction`), in place of `friction`. lists: `work` names the contact blocks to visit.
+    (`stepping.basal_friction`), in place of `friction`. lists: `work` names the contact blocks to visit. soaked:
+    nodes of grains beside water, whose friction is that of the effective stress; coefficients (nodes, dim) holds the
+    impulse that the water in the pores gave each node, without the buoyancy of its grains: what is left presses them
+    to the wall, or drags them there.
     """
     of_node = node_vector(real, flip)
     reach, edge, stride = REACH[kernel], EDGE[dim], block_nodes(dim)
@@ -85,8 +88,27 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
         return mu
 
     @ti.func
+    def normal_of(borne: ti.template(), place, n):
+        """Part along n of what the water gave a node."""
+        found = ti.cast(0.0, real)
+        for a in ti.static(range(dim)):
+            found += borne[place, a] * n[a]
+        return found
+
+    @ti.func
+    def dry_share(borne: ti.template(), place, n, u, mass):
+        """Share of the impulse that stops a node at the wall that its grains press with, and not the water."""
+        share = ti.cast(1.0, real)
+        if ti.static(soaked):
+            whole = -mass * u.dot(n)
+            if whole > 0.0:
+                share = ti.max(0.0, ti.min(1.0, 1.0 + normal_of(borne, place, n) / whole))
+        return share
+
+    @ti.func
     def act_on_line(line, nodes: ti.template(), contact_offset, places: ti.template(), numbers: ti.template(), code,
-                    friction, totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx):
+                    friction, totals: ti.template(), coordinates: ti.template(), motion: ti.template(), dx,
+                    borne: ti.template()):
         leader = places[line, 0]
         n = ti.Vector([numbers[line, a] for a in ti.static(range(dim))])
         mass, found = nodes[contact_offset + leader][3], ti.cast(0.0, real)
@@ -100,6 +122,10 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
         if found > 0.0:
             u = node.as_vector(nodes[contact_offset + leader]) - node.solid_velocity(leader, coordinates, motion, dx)
             effective, momentum = mass, mass * u
+            given, led, ratios = ti.cast(0.0, real), ti.cast(0.0, real), mass  # sums of the water's impulse along n
+            if ti.static(soaked):
+                given = normal_of(borne, leader, n)
+                led = given
             for j in ti.static(range(reach)):
                 if masses[j] > 0.0:
                     solid = node.solid_velocity(place[j], coordinates, motion, dx)
@@ -108,9 +134,14 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                         u_f[j, a] = u_j[a]
                     effective += ratio[j] * ratio[j] * masses[j]
                     momentum += ratio[j] * masses[j] * u_j
+                    if ti.static(soaked):
+                        own = normal_of(borne, place[j], n)
+                        ratios += ratio[j] * masses[j]
+                        given, led = given + own, led + ratio[j] * own
             target = momentum * 0.0
             if effective > FAINTEST * found:
                 target = momentum / effective
+                given -= ratios / effective * led
             # Impulse that makes the line linear: J_n along n, J_t along the surface
             J = mass * (target - u)
             for j in ti.static(range(reach)):
@@ -122,7 +153,7 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                 if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
                     share_n, held_below = 0.0, 1.0
             if code != STICK:
-                limit = friction * ti.max(0.0, J_n) * share_n
+                limit = friction * ti.max(0.0, J_n + given) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
             if share_n > 0.0 and mass > 0.0:  # a hidden leader keeps its velocity (`hidden_nodes`)
                 change = target - u
@@ -138,7 +169,8 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                         part = change.dot(n) * n
                         after = u_j + part + share_t * (change - part)
                     elif ratio[j] * numbers[line, dim + reach + 1] < held_below:
-                        after = contact_velocity(u_j, n, code, friction)
+                        dry = dry_share(borne, place[j], n, u_j, masses[j])
+                        after = contact_velocity(u_j, n, code, friction * dry)
                     solid = node.solid_velocity(place[j], coordinates, motion, dx)
                     node.set_velocity(nodes, contact_offset, place[j], after, solid, totals, coordinates, motion)
 
@@ -160,14 +192,16 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                     for line in range(start[c], start[c + 1]):
                         mu = coefficient(places[line, 0], coordinates, friction, coefficients, window)
                         act_on_line(line, nodes, contact_offset, places, numbers, code, mu, totals, coordinates,
-                                    motion, dx)
+                                    motion, dx, coefficients)
                     for i in range(deep_start[c], deep_start[c + 1]):
                         place = deep[i]
                         if nodes[contact_offset + place][3] > 0.0:
                             n = ti.Vector([deep_normals[i, a] for a in ti.static(range(dim))])
                             solid = node.solid_velocity(place, coordinates, motion, dx)
                             mu = coefficient(place, coordinates, friction, coefficients, window)
-                            u = contact_velocity(node.as_vector(nodes[contact_offset + place]) - solid, n, code, mu)
+                            u = node.as_vector(nodes[contact_offset + place]) - solid
+                            mu *= dry_share(coefficients, place, n, u, nodes[contact_offset + place][3])
+                            u = contact_velocity(u, n, code, mu)
                             node.set_velocity(nodes, contact_offset, place, u, solid, totals, coordinates, motion)
                     for t in ti.static(range(n_totals)):
                         part[c, t] = totals[t]

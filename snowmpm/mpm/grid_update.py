@@ -1,0 +1,223 @@
+"""The update of the grid: nodes advance, v = p / m + dt g and loads, and contact blocks go back to their tiles."""
+
+import functools
+
+import taichi as ti
+
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, worker
+from snowmpm.mpm.grid import TILE, tile_strides
+from snowmpm.mpm.node import MASS, SECOND, block_nodes, node_mask, node_vector
+from snowmpm.mpm.picker import picker
+from snowmpm.particles.blocks import EDGE, step_along
+
+
+@functools.cache
+def grid_kernels(dim, real, flip, serial, sleeping=False):
+    """`update_grid` advances the nodes: v = p / m + dt g, loads; `write_back` hands contact blocks back to the tiles.
+
+    The velocity replaces the momentum; contact blocks (`ContactBlocks`) keep theirs until surfaces have acted.
+
+    flip: nodes have a second half (`mpm.node`); serial: by one thread;
+    sleeping: tiles that are `asleep` count for nothing, and the nodes that their particles reach are held at rest
+    (`mpm.sleep`), by the impulse `held` for all; held_of: a part of it, and all, on each node block; `work` names the
+    blocks to visit.
+
+    A node block adds up what the tiles around it hold of it, in the order of the steps to them, in a scratch block of
+    its worker that stays in the nearest cache, advances its nodes, and writes them back to the tiles; only the boxes
+    of active nodes are touched. In 2-D the first of three axes is one node wide.
+    """
+    edge, tile_edge = EDGE[dim], TILE[dim]
+    of_node, mask = node_vector(real, flip), node_mask(flip)
+    n_nodes = block_nodes(dim)
+    stride = tile_strides(dim)
+    pick = picker(sleeping)
+
+    @ti.func
+    def common_box(active_nodes: ti.template(), tile, step):
+        """First and one-past-last of a block's nodes in the box of the tile one step from it; where its node 0 is."""
+        first, last, address = ti.Vector([0, 0, 0]), ti.Vector([1, 1, 1]), tile * tile_edge**dim
+        for a in ti.static(range(3 - dim, 3)):
+            to_tile = 1 - edge * step_along(step, a + dim - 3)
+            first[a] = ti.max(0, active_nodes[tile, a] - to_tile)
+            last[a] = ti.min(edge, active_nodes[tile, 3 + a] - to_tile)
+            address += to_tile * ti.static(stride[a])
+        return first, last, address
+
+    @ti.func
+    def exchange(gathering: ti.template(), n, first_tile: ti.template(), tiles_at: ti.template(),
+                 active_nodes: ti.template(), nodes: ti.template(), sums, tiles: ti.template(),
+                 asleep: ti.template()):
+        """Add a node block's copies up in `nodes`, or write them back; -> whether there are any, and the box of nodes
+        that holds them."""
+        found, least, most = 0, ti.Vector([edge, edge, edge]), ti.Vector([0, 0, 0])
+        for e in range(first_tile[n], first_tile[n + 1]):
+            tile, step = tiles_at[e, 0], tiles_at[e, 1]
+            counts = active_nodes[tile, 6] & step == step  # most tiles around do not come here
+            if ti.static(sleeping):
+                counts = counts & (asleep[tile] == 0)
+            if counts:
+                first, last, address = common_box(active_nodes, tile, step)
+                if ti.static(gathering):
+                    if found == 0:
+                        for q in range(n_nodes):
+                            nodes[sums + q] = of_node(0.0)
+                    least, most = ti.min(least, first), ti.max(most, last)
+                found = 1
+                wide = last[1] - first[1]  # one loop over rows: two in each other take four times as long to compile
+                i, j = first[0], first[1]
+                for _row in range((last[0] - first[0]) * wide):
+                    here = (sums + (i * edge + j) * edge) & mask
+                    there = address + i * ti.static(stride[0]) + j * ti.static(stride[1])
+                    for k in ti.static(range(edge)):
+                        if k >= first[2] and k < last[2]:
+                            if ti.static(gathering):
+                                nodes[here + k] = nodes[here + k] + tiles[there + k]
+                            else:
+                                tiles[there + k] = nodes[here + k]
+                    j += 1
+                    if j == last[1]:
+                        i, j = i + 1, first[1]
+        return found, least, most
+
+    @ti.func
+    def hold(n, first_tile: ti.template(), tiles_at: ti.template(), active_nodes: ti.template(),
+             nodes: ti.template(), sums, asleep: ti.template(), changes: ti.template()):
+        """Stop the nodes of a block that sleeping particles reach; -> the impulse of that. changes: FLIP's changes of
+        velocity are there already, and follow."""
+        held = ti.Vector.zero(ti.f64, dim)
+        for e in range(first_tile[n], first_tile[n + 1]):
+            if asleep[tiles_at[e, 0]] == 1:
+                first, last, _address = common_box(active_nodes, tiles_at[e, 0], tiles_at[e, 1])
+                for i, j in ti.ndrange((first[0], last[0]), (first[1], last[1])):
+                    for k in range(first[2], last[2]):
+                        q = sums + (i * edge + j) * edge + k
+                        node = nodes[q]
+                        if node[MASS] > 0.0:
+                            for a in ti.static(range(dim)):
+                                held[a] -= ti.cast(node[MASS] * node[a], ti.f64)
+                                if ti.static(changes):
+                                    node[SECOND + a] -= node[a]
+                                node[a] = 0.0
+                            nodes[q] = node
+        return held
+
+    @ti.func
+    def load_velocity(x, dt, loads: ti.template(), n_loads):
+        """Velocity that the local loads add at a node."""
+        v = ti.Vector.zero(real, dim)
+        for j in range(n_loads):
+            d2 = ti.cast(0.0, real)
+            for a in ti.static(range(dim)):
+                d2 += (x[a] - ti.cast(loads[j, a], real)) ** 2
+            if d2 < ti.cast(loads[j, dim], real) ** 2:
+                for a in ti.static(range(dim)):
+                    v[a] += dt * ti.cast(loads[j, dim + 1 + a], real)
+        return v
+
+    @taichi_kernel
+    def update_grid(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
+                    nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
+                    first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_coordinates: ti.types.ndarray(),
+                    contact: ti.types.ndarray(), loads: ti.types.ndarray(), gravity: ti.types.ndarray(), dt: real,
+                    damping_factor: real, impulse_of: ti.types.ndarray(), total: ti.types.ndarray(), n_loads: int,
+                    n_node_blocks: int, chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(),
+                    asleep: ti.types.ndarray(), held_of: ti.types.ndarray(), held: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                first, last = chunk(i, chunk_bounds)
+                g = ti.Vector.zero(real, dim)
+                for a in ti.static(range(dim)):
+                    g[a] = ti.cast(gravity[a], real)
+                for w in range(first, last):
+                    n = pick(work, w)
+                    impulse = ti.Vector.zero(ti.f64, dim)
+                    touching = contact[n]
+                    sums = ti.select(touching >= 0, contact_offset + touching * n_nodes, worker(i) * n_nodes)
+                    found, least, most = exchange(True, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles,
+                                                  asleep)
+                    if touching >= 0 and found == 0:
+                        for q in range(n_nodes):
+                            nodes[sums + q] = of_node(0.0)
+                    ix, iy = least[0], least[1]
+                    for _row in range((most[0] - least[0]) * (most[1] - least[1])):
+                        for iz in range(least[2], most[2]):
+                            q = (ix * edge + iy) * edge + iz
+                            node = nodes[sums + q]
+                            if node[MASS] > 0.0:
+                                v, per_mass = ti.Vector.zero(real, dim), 1.0 / node[MASS]
+                                for a in ti.static(range(dim)):
+                                    if ti.static(flip):
+                                        v[a] = (node[a] + node[SECOND + a]) * per_mass
+                                    else:
+                                        v[a] = node[a] * per_mass
+                                v = (v + dt * g) * damping_factor
+                                if n_loads > 0:
+                                    at, x = ti.Vector([ix, iy, iz]), ti.Vector.zero(real, dim)
+                                    for a in ti.static(range(dim)):
+                                        x[a] = ti.cast(edge * node_coordinates[n, a] + at[3 - dim + a], real)
+                                    gained = load_velocity(x, dt, loads, n_loads)
+                                    impulse += ti.cast(node[MASS] * gained, ti.f64)
+                                    v += gained
+                                for a in ti.static(range(dim)):
+                                    if ti.static(flip):
+                                        before = node[a] / node[MASS]
+                                        node[SECOND + a] = ti.select(touching >= 0, before, v[a] - before)
+                                    node[a] = v[a]
+                                nodes[sums + q] = node
+                        iy += 1
+                        if iy == most[1]:
+                            ix, iy = ix + 1, least[1]
+                    if ti.static(sleeping):
+                        stopped = ti.Vector.zero(ti.f64, dim)
+                        if found == 1 and touching < 0:
+                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, flip)
+                        elif found == 1:
+                            stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
+                        for a in ti.static(range(dim)):
+                            held_of[n, a], held_of[n, dim + a] = stopped[a], stopped[a]
+                    if found == 1 and touching < 0:
+                        exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
+                    for a in ti.static(range(dim)):
+                        impulse_of[n, a] = impulse[a]
+        ti.loop_config(serialize=ti.static(in_order()))
+        for w in range(n_node_blocks):
+            n = pick(work, w)
+            for a in ti.static(range(dim)):
+                total[a] += impulse_of[n, a]
+                if ti.static(sleeping):
+                    held[a] += held_of[n, a]
+
+    @taichi_kernel
+    def write_back(tiles: ti.types.ndarray(dtype=of_node, ndim=1), active_nodes: ti.types.ndarray(),
+                   nodes: ti.types.ndarray(dtype=of_node, ndim=1), contact_offset: int,
+                   first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(), node_block: ti.types.ndarray(),
+                   chunk_bounds: ti.types.ndarray(), work: ti.types.ndarray(), n_work: int, asleep: ti.types.ndarray(),
+                   held_of: ti.types.ndarray(), held: ti.types.ndarray()):
+        ti.loop_config(serialize=ti.static(serial))
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                first, last = chunk(i, chunk_bounds)
+                for w in range(first, last):
+                    c = pick(work, w)
+                    sums, n = contact_offset + c * n_nodes, node_block[c]
+                    if ti.static(sleeping):
+                        stopped = hold(n, first_tile, tiles_at, active_nodes, nodes, sums, asleep, False)
+                        for a in ti.static(range(dim)):
+                            held_of[n, a] = stopped[a]
+                            held_of[n, dim + a] += stopped[a]
+                    if ti.static(flip):
+                        for q in range(n_nodes):
+                            node = nodes[sums + q]
+                            for a in ti.static(range(dim)):
+                                node[SECOND + a] = node[a] - node[SECOND + a]
+                            nodes[sums + q] = node
+                    exchange(False, n, first_tile, tiles_at, active_nodes, nodes, sums, tiles, asleep)
+        if ti.static(sleeping):
+            ti.loop_config(serialize=ti.static(in_order()))
+            for w in range(n_work):
+                for a in ti.static(range(dim)):
+                    held[a] += held_of[node_block[pick(work, w)], a]
+
+    return update_grid, write_back
