@@ -82,7 +82,8 @@ WALL = [{"name": "wall", "shape": {"kind": "box", "min": [3.0, -1.0], "max": [3.
 
 def test_a_refusal_names_the_key_and_the_methods_that_can():
     """One for each capability: the suite."""
-    words = 'obstacles.0.name = \'wall\': needs solver.method = "mpm" or "sph" or "depth" in place of "sliding"'
+    words = ('obstacles.0.name = \'wall\': needs solver.method = "mpm" or "sph" or "depth" or "implicit" in place of'
+             ' "sliding"')
     with pytest.raises(InputError, match=words):
         snowmpm.Simulation(slope(2, obstacles=WALL))
 
