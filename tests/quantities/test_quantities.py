@@ -7,7 +7,7 @@ import pytest
 from snowmpm.quantities.classes import PRESSURE, classes_of
 from snowmpm.quantities.quantity import THIN, written
 from snowmpm.quantities.saw import SAW_TEST
-from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, QUANTITIES, RASTERS, quantity, units_of
+from snowmpm.quantities.table import HISTORY, IMPACT, NUMBERS, OVER_TIME, QUANTITIES, RASTERS, quantity, units_of
 
 
 @pytest.mark.parametrize(("value", "unit", "decimals", "text"), [
@@ -30,7 +30,7 @@ def test_no_number_of_an_avalanche_has_a_power_of_ten():
 
 
 def test_each_name_is_defined_once_where_it_is_computed():
-    names = [one.name for one in (*HISTORY, *RASTERS, *IMPACT, *SAW_TEST)]
+    names = [one.name for one in (*HISTORY, *RASTERS, *OVER_TIME, *IMPACT, *SAW_TEST)]
     names += [one.name for one in NUMBERS if one not in HISTORY]
     assert len(names) == len(set(names)) == len(QUANTITIES)
     labels = [one.label for one in QUANTITIES.values()]
