@@ -28,9 +28,9 @@ WARM_UP = 3
 """First steps of a run in the table, which count as start there."""
 STEPPING = ("scatter", "grid", "contact", "gather", "sort", "rest")
 PAGE = (ROOT / "scenes" / "gallery" / "README.md").read_text(encoding="utf-8")
-STEPS = {"avalanche_on_raster": 0.7, "impact_mast": 0.7}
+STEPS = {"impact_mast": 0.7}
 """C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
-AS_NOW = ("slush_dam_2d", "block_wall_2d", "boulders_2d", "fence_2d", "flexible_wall_2d", "mast")
+AS_NOW = ("avalanche_on_raster", "slush_dam_2d", "block_wall_2d", "boulders_2d", "fence_2d", "flexible_wall_2d", "mast")
 """Scenes whose pictures are of after that."""
 
 
@@ -111,7 +111,9 @@ def test_steps_of_measured_runs(name):
 
 
 MANY_STEPS = {"slab_release": "22 % too many, 10 816 for 8880: the layer breaks for the first 4 of 12 s, and short"
-                              " steps are foretold for all of them"}
+                              " steps are foretold for all of them",
+              "avalanche_on_raster": "35 % too many, 5777 for 4290: it rests, and ends, after 33 of 45 s; until then"
+                                     " 4240 are foretold"}
 """Scenes whose whole runs take fewer steps than is foretold."""
 
 

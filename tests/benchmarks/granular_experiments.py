@@ -4,7 +4,7 @@
 
 Groups: plane (16 columns), flume (7 runs), bars, plates, packing, round (10 columns in 3-D). One setting a method
 in all cases of a group, named in the table; nothing is changed for a case but what the experiment changed. Runs that
-are complete in FOLDER are read, not made again. Five minutes on one core without the round columns. Writes
+are complete in FOLDER are read, not made again. About twenty minutes on one core. Writes
 granular_experiments.csv and .png; of groups that were not asked for, the rows stay.
 """
 
@@ -205,7 +205,7 @@ def draw_flume(axes, rows):
                           label=f"{method}, {angle} degrees")
     for name in ("least", "largest"):
         axes[1].plot(*_over_inclination(rows, f"{name} thrust of wedges", "mpm", "35"), color="0.4")
-    for axis, title in zip(axes, ("largest force on the wall, mean of 0.1 s", "thrust at rest, between wedges"),
+    for axis, title in zip(axes, ("largest force on the wall", "thrust at rest, between wedges"),
                            strict=True):
         axis.set(xlabel="inclination of the flume [degrees]", ylabel="N", title=title)
 
