@@ -32,11 +32,6 @@ class Ball:
         self.stiffness, self.peak = (factor.min(), factor.max()), peak
         self.width = np.ptp(fields["position"][own, 0])
 
-    def __str__(self):
-        return (f"torn {self.torn:.3f} by {self.torn_by:.4f}, packed {self.packed:.3f} by {self.packed_by:.4f},"
-                f" stiffness {self.stiffness[0]:.2f} to {self.stiffness[1]:.2f}, {self.width:.3f} m wide,"
-                f" {self.peak:.0f} N/m")
-
 
 @pytest.fixture(scope="module")
 def balls():
@@ -58,11 +53,8 @@ def balls():
         if simulation.time >= 0.999e-3 * (len(loads) + 1):
             loads.append(np.asarray(simulation.solver.obstacle_totals)[: len(SETS), 1].copy())
     force, fields = -np.diff(loads, axis=0) / 1e-3, simulation.particles
-    found = {name: Ball(fields, fields["body"] == number, REFERENCE | SETS[name], force[:, number].max())
-             for number, name in enumerate(SETS)}
-    for name, ball in found.items():
-        print(name, ball)
-    return found
+    return {name: Ball(fields, fields["body"] == number, REFERENCE | SETS[name], force[:, number].max())
+            for number, name in enumerate(SETS)}
 
 
 @pytest.mark.slow
