@@ -5,6 +5,7 @@ Taichi copies by a kernel, 150 us for ten numbers, and writes out the Python sta
 """
 
 import ctypes
+import math
 
 import numpy as np
 import taichi as ti
@@ -15,6 +16,12 @@ from snowmpm.compiler import lifetime, patches
 COPIES = ("_ndarray_from_numpy", "_ndarray_matrix_from_numpy", "_ndarray_to_numpy", "_ndarray_matrix_to_numpy")
 """How Taichi itself fills and copies arrays."""
 
+WRITABLE = 0x200
+"""PyBUF_WRITE."""
+
+_memory = ctypes.pythonapi.PyMemoryView_FromMemory
+_memory.restype, _memory.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_int)
+
 _taichis = {}
 
 
@@ -24,6 +31,11 @@ def share(on_cpu):
     if patches.apply("array_memory", _install):
         for name, taichis in _taichis.items():
             setattr(ti.Ndarray, name, _own(name) if on_cpu else taichis)
+
+
+def is_shared():
+    """Whether NumPy reaches the arrays of the Taichi that runs."""
+    return patches.is_applied("array_memory") and vars(ti.Ndarray).get(COPIES[0]) is _fill
 
 
 def _install():
@@ -50,8 +62,8 @@ def view(array):
     lifetime.check(lifetime.start_of(array), "this array")
     shape, kind = tuple(array.arr.total_shape()), np.dtype(to_numpy_type(array.dtype))
     address = impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr)
-    buffer = (ctypes.c_char * (int(np.prod(shape, dtype=np.int64)) * kind.itemsize)).from_address(address)
-    return np.frombuffer(buffer, kind).reshape(shape)
+    # A ctypes array would need a type of its own for every length, which takes longer than all the rest
+    return np.frombuffer(_memory(address, math.prod(shape) * kind.itemsize, WRITABLE), kind).reshape(shape)
 
 
 def _fill(array, values, as_vector=None):

@@ -18,7 +18,7 @@ def free_shares(grid):
     """Share of each node of the contact blocks (n nodes,) of a `TileGrid` that lies before all surfaces at rest; those
     that move count as if they were not there."""
     contact, n_nodes = grid.contact, block_nodes(grid.dim)
-    blocks = contact.node_block.to_numpy()
+    blocks = contact.node_block.to_numpy()[: contact.n]
     share = np.ones((len(blocks), n_nodes))
     for surface, slots, active in zip(grid.surfaces, contact.of_surface, contact.active, strict=True):
         if active and not surface.moving:

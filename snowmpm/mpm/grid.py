@@ -8,10 +8,12 @@ tiles per axis; the grid update adds up its copies, advances it, and writes its 
 What a node holds: `mpm.node`.
 """
 
+from collections import defaultdict
+
 import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.arrays import Rows, int_array
 from snowmpm.compiler.parallel import chunk_bounds, most_workers
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
@@ -55,7 +57,8 @@ class TileGrid:
         self.surfaces = list(surfaces)
         self.bodies = bodies
         self.joins = joins
-        self.tiles = self.nodes = self.hiding = None
+        self.tiles = self.nodes = self.hiding = self.contact = None
+        self._rows = defaultdict(Rows)
         self.contact_offset = block_nodes(dim) * most_workers()
         self.work = self.everyone = int_array([])
         self.asleep = self.nobody = int_array([])
@@ -65,11 +68,12 @@ class TileGrid:
         dim = self.dim
         keys, start, tiles_at = blocks.node_blocks()
         coordinates = coordinates_of(keys, dim)
-        self._node_blocks = keys, coordinates, blocks.keys_of
+        self._node_blocks = keys, coordinates, blocks.keys_beside
         self._tile_table, self.n_tiles, self.n_node_blocks = (start, tiles_at), len(blocks), len(keys)
         self.rebuild_contact()
-        self.node_coordinates = int_array(coordinates)
-        self.first_tile, self.tiles_at = int_array(start), int_array(tiles_at)
+        rows = self._rows
+        self.node_coordinates = rows["node_coordinates"].filled(coordinates)
+        self.first_tile, self.tiles_at = rows["first_tile"].filled(start), rows["tiles_at"].filled(tiles_at)
         self.n_work = self.n_node_blocks
         if self.everyone.shape[0] < max(self.n_tiles, self.n_node_blocks):
             self.everyone = int_array(np.arange(int(1.25 * max(self.n_tiles, self.n_node_blocks)) + 8))
@@ -81,12 +85,12 @@ class TileGrid:
 
     def rebuild_contact(self):
         """Follow surfaces that have moved."""
-        dim, (keys, coordinates, keys_of) = self.dim, self._node_blocks
+        dim, (keys, coordinates, keys_beside) = self.dim, self._node_blocks
         met, places = False, places_of(keys, dim)
         if self.bodies:
             _, place, count = np.unique(places, return_inverse=True, return_counts=True)
             met = (count[place] > 1) | np.isin(fields_of(keys, dim), self.bodies.everywhere)
-        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_of, met)
+        self.contact = ContactBlocks(keys, coordinates, self.surfaces, keys_beside, met, self.contact)
         if self.bodies and self.bodies.everywhere:
             self.contact.part_fields(fields_of(keys, dim))
         if self.bodies:
@@ -176,7 +180,8 @@ class TileGrid:
     def _whole_tiles(self, n):
         """Active nodes that leave none of a tile out, until the particles tell which ones they reach."""
         flat = 3 - self.dim
-        return int_array(np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim + [-1], (n, 7)))
+        return self._rows["active_nodes"].filled(
+            np.broadcast_to([0] * 3 + [1] * flat + [TILE[self.dim]] * self.dim + [-1], (n, 7)))
 
     @property
     def bytes(self):

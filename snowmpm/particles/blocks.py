@@ -114,6 +114,14 @@ class BlockMap:
         number = np.minimum(np.searchsorted(self.keys, keys), max(0, len(self.keys) - 1))
         return number, (self.keys[number] == keys) if len(self.keys) else np.zeros(len(keys), bool)
 
+    def keys_beside(self, keys, axis, step):
+        """Keys of the blocks `step` along an axis from those of `keys` (n,)."""
+        if self.period is None or not self.period[axis]:
+            return keys + step * _RADIX ** (self.dim - 1 - axis)
+        coordinates = coordinates_of(keys, self.dim)
+        coordinates[:, axis] += step
+        return self.keys_of(coordinates, fields_of(keys, self.dim))
+
     def neighbours(self):
         """Keys of the 3^dim blocks around each occupied block, (n, 3^dim)."""
         return self._around().T

@@ -3,7 +3,7 @@
 import numpy as np
 
 from snowmpm.compiler import runtime
-from snowmpm.compiler.arrays import int_array, real_array
+from snowmpm.compiler.arrays import Rows, int_array, real_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
@@ -67,6 +67,7 @@ class SortedParticles(ParticleStore, Particles):
         self.fluid = None
         self.sorts = 0
         self._count_moves, self._aim = sort_kernels(layout)
+        self._counts, self._first_rows = Rows(), Rows()
         self._rebuild_for(blocks)
 
     @staticmethod
@@ -112,7 +113,7 @@ class SortedParticles(ParticleStore, Particles):
         speed: of the fastest one [m/s], which is sorted furthest ahead of itself (`LEAD`).
         """
         blocks = self.blocks
-        counts = int_array(np.zeros((len(blocks), 3**self.dim)))
+        counts = self._counts.filled(np.zeros((len(blocks), 3**self.dim), np.int32))
         lead = LEAD * self._drift_limit
         ahead = lead / max(speed, 1e-30)
         self._count_moves(self.reals, self.slot_offset, self.start, self.coordinates, *self._bounds, ahead, lead,
@@ -130,7 +131,8 @@ class SortedParticles(ParticleStore, Particles):
         first[order] = np.cumsum(sizes[order]) - sizes[order]
         target = np.zeros(counts.shape, np.int64)
         target[used] = first
-        self._aim(self.reals, self.slot_offset, self.start, int_array(target), self.target, self.chunk_bounds)
+        self._aim(self.reals, self.slot_offset, self.start, self._first_rows.filled(target), self.target,
+                  self.chunk_bounds)
         self.move(alive)
         self._rebuild_for(BlockMap(keys, np.bincount(block_of_move, sizes, len(keys)).astype(np.int64), self.dim,
                                    self._period), moved=(np.nonzero(used)[0], block_of_move))

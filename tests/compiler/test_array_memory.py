@@ -6,6 +6,7 @@ import taichi as ti
 
 from snowmpm.compiler import patches
 from snowmpm.compiler.array_memory import view
+from snowmpm.compiler.arrays import Rows
 from snowmpm.compiler.launch import taichi_kernel
 
 pytestmark = [pytest.mark.usefixtures("taichi"),
@@ -48,3 +49,28 @@ def test_one_memory():
     array = ti.ndarray(ti.f64, (2, 3))
     view(array)[1, 2] = 4.5
     assert array[1, 2] == 4.5
+
+
+def test_rows_are_filled_again_in_the_same_memory_until_there_are_too_many():
+    rows = Rows()
+    first = rows.filled(np.arange(4))
+    again = rows.filled(np.array([7, 8]))
+    assert again is first
+    double(again)
+    np.testing.assert_array_equal(again.to_numpy()[:4], [14, 16, 4, 6])
+    many = rows.filled(np.arange(100))
+    assert many is not first
+    np.testing.assert_array_equal(many.to_numpy()[:100], np.arange(100))
+    wide = rows.filled(np.arange(8).reshape(4, 2))
+    np.testing.assert_array_equal(wide.to_numpy()[:4], np.arange(8).reshape(4, 2))
+    assert rows.filled(np.zeros((0, 2), int)).shape == (1, 2)  # kernels take no empty array
+
+
+def test_rows_of_a_taichi_that_copies_itself(monkeypatch):
+    """On a GPU, or without the patch, NumPy does not reach the memory of an array."""
+    monkeypatch.setattr("snowmpm.compiler.array_memory.is_shared", lambda: False)
+    rows = Rows()
+    first, again = rows.filled(np.array([1, 2, 3])), rows.filled(np.array([4, 5]))
+    assert again is not first
+    np.testing.assert_array_equal(first.to_numpy(), [1, 2, 3])
+    np.testing.assert_array_equal(again.to_numpy(), [4, 5])

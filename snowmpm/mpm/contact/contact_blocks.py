@@ -1,12 +1,14 @@
 """The node blocks that a surface may touch: their sums stay in memory of their own while surfaces act on them."""
 
-import numpy as np
+from collections import defaultdict
 
-from snowmpm.compiler.arrays import int_array, real_array
+import numpy as np
+import taichi as ti
+
+from snowmpm.compiler.arrays import Rows, int_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.mpm.contact.contact_node import N_TOTALS
 from snowmpm.mpm.contact.walls import FREE
-from snowmpm.particles.blocks import fields_of
 
 
 class ContactBlocks:
@@ -14,13 +16,14 @@ class ContactBlocks:
 
     index[node block]: contact block or FREE, and node_block, its inverse; coordinates (n, dim); neighbours
     (n, 2 dim): contact block one step back and ahead along each axis; slots[surface]: what `contact_kernel` takes, of
-    contact blocks, of_surface[surface]: of all node blocks (NumPy). work (n_work,), work_bounds: the contact blocks
-    that a step visits, cut into chunks.
+    contact blocks, None of a surface far from all, of_surface[surface]: of all node blocks (NumPy). work (n_work,),
+    work_bounds: the contact blocks that a step visits, cut into chunks. Tables may have more rows, which mean nothing;
+    they and those of `earlier` contact blocks, which end with this, are the same memory.
     """
 
-    def __init__(self, keys, coordinates, surfaces, map_keys, met=False):
-        """keys (m,) sorted and coordinates (m, dim) of all node blocks; map_keys(coordinates, fields) -> keys, which
-        wraps around where the domain is periodic; met (m,): node blocks where bodies meet."""
+    def __init__(self, keys, coordinates, surfaces, keys_beside, met=False, earlier=None):
+        """keys (m,) sorted and coordinates (m, dim) of all node blocks; keys_beside: `BlockMap.keys_beside`; met (m,):
+        node blocks where bodies meet."""
         dim = coordinates.shape[1]
         of_surface = [surface.slots(keys, coordinates) for surface in surfaces]
         near = np.zeros(len(keys), bool) | met
@@ -30,29 +33,31 @@ class ContactBlocks:
         index = np.full(len(keys), FREE, np.int32)
         index[chosen] = np.arange(len(chosen))
         neighbours = np.full((len(chosen), 2 * dim), FREE, np.int32)
+        own = keys[chosen]
         for axis in range(dim):
             for side, step in enumerate((-1, 1)):
-                stepped = coordinates[chosen].copy()
-                stepped[:, axis] += step
-                wanted = map_keys(stepped, fields_of(keys[chosen], dim))
+                wanted = keys_beside(own, axis, step)
                 at = np.minimum(np.searchsorted(keys, wanted), max(0, len(keys) - 1))
                 if len(chosen):
                     neighbours[:, 2 * axis + side] = np.where(keys[at] == wanted, index[at], FREE)
         self.n = len(chosen)
         self._numbers, self._beside = chosen, neighbours
-        self.node_block = int_array(chosen)
+        self._rows = rows = earlier._rows if earlier else defaultdict(Rows)
+        self.node_block = rows["node_block"].filled(chosen)
         self.index_of = index
-        self.index = int_array(index)
-        self.coordinates = int_array(coordinates[chosen])
-        self.neighbours = int_array(neighbours)
+        self.index = rows["index"].filled(index)
+        self.coordinates = rows["coordinates"].filled(coordinates[chosen])
+        self.neighbours = rows["neighbours"].filled(neighbours)
         self.active = [bool((slots != FREE).any()) for slots in of_surface]
-        self.slots = [int_array(slots[chosen]) for slots in of_surface]
+        self.slots = [rows[k].filled(slots[chosen]) if self.active[k] else None for k, slots in enumerate(of_surface)]
         self.of_surface = of_surface
         self.chunk_bounds = self.work_bounds = int_array(chunk_bounds(np.ones(len(chosen))))
-        self.work, self.n_work = int_array(np.arange(self.n)), self.n
+        self.work, self.n_work = rows["work"].filled(np.arange(self.n)), self.n
         self._full = np.ones(self.n, bool)
         self.layers = ()
-        self.part = real_array(np.zeros((max(1, len(chosen)), N_TOTALS[dim])))
+        self.part = earlier.part if earlier else None
+        if self.part is None or self.part.shape[0] < self.n:
+            self.part = ti.ndarray(ti.f64, (self.n + self.n // 4 + 1, N_TOTALS[dim]))
 
     def part_fields(self, fields):
         """Keep the blocks of grains and of water apart, for surfaces that treat them differently; fields (m,): of all

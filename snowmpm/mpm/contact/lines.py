@@ -10,7 +10,7 @@ import functools
 import numpy as np
 import taichi as ti
 
-from snowmpm.compiler.arrays import int_array
+from snowmpm.compiler.arrays import Rows
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.mpm.node import block_nodes
@@ -34,8 +34,8 @@ TILT = 0.02
 class Lines:
     """Lines and deep nodes of one surface in the contact blocks of a grid.
 
-    start (n + 1,), deep_start (n + 1,): first line and first deep node of each contact block. nodes (m, 1 + reach):
-    places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
+    start (n + 1,), deep_start (n + 1,), or more: first line and first deep node of each contact block. nodes
+    (m, 1 + reach): places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
     (m, dim + reach + 3): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
     half-space, z of the leader, the same ratio of masses where a gap of `GAP` is left below. deep (k,), deep_normals
     (k, dim).
@@ -45,20 +45,19 @@ class Lines:
         self.dim, self._real, self._reach = dim, real, REACH[kernel]
         self.nodes = self.numbers = self.deep = self.deep_normals = self.start = self.deep_start = self._counts = None
         self._count, self._fill = line_kernels(dim, real, kernel, stored, serial)
+        self._starts = Rows(), Rows()
 
     def find(self, blocks, slots, walls, plane):
         """Follow the contact blocks, or a surface that has moved. plane: axis, sign and level of a `Plane`."""
         n = max(1, blocks.n)
-        if self._counts is None or self._counts.shape[0] != n:
-            self._counts = ti.ndarray(ti.i32, (n, 2))
-            self.start, self.deep_start = int_array(np.zeros(blocks.n + 1)), int_array(np.zeros(blocks.n + 1))
+        if self._counts is None or self._counts.shape[0] < n:
+            self._counts = ti.ndarray(ti.i32, (_room(n), 2))
         where = blocks.coordinates, blocks.neighbours, slots, walls, *plane
         self._count(*where, self._counts, blocks.chunk_bounds)
         ends = np.zeros((blocks.n + 1, 2), np.int32)
         self._counts.to_numpy()[: blocks.n].cumsum(axis=0, out=ends[1:])
         self.n_lines, self.n_deep = int(ends[-1, 0]), int(ends[-1, 1])
-        self.start.from_numpy(ends[:, 0])
-        self.deep_start.from_numpy(ends[:, 1])
+        self.start, self.deep_start = (rows.filled(ends[:, k]) for k, rows in enumerate(self._starts))
         # A solid that moves is sought in each step: what is large enough stays
         if self.nodes is None or self.nodes.shape[0] < self.n_lines:
             room = _room(self.n_lines)
