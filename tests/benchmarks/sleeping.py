@@ -2,9 +2,9 @@
 
     python tests/benchmarks/sleeping.py [NAME ...] [-o FILE] [--sleeping 0.01 0.02]
 
-Both simulations of a scene advance by a frame in turns, in one process and on one thread; what is compared is the
-processor time of their steps, audits left out. A row with cfl_factor 0.8 and sleeping 0 compares the run without sleep
-with one of shorter steps: what a harmless change does.
+NAME: a library scene or a scene file. Both simulations of a scene advance by a frame in turns, in one process and on
+one thread; what is compared is the processor time of their steps, audits left out. A row with cfl_factor 0.8 and
+sleeping 0 compares the run without sleep with one of shorter steps: what a harmless change does.
 
 Columns: scene; sleeping: solver.sleeping; steps_ratio: processor time of the steps without it over that with it;
 late_ratio: the same of the last fifth of the frames; asleep: mean and last share of the mass; front: largest difference
@@ -97,7 +97,7 @@ def main():
     rows = []
     for name in options.names:
         for tolerance, cfl in [*((one, 1.0) for one in options.sleeping), *[(0.0, 0.8)] * options.harmless]:
-            rows.append(compared(name, {**CASES[name], **more}, tolerance, cfl))
+            rows.append(compared(name, {**CASES.get(name, {}), **more}, tolerance, cfl))
             print({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in rows[-1].items()},
                   flush=True)
     with open(options.output, "w", newline="", encoding="utf-8") as file:

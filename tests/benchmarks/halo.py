@@ -1,0 +1,153 @@
+"""What one MPM run over several machines would send: library scenes cut into parts, and their borders counted.
+
+    python tests/benchmarks/halo.py [NAME ...] [-o FILE]
+
+A scene is computed to the times given in CASES. Then its blocks of cells are cut in plan, by recursive bisection of the
+longer side, into 2, 4, 8 and 16 parts of equal work. A node block belongs to every part whose particles reach it (the
+bits that the gather leaves). Each part would send its own sums of the node blocks that it shares to each other part
+that has them, and so would all know the same nodes. Nothing is sent here: it is a count.
+
+Columns: scene; time [s]; particles; blocks; parts; heaviest: work of the heaviest part over the mean; shared: node
+blocks that more than one part reaches, over all that are reached; sent: bytes a step that the part which sends most
+sends, 64 nodes a block; neighbours: parts that it sends to, at most; a_step: seconds of a step on one thread here;
+of_part: that of the heaviest part on a machine of 16 threads at 70 %; ethernet, infiniband: what a part waits for in a
+step by 1.2 GB/s and 50 us a message, by 12 GB/s and 2 us, over of_part: its messages one after the other, and three
+rounds for the length of the step; moved: particles that change their part at the next sort, over all.
+"""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm import Simulation
+from snowmpm.compiler import runtime
+from snowmpm.mpm.node import block_nodes, node_size
+from snowmpm.scenes import load_scene
+
+TABLE = Path(__file__).parent / "figures" / "halo.csv"
+CASES = {
+    "avalanche_on_raster": ({"solver.dx": 2.5}, (0.0, 12.0)),
+    "slab_release": ({"solver.dx": 0.5}, (0.0,)),
+    "column_collapse_3d": ({}, (0.0, 0.3)),
+}
+PARTS = 2, 4, 8, 16
+BLOCK_WORK = 20
+"""Work of a block beside that of its particles, in particles."""
+THREADS, EFFICIENCY = 16, 0.7
+NETWORKS = {"ethernet": (1.2e9, 50e-6), "infiniband": (12e9, 2e-6)}
+"""Bytes a second, seconds a message."""
+ROUNDS = 3
+
+
+def cut(coordinates, work, parts):
+    """Tree of cuts in plan: a part's number, or (axis, first coordinate behind the cut, before, behind)."""
+    numbers = iter(range(parts))
+
+    def split(rows, parts):
+        if parts == 1:
+            return next(numbers)
+        plan = coordinates[rows, :-1]
+        axis = int(np.argmax(np.ptp(plan, axis=0))) if len(rows) else 0
+        order = np.argsort(plan[:, axis], kind="stable")
+        half = np.searchsorted(np.cumsum(work[rows][order]), 0.5 * work[rows].sum())
+        level = plan[order[min(half, len(rows) - 1)], axis]
+        behind = plan[:, axis] >= level
+        return axis, level, split(rows[~behind], parts // 2), split(rows[behind], parts // 2)
+
+    return split(np.arange(len(coordinates)), parts)
+
+
+def part_of(tree, coordinates):
+    """Part of each block (n,)."""
+    if not isinstance(tree, tuple):
+        return np.full(len(coordinates), tree)
+    axis, level, before, behind = tree
+    return np.where(coordinates[:, axis] >= level, part_of(behind, coordinates), part_of(before, coordinates))
+
+
+def shared(grid, owner, parts):
+    """Which parts reach each node block, (node blocks, parts), of `TileGrid` and the part of each of its tiles."""
+    start, tiles_at = grid._tile_table
+    bits = grid.active_nodes.to_numpy()[: grid.n_tiles, 6]
+    comes = (bits[tiles_at[:, 0]] & tiles_at[:, 1]) == tiles_at[:, 1]
+    block = np.repeat(np.arange(grid.n_node_blocks), np.diff(start))
+    reached = np.zeros((grid.n_node_blocks, parts), bool)
+    reached[block[comes], owner[tiles_at[comes, 0]]] = True
+    return reached
+
+
+def owners(solver, tree):
+    """Part of each particle, by its number."""
+    blocks = solver.particles.blocks
+    part = np.repeat(part_of(tree, blocks.coordinates), np.diff(blocks.start))
+    found = np.full(int(solver.particles.labels()[:, 1].max()) + 1, -1)
+    found[solver.particles.labels()[:, 1]] = part
+    return found
+
+
+def rows_of(name, settings, times):
+    simulation = Simulation(load_scene(name, settings))
+    solver = simulation.solver
+    for until in times:
+        while simulation.time < until:
+            simulation.step()
+        for _ in range(3):
+            simulation.step()
+        solver.sort()
+        simulation.step()  # whose gather leaves what is reached
+        blocks, grid = solver.particles.blocks, solver.grid
+        work = np.diff(blocks.start) + BLOCK_WORK
+        trees = {parts: cut(blocks.coordinates, work, parts) for parts in PARTS}
+        reached = {parts: shared(grid, part_of(trees[parts], blocks.coordinates), parts) for parts in PARTS}
+        before = {parts: owners(solver, tree) for parts, tree in trees.items()}
+        head = {"scene": name, "time": round(simulation.time, 3), "particles": solver.particles.count,
+                "blocks": len(blocks)}
+        load = {parts: np.bincount(part_of(tree, blocks.coordinates), work, parts) for parts, tree in trees.items()}
+        sorts, steps, began = solver.particles.sorts, 0, time.process_time()
+        while solver.particles.sorts == sorts and steps < 100:
+            simulation.step()
+            steps += 1
+        seconds = (time.process_time() - began) / steps
+        node_bytes = block_nodes(solver.dim) * node_size(solver.flip) * np.dtype(solver.particles.numpy_dtype).itemsize
+        for parts, tree in trees.items():
+            yield head | row(reached[parts], load[parts], node_bytes, seconds) | {
+                "moved": float((before[parts] != owners(solver, tree)).mean()), "parts": parts}
+
+
+def row(reached, load, node_bytes, seconds):
+    """What a step sends, and how long that takes."""
+    both = reached.astype(np.int64).T @ reached
+    np.fill_diagonal(both, 0)
+    sent, neighbours = both.sum(1) * node_bytes, (both > 0).sum(1)
+    heaviest = load.max() / load.mean()
+    share = seconds * heaviest / len(load) / (THREADS * EFFICIENCY)
+    found = {"heaviest": heaviest, "shared": float((reached.sum(1) > 1).sum() / reached.any(1).sum()),
+             "sent": int(sent.max()), "neighbours": int(neighbours.max()), "a_step": seconds, "of_part": share}
+    for name, (rate, latency) in NETWORKS.items():
+        wait = float((sent / rate + neighbours * latency).max()) + ROUNDS * latency
+        found[name] = wait / share
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", default=list(CASES))
+    parser.add_argument("-o", "--output", type=Path, default=TABLE)
+    options = parser.parse_args()
+    runtime.start("cpu", threads=1)
+    rows = []
+    for name in options.names:
+        for one in rows_of(name, *CASES[name]):
+            rows.append({key: f"{value:.3g}" if isinstance(value, float) else value for key, value in one.items()})
+            print(rows[-1], flush=True)
+    with open(options.output, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

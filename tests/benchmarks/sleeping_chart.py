@@ -1,0 +1,97 @@
+"""Error against work with sleeping snow and without: a collapse in 3-D whose deposit is waited for.
+
+    python tests/benchmarks/sleeping_chart.py [-o FILE] [--picture FILE] [--only-picture]
+
+`column_collapse_3d` to t = 2.5 s on one thread, on grids of 6, 4.5 and 3 cm, with solver.sleeping = 0, 0.02 and 0.05.
+The reference is the finest grid without sleep. Columns: dx [m]; sleeping; particles; seconds: processor time of the
+steps, those left out that load kernels; front: mean over time of the difference of the front from the reference's [m];
+depth: sum of the differences of mass in plan cells of 12 cm at the end, over all; asleep: mean share of the mass.
+"""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+
+from snowmpm.compiler import runtime
+from snowmpm.running.simulation import Simulation
+from snowmpm.scenes import load_scene
+
+FIGURES = Path(__file__).parent / "figures"
+CASES = [(0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05), (0.045, 0.0), (0.045, 0.02), (0.045, 0.05), (0.03, 0.02)]
+END, INTERVAL, CELL = 2.5, 0.05, 0.12
+LOADING = 30.0
+"""Times the median of all steps: a step that takes longer loads kernels."""
+
+
+def ran(dx, sleeping):
+    """Row, fronts and mass in plan cells of a run."""
+    simulation = Simulation(load_scene("column_collapse_3d", {
+        "solver.dx": dx, "solver.sleeping": sleeping, "end_time": END, "output.interval": INTERVAL}))
+    simulation.step()
+    spent, audits = [], []
+    for until in np.arange(1, round(END / INTERVAL) + 1) * INTERVAL:
+        while simulation.time < until:
+            began = time.process_time()
+            simulation.step(until)
+            spent.append(time.process_time() - began)
+        audits.append(simulation.audit())
+    spent, fields = np.array(spent), simulation.particles
+    place, number = np.unique(np.floor(fields["position"][:, :-1] / CELL).astype(int), axis=0, return_inverse=True)
+    mass = dict(zip(map(tuple, place), np.bincount(number.ravel(), fields["mass"]), strict=True))
+    row = {"dx": dx, "sleeping": sleeping, "particles": simulation.n_particles, "seconds": spent[spent < LOADING * np.median(spent)].sum(),
+           "asleep": float(np.mean([audit.get("asleep_share", 0.0) for audit in audits]))}
+    return row, np.array([audit["front_distance"] for audit in audits]), mass
+
+
+def computed():
+    rows, reference = [], None
+    for dx, sleeping in CASES:
+        row, front, mass = ran(dx, sleeping)
+        reference = reference or (front, mass)
+        row["front"] = float(np.abs(front - reference[0]).mean())
+        row["depth"] = sum(abs(mass.get(cell, 0.0) - reference[1].get(cell, 0.0)) for cell in {
+            *mass, *reference[1]}) / sum(reference[1].values())
+        rows.append({key: f"{value:.4g}" if isinstance(value, float | np.floating) else value for key, value in row.items()})
+        print(rows[-1], flush=True)
+    return rows
+
+
+def draw(rows, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3.4), sharex=True, layout="constrained")
+    for axis, name, label in zip(axes, ("front", "depth"), ("front [m]", "deposit, share of the mass"), strict=True):
+        for sleeping, style in ((0.0, "k-o"), (0.02, "C0--s"), (0.05, "C1:^")):
+            points = sorted((float(row["seconds"]), float(row[name])) for row in rows
+                            if float(row["sleeping"]) == sleeping and float(row[name]) > 0.0)
+            axis.loglog(*zip(*points, strict=True), style, label=f"e = {sleeping:g}" if sleeping else "without sleep")
+        axis.set(xlabel="processor seconds of the steps", title=f"difference of the {label}")
+    axes[0].legend()
+    figure.savefig(path, dpi=110)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=FIGURES / "sleeping_chart.csv")
+    parser.add_argument("--picture", type=Path, default=FIGURES / "sleeping_chart.png")
+    parser.add_argument("--only-picture", action="store_true")
+    options = parser.parse_args()
+    if not options.only_picture:
+        runtime.start("cpu", threads=1)
+        rows = computed()
+        with open(options.output, "w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, rows[0])
+            writer.writeheader()
+            writer.writerows(rows)
+    with open(options.output, newline="", encoding="utf-8") as file:
+        draw(list(csv.DictReader(file)), options.picture)
+
+
+if __name__ == "__main__":
+    main()
