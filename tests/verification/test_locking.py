@@ -53,23 +53,12 @@ def test_cooks_membrane():
     assert cook(4.0, False) < 0.93 * exact
 
 
-@pytest.fixture(scope="module")
-def in_time():
-    """Error of explicit steps with F-bar, and without."""
+@pytest.mark.slow
+def test_cooks_membrane_in_explicit_steps():
+    """2 % asked, -1.9 % seen; -10.5 % without F-bar."""
     [exact] = by_elements("cook").values()
-    return [cook_in_time(4.0, f_bar) / exact - 1.0 for f_bar in (True, False)]
-
-
-@pytest.mark.slow
-def test_cooks_membrane_in_explicit_steps(in_time):
-    print("explicit steps, with F-bar and without:", in_time)
-    assert abs(in_time[0]) < 0.3 * abs(in_time[1]) and in_time[1] < -0.07
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="-2.4 % with cells of 4 m, -10.6 % without")
-def test_cooks_membrane_in_explicit_steps_to_the_same_accuracy(in_time):
-    assert abs(in_time[0]) < 0.02
+    assert cook_in_time(4.0, True) == pytest.approx(exact, rel=0.02)
+    assert cook_in_time(4.0, False) < 0.93 * exact
 
 
 @pytest.mark.slow
