@@ -136,7 +136,8 @@ def gimp(x):
     return (whole(x + 0.5 * BOX) - whole(x - 0.5 * BOX)) / BOX
 
 
-SLOPES = {"linear": hat, "GIMP": gimp, "quadratic shape": quadratic, "quadratic affine": quadratic_affine, "cubic shape": cubic}
+SLOPES = {"linear": hat, "GIMP": gimp, "quadratic shape": quadratic, "quadratic affine": quadratic_affine,
+          "cubic shape": cubic}
 
 
 def unbalanced(spacing, basis):
@@ -197,8 +198,8 @@ ENTRIES = (
         name="cell_crossing", title="Forces out of nothing as particles cross cells",
         scene="A line of particles under uniform stress that slides through the grid (exact sums, no run)",
         seen="Inner nodes, which should feel nothing, are pushed to and fro: fully with a linear basis, whose slope"
-             " jumps at a cell's edge, less with the hat over boxes of half a cell (GIMP; the program has neither: boxes"
-             " of a whole cell are the quadratic spline), and with any basis when particles lie far apart",
+             " jumps at a cell's edge, less with the hat over boxes of half a cell (GIMP; the program has neither:"
+             " boxes of a whole cell are the quadratic spline), and with any basis when particles lie far apart",
         cure='solver.particles_per_cell = 4 (9) in 2-D, 8 (27) in 3-D, or kernel = "cubic" with gradient = "shape"',
         parameter="distance between particles", unit="cells", values=(0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2),
         settings={basis: {"basis": basis} for basis in SLOPES},
