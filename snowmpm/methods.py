@@ -66,6 +66,8 @@ class Capabilities:
     """damping and gravity that changes"""
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
+    f_bar: bool = False
+    """the particles of a cell change their volume as one in explicit steps (`snowmpm.mpm.dilation`)"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False
@@ -132,9 +134,9 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, sleeping=True, water=True, two_velocities=True, interfaces=True, separate_bodies=True,
-        saw_test=True, grid=True,
-        presets=True, free_bodies=True, structures=True, strong_coupling=True,
+        receives=True, sleeping=True, f_bar=True, water=True, two_velocities=True, interfaces=True,
+        separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
+        strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(

@@ -60,7 +60,8 @@ def settle(population, laws, chosen, *, tolerance, dx, origin, lower, upper, gra
     rules = Rules("quasi_static", tolerance=1e-3 * tolerance, iterations=15)
     # All nodes of explicit MPM are free, faint ones too; where these have no balance, they follow
     for extended in (False, True):
-        grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended)
+        grid = Grid(dx, frame.origin, chosen.kernel, chosen.gradient, surfaces, extended,
+                    chosen.f_bar)
         matter = Matter.of_population(population, materials, frame.origin, dx)
         matter.velocity[:] = 0.0
         found = _balanced(March(grid, rules, materials), matter, np.asarray(gravity, float), SHARE * tolerance)

@@ -7,8 +7,8 @@ from snowmpm.io.parameters import at_rest, method_of
 from snowmpm.io.status import cautions
 
 MOMENTUM, ENERGY, EMPTIED, SPARED = 1e-4, 0.05, 0.02, 0.05
-"""Thresholds of the warnings: shares of momentum, of the energy put in, of the cells, and of the lines of contact between
-two rows of the history."""
+"""Thresholds of the warnings: shares of momentum, of the energy put in, of the cells, and of the lines of contact
+between two rows of the history."""
 G = 9.81
 STILL = 0.25
 """Share of the speed of a fall through half a cell, sqrt(g dx), below which snow that was cut has not been released:
@@ -57,8 +57,8 @@ def _settled_by_rule(history):
     share = np.where(gained > 0.0, np.diff(spared) / np.maximum(gained, 1.0), 0.0)
     if np.nanmax(share) > SPARED:
         time = np.asarray(history["time"], float)[1:][np.nanargmax(share)]
-        yield (f"No state of contact was found for {spared[-1]:.0f} of {lines[-1]:.0f} lines of nodes on surfaces, up to"
-               f" {np.nanmax(share):.0%} of them before t = {time:g} s: they slid, or were open. Shorter steps"
+        yield (f"No state of contact was found for {spared[-1]:.0f} of {lines[-1]:.0f} lines of nodes on surfaces, up"
+               f" to {np.nanmax(share):.0%} of them before t = {time:g} s: they slid, or were open. Shorter steps"
                " (solver.implicit.dt), or method mpm for an impact.")
 
 

@@ -36,12 +36,14 @@ class Scheme:
     """scheme of the water in the pores, empty without"""
     layers: int = 1
     """of its mesh over the depth of a column"""
+    f_bar: bool = False
+    """one change of volume a cell"""
 
     @classmethod
     def of(cls, scene):
         solver, water = scene.solver, scene.water
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
-                   water.scheme if water else "", getattr(water, "layers", 1))
+                   water.scheme if water else "", getattr(water, "layers", 1), solver.f_bar)
 
 
 @functools.cache
@@ -76,7 +78,7 @@ def transfers(scheme):
     # Measured in float32; what they add in float64 is more by as much as the whole step is
     single = row("step", scheme.dimension, "f32", "quadratic affine apic")
     found = base
-    for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer):
+    for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer, "f_bar" if scheme.f_bar else "apic"):
         if name not in BASE:
             found += row("more", scheme.dimension, "f32", name) * (base / single)
     return found

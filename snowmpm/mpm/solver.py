@@ -12,6 +12,7 @@ from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
+from snowmpm.mpm.dilation import CellDilation
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -42,7 +43,7 @@ class MpmSolver(Solver):
     def __init__(self, population, laws, *, dx, precision, origin, lower, upper, gravity, cfl=None, terrain=None,
                  terrain_contact="stick", terrain_friction=0.0, sides=None, transfer="apic", flip_ratio=0.97,
                  kernel="quadratic", gradient="affine", obstacles=(), body_friction=((0.0,),), atomic=None,
-                 sleeping=0.0, expected=0, phases=None):
+                 sleeping=0.0, expected=0, phases=None, f_bar=False):
         """population: `Population`; laws: one per material index; lower, upper, origin: scene coordinates [m].
 
         terrain: object with `query(points) -> distance, normal` in scene coordinates, or None.
@@ -56,7 +57,8 @@ class MpmSolver(Solver):
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
         sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
         be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
-        velocity fields are those of grains and of water, by a transfer with FLIP.
+        velocity fields are those of grains and of water, by a transfer with FLIP. f_bar: the particles of a cell change
+        their volume as one (`mpm.dilation`).
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -82,7 +84,7 @@ class MpmSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic)
+            period=period, keep_block_of=self.atomic, dilates=f_bar)
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
@@ -93,6 +95,9 @@ class MpmSolver(Solver):
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
         real = runtime.DTYPES[precision][0]
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
+        self._dilation = None
+        if f_bar:
+            self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip)
         self._interface = None
         if population.interface is not None:
             self._interface = InterfaceLayer(self, population, laws, self._serial)
@@ -108,7 +113,7 @@ class MpmSolver(Solver):
     def of(cls, population, laws, options, **setting):
         """Of the choices of a scene's solver table (`snowmpm.methods.MethodEntry`)."""
         return cls(population, laws, kernel=options.kernel, gradient=options.gradient, transfer=options.transfer,
-                   flip_ratio=options.flip_ratio, sleeping=options.sleeping, **setting)
+                   flip_ratio=options.flip_ratio, sleeping=options.sleeping, f_bar=options.f_bar, **setting)
 
     # ---- the step ---------------------------------------------------------------------------------------------
 
@@ -211,6 +216,8 @@ class MpmSolver(Solver):
         owners, *work = self._work()
         report = self._report
         report.fill(0.0)
+        if self._dilation:
+            self._dilation.find(store, grid, dt)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
@@ -356,7 +363,7 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes
+        return self.grid.bytes + (self._dilation.bytes if self._dilation else 0)
 
     @property
     def workload(self):

@@ -38,9 +38,10 @@ class SortedParticles(ParticleStore, Particles):
     """
 
     def __init__(self, population, laws, *, dx, precision, origin, limits, gravity, drift_limit, second_moment,
-                 period=None, keep_block_of=False):
+                 period=None, keep_block_of=False, dilates=False):
         """limits: (lower, upper) cells beyond which a particle has left; drift_limit: `Stencil.drift_limit`;
-        second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s.
+        second_moment: D [m2] of the affine transfer, for the kinetic energy of those that leave; period: `BlockMap`'s;
+        dilates: they have a column `dilation`.
         """
         self.dim = len(origin)
         self.dx, self.origin = dx, np.asarray(origin, float)
@@ -55,7 +56,8 @@ class SortedParticles(ParticleStore, Particles):
         blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, population.field)
         n_water = 0 if population.water is None else population.water.shape[1]
         n_interface = 0 if population.interface is None else population.interface.shape[1]
-        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, n_interface)
+        layout = Layout(self.dim, self.materials.state_size, not runtime.fine_grained(), n_water, n_interface,
+                        int(dilates))
         self._refuse_more(layout, len(order))
         super().__init__(layout, len(order), precision)
         self.fill(self._columns(population, order, local), population.material[order], order)

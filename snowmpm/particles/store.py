@@ -48,7 +48,7 @@ class Layout:
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
     (`water.particle_kernels`), its mass per reference volume [kg/m3] first; interface: of points that carry a layer
-    without cells (`particles.interface`).
+    without cells (`particles.interface`); dilation: change of volume of a particle's cell in a step (`mpm.dilation`).
     """
 
     dim: int
@@ -56,6 +56,7 @@ class Layout:
     by_row: bool = True
     water_size: int = 0
     interface_size: int = 0
+    dilation_size: int = 0
 
     @property
     def sym_size(self):
@@ -66,7 +67,7 @@ class Layout:
         d = self.dim
         return {"position": d, "velocity": d, "affine": d * d, "elastic": self.sym_size, "stress": self.sym_size,
                 "state": self.state_size, "volume_ratio": 1, "volume": 1, "water": self.water_size,
-                "interface": self.interface_size}
+                "interface": self.interface_size, "dilation": self.dilation_size}
 
     @functools.cached_property
     def offsets(self):

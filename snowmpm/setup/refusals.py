@@ -17,6 +17,8 @@ def demands(scene, later=False):
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if scene.solver.sleeping > 0.0:
         yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
+    if scene.solver.f_bar:
+        yield "f_bar", True, "solver.f_bar", True
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -164,7 +166,13 @@ def _refuse_free(scene):
 
 
 def _refuse_f_bar(scene):
-    """Raise InputError for a pressure in or around snow whose cells change their volume as one."""
+    """Raise InputError for a pressure in or around snow whose cells change their volume as one, and in explicit steps
+    for what leaves particles out of them."""
+    if scene.solver.f_bar:
+        beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
+                  "solver.sleeping": scene.solver.sleeping > 0.0}
+        if found := [name for name, there in beside.items() if there]:
+            raise InputError.at("solver.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
     if not (scene.solver.implicit and scene.solver.implicit.f_bar):
         return
     pressing = any(force.kind == "pressure" for force in scene.forces)

@@ -81,7 +81,7 @@ def _take(scene, surface):
     if not wanted:
         raise InputError(f"none of its bodies, {', '.join(names)}, is one of this scene"
                          f"{did_you_mean(scene.bodies[0].name, names)}")
-    particles = _particles(state["solver"], there["dimension"], there["solver"]["dx"])
+    particles = _particles(state["solver"], there["dimension"], there["solver"])
     number = state["solver"]["labels"][:, IDENTITY]
     of_body = np.searchsorted(state["body_starts"], number, side="right") - 1
     for body in scene.bodies:
@@ -146,14 +146,15 @@ def _check_law(body, was, now):
             for key in dict.fromkeys([*was, *now]) if key not in CARD and was.get(key) != now.get(key)]
 
 
-def _particles(solver, dim, dx):
+def _particles(solver, dim, options):
     """{column: (n, size)} of the particles of a solver's `state()`, in its order, with "position" [m, scene].
 
-    dim: dimension; dx: spacing [m]. Columns are `COLUMNS`, in float64.
+    dim: dimension; options: solver table of the scene there. Columns are `COLUMNS`, in float64.
     """
     reals = solver["reals"].astype(np.float64)
-    layout = Layout(dim, reals.shape[1] - Layout(dim, 0).width)
+    dilation = int(options.get("f_bar", False))
+    layout = Layout(dim, reals.shape[1] - Layout(dim, 0, dilation_size=dilation).width, dilation_size=dilation)
     owner_block = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)
     columns = {name: reals[:, layout.columns(name)] for name in COLUMNS}
     cells = EDGE[dim] * owner_block + reals[:, layout.columns("position")]
-    return {**columns, "position": solver["frame"][0] + dx * cells}
+    return {**columns, "position": solver["frame"][0] + options["dx"] * cells}

@@ -123,7 +123,7 @@ def test_a_box_that_leans_on_an_obstacle():
 def test_the_end_of_an_explicit_run():
     """Damped explicit steps on the same grid, from the same unstressed block, under a weight that grows slowly.
 
-    5 % asked of each particle, 4.4 % seen; of the mean 0.1 % along the plane and 0.5 % across it. A weight that is there
+    5 % asked of each particle, 4.4 % seen; of the mean 0.1 % along the plane and 0.5 % across. A weight that is there
     at once pushes the explicit block on, by as much again as its elastic way: friction keeps what the way was.
     """
     slope = np.radians(12.0)
@@ -197,7 +197,7 @@ def test_a_periodic_layer_is_a_column():
 
 @pytest.mark.slow
 def test_a_period_of_four_cells():
-    """In 3-D, where nodes are neighbours on both sides: the column of 2-D. Sides of a width of 0.4 m move it by 2e-5."""
+    """In 3-D, where nodes are neighbours on both sides: the column of 2-D. Sides 0.4 m apart move it by 2e-5."""
     (x, found), (columns, expected) = settled("periodic", [0.4, 0.4], 0.4), settled("periodic", [0.8], 0.4)
     at = {round(z, 6): w for z, w in zip(columns[:, 1], expected[:, 1], strict=True)}
     way = np.array([at[round(z, 6)] for z in x[:, 2]])

@@ -16,6 +16,8 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.materials import Elastic, VonMises
+from snowmpm.mpm.solver import MpmSolver
+from snowmpm.particles.population import Population
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import lattice
 from tests.support.implicit_steps import implicit
@@ -46,21 +48,49 @@ def weighted(x, volumes, edge, line_load, law, **options):
     return implicit(places, sizes, [law, weights], material=heavy.astype(int), time="quasi_static", **options), heavy
 
 
-def cook(dx, f_bar):
-    """E / F times the mean way of the loaded edge [-]; dx [m]: divides 16."""
+def membrane(dx):
+    """Places (n, 2) [m] and volumes of Cook's membrane, and places of weights along its loaded edge."""
     n, m = round(96 / dx), round(88 / dx)
     X, eta = 48.0 * (np.arange(n) + 0.5) / n, (np.arange(m) + 0.5) / m
     height = 44.0 - 28.0 * X / 48.0
     x = np.stack([np.repeat(X, m), (44.0 * X[:, None] / 48.0 + eta * height[:, None]).ravel()], axis=1)
     edge = 44.0 + 16.0 * (np.arange(8 * round(16 / dx)) + 0.5) / (8 * round(16 / dx))
     edge, up = np.stack([np.full(len(edge), 48.0), edge], axis=1), np.array([0.0, 4.0 * dx])
+    return x + up, np.repeat(48.0 / n * height / m, m), edge + up
+
+
+def cook(dx, f_bar):
+    """E / F times the mean way of the loaded edge [-]; dx [m]: divides 16."""
+    x, volumes, edge = membrane(dx)
     law, load = Elastic(density=1e-12, youngs_modulus=1.0, poisson_ratio=NEARLY), 1e-4
-    solver, heavy = weighted(x + up, np.repeat(48.0 / n * height / m, m), edge + up, load, law, dx=dx,
+    solver, heavy = weighted(x, volumes, edge, load, law, dx=dx,
                              upper=[64.0, 80.0], gravity=[0.0, 1.0], sides=[["stick", "open"], ["open", "open"]],
                              f_bar=f_bar)
     states = ParticleStates(solver)
     solver.step(1.0)
     return (states.positions() - states.reference)[heavy, 1].mean() / load
+
+
+def cook_in_time(dx, f_bar):
+    """The same by damped explicit steps: the difference between a membrane with weights as heavy as itself on its edge,
+    and one with next to none. Its first mode takes 1200 s, and is damped about critically."""
+    x, volumes, edge = membrane(dx)
+    places, sizes = np.concatenate([x, edge]), np.concatenate([volumes, np.full(len(edge), FAINT_VOLUME)])
+    heavy, load, ways = np.arange(len(places)) >= len(x), 1e-4, []
+    for share, duration in ((1.0, 2000.0), (1e-9, 1000.0)):
+        laws = [Elastic(density=1.0, youngs_modulus=1.0, poisson_ratio=NEARLY),
+                Elastic(density=share * volumes.sum() / (len(edge) * FAINT_VOLUME), youngs_modulus=1.0,
+                        poisson_ratio=0.0)]
+        solver = MpmSolver(Population(places, sizes, heavy.astype(int)), laws, dx=dx, precision="f64",
+                           origin=np.zeros(2), lower=np.zeros(2), upper=np.array([64.0, 80.0]), gradient="shape",
+                           gravity=np.array([0.0, load / volumes.sum()]), sides=[["stick", "open"], ["open", "open"]],
+                           f_bar=f_bar)
+        while solver.time < duration:
+            dt = solver.stable_dt()[0]
+            solver.damping_factor = 1.0 - 0.0095 * dt
+            solver.step(dt)
+        ways.append((ParticleStates(solver).positions() - places)[heavy, 1].mean())
+    return (ways[0] - ways[1]) / load
 
 
 def footing(cells, f_bar, loads):

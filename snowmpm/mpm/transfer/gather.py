@@ -20,6 +20,7 @@ import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import in_order
+from snowmpm.mpm.dilation import even_functions
 from snowmpm.mpm.node import SECOND, node_vector
 from snowmpm.mpm.report import report_functions
 from snowmpm.mpm.transfer.gather_packs import pack_kernel
@@ -54,6 +55,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     joined, layer = layout.interface_size > 0, interface_functions(dim, real)
+    evens, even = layout.dilation_size > 0, even_functions(dim, real)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -77,6 +79,8 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
             for a in ti.static(range(dim)):
                 own[a], own[dim + a] = per_length[a], u[a]
             access.store(reals, places, p, at["interface"], own)
+        if ti.static(evens):
+            L = even.evened(L, access.load(reals, places, p, at["dilation"], 1)[0], dt)
         if ti.static(flip):
             change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
             old = access.load(reals, places, p, at["velocity"], dim)

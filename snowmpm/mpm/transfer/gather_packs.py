@@ -13,6 +13,7 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane, write_matrix_lane
+from snowmpm.mpm.dilation import even_functions
 from snowmpm.mpm.node import SECOND, node_mask, node_size, node_vector
 from snowmpm.mpm.picker import picker
 from snowmpm.mpm.report import report_functions
@@ -39,13 +40,14 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     apply_laws, pick = law_functions(layout, real, laws), picker(lists)
-    layer = interface_functions(dim, real)
+    layer, even, evens = interface_functions(dim, real), even_functions(dim, real), layout.dilation_size > 0
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
                ("A", dim * dim), ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1),
                ("volume", 1), ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1),
-               ("held", most_held(laws, sym_size)), ("interface", layout.interface_size))
+               ("held", most_held(laws, sym_size)), ("interface", layout.interface_size),
+               ("dilation", layout.dilation_size))
     n_sums = 1 + dim * (1 + shape)  # node vectors: w v, its moments, its slopes
     # Of the second half of a node no moments are wanted. In single precision both halves are one register, and take
     # no longer than one; in double precision each has its own
@@ -65,6 +67,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
             if ti.static(joined):
                 write_lane(pack["interface"], lane, access.load(reals, places, p, at["interface"],
                                                                 layout.interface_size))
+            if ti.static(evens):
+                write_lane(pack["dilation"], lane, access.load(reals, places, p, at["dilation"], 1))
             if ti.static(flip):
                 write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
         for lane in range(LANES):
@@ -141,6 +145,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
             C, L = grid.gradients(read_lane(pack["f"], lane), v, moments, slopes, inverse_dx)
             if ti.static(joined):
                 L = follow_layer(pack, lane, L, v, dt, 1.0 / inverse_dx)
+            if ti.static(evens):
+                L = even.evened(L, pack["dilation"][0][lane], dt)
             if ti.static(flip):
                 v = particle.blend(v, read_lane(pack["old"], lane), flip_ratio)
             A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)

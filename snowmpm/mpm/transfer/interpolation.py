@@ -130,4 +130,4 @@ def interpolation(dim, real, basis, moving, sloping, flip):
             C = L
         return C, L
 
-    return SimpleNamespace(locate=locate, interpolate=interpolate, gradients=gradients)
+    return SimpleNamespace(of_node=of_node, locate=locate, interpolate=interpolate, gradients=gradients)

@@ -1,0 +1,168 @@
+"""One change of volume for all particles of a cell (F-bar) in explicit steps, against volumetric locking.
+
+As in steps that are solved for (`implicit.dilation`), with the cells between the knots of the spline:
+
+    f_bar = (j_bar / j)^(1/dim) f,    j_bar = sum_p v_p j_p / sum_p v_p,    j = det f,  f = I + dt grad v
+
+v_p is the volume at the start of the step. Laws, and the volume of a particle, follow f_bar. Forces stay those of each
+particle's stress: where the particles of a cell have the same pressure, as they do who have shared their changes of
+volume, these are the forces of the mean. Coombs et al. 2018, doi:10.1016/j.cma.2018.01.010.
+
+A block adds up the cells that its own particles are in, one more on every side since they drift; then each cell is
+added up over the blocks that know it, always in the same order. No thread writes where another one does.
+"""
+
+import functools
+from types import SimpleNamespace
+
+import taichi as ti
+
+from snowmpm.compiler import runtime
+from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.compiler.parallel import chunk, chunks, is_worker
+from snowmpm.mpm.transfer.interpolation import interpolation
+from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.blocks import EDGE, step_along
+from snowmpm.particles.store import accessors
+
+SPARE = 1.25
+
+
+class CellDilation:
+    """The cells of an `MpmSolver`, whose particles have a column `dilation`."""
+
+    def __init__(self, layout, precision, basis, gradient, flip):
+        self.precision, self._cells = precision, (EDGE[layout.dim] + 2) ** layout.dim
+        self._sums = None
+        self._kernels = dilation_kernels(layout, runtime.DTYPES[precision][0], basis, gradient, flip)
+
+    def find(self, particles, grid, dt):
+        """Leave j_bar - 1 of its cell with each particle, from the velocities of the nodes, for a step of dt [s]."""
+        n = max(1, len(particles.blocks)) * self._cells
+        if self._sums is None or self._sums.shape[0] < n:
+            self._sums = ti.ndarray(ti.types.vector(2, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
+        kernels, of_particles = self._kernels, (particles.reals, particles.slot_offset, particles.start)
+        kernels.add(*of_particles, grid.tiles, self._sums, dt, particles.dx, particles.chunk_bounds)
+        kernels.join(self._sums, grid.first_tile, grid.tiles_at, grid.node_chunk_bounds)
+        kernels.spread(*of_particles, self._sums, particles.chunk_bounds)
+
+    @property
+    def bytes(self):
+        """Of the sums."""
+        return 0 if self._sums is None else 2 * self._sums.shape[0] * (4 if self.precision == "f32" else 8)
+
+
+@functools.cache
+def even_functions(dim, real):
+    """Taichi functions `growth(A)`, det(I + A) - 1 to round-off of A, and `evened(L, wanted, dt)`, the velocity
+    gradient with which a step's det f is 1 + wanted."""
+
+    @ti.func
+    def growth(A):
+        second = ti.cast(0.0, real)
+        for i in ti.static(range(dim)):
+            for j in ti.static(range(i + 1, dim)):
+                second += A[i, i] * A[j, j] - A[i, j] * A[j, i]
+        result = A.trace() + second
+        if ti.static(dim == 3):
+            result += A.determinant()
+        return result
+
+    @ti.func
+    def evened(L, wanted, dt):
+        A = dt * L
+        own = growth(A)
+        more = (wanted - own) / ti.max(1.0 + own, 1e-3)
+        # (1 + more)^(1/dim) - 1, more is of the size of a step's strain
+        share = ti.static(1.0 / dim)
+        swell = share * more * (1.0 + ti.static(0.5 * (1.0 / dim - 1.0)) * more)
+        return L + (swell / dt) * (ti.Matrix.identity(real, dim) + A)
+
+    return SimpleNamespace(growth=growth, evened=evened)
+
+
+@functools.cache
+def dilation_kernels(layout, real, basis, gradient, flip):
+    """Kernels `add(...)`, `join(...)` and `spread(...)` of the three parts."""
+    dim, edge = layout.dim, EDGE[layout.dim]
+    access, at, reach = accessors(layout), layout.offsets, STENCILS[basis].reach
+    shape, wide = gradient == "shape", edge + 2
+    grid = interpolation(dim, real, basis, not shape, shape, flip)
+    of_node = grid.of_node
+    even = even_functions(dim, real)
+    pair = ti.types.vector(2, real)
+
+    @ti.func
+    def cell_of(x, b):
+        """Where the cell of a particle of block b lies among the sums."""
+        cell = 0
+        for a in ti.static(range(dim)):
+            own = ti.floor(x[a] - ti.static(reach), ti.i32) + 1
+            cell = cell * wide + ti.max(0, ti.min(wide - 1, own))
+        return b * ti.static(wide**dim) + cell
+
+    @taichi_kernel
+    def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+            tiles: ti.types.ndarray(dtype=of_node, ndim=1), sums: ti.types.ndarray(dtype=pair, ndim=1), dt: real,
+            dx: real, chunk_bounds: ti.types.ndarray()):
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
+                for b in range(begin, end):
+                    for c in range(ti.static(wide**dim)):
+                        sums[b * ti.static(wide**dim) + c] = pair(0.0)
+                    for p in range(start[b], start[b + 1]):
+                        x = access.load(reals, places, p, at["position"], dim)
+                        address, f, w, dw = grid.locate(x, b)
+                        v, moments, slopes = grid.interpolate(tiles, address, w, dw)
+                        _, L = grid.gradients(f, v, moments, slopes, 1.0 / dx)
+                        volume = access.load(reals, places, p, at["volume"], 1)[0]
+                        volume *= access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                        cell = cell_of(x, b)
+                        sums[cell] = sums[cell] + volume * pair([even.growth(dt * L), 1.0])
+
+    @ti.func
+    def part(c, packed):
+        """Where cell c of a node block lies among the cells of a tile one step away, -1 where it does not."""
+        place, left, inside = 0, c, 1
+        for a in ti.static(range(dim)):
+            own = left // ti.static(edge ** (dim - 1 - a))
+            left -= own * ti.static(edge ** (dim - 1 - a))
+            along = own - edge * step_along(packed, a) + 1
+            inside = ti.select(along < 0 or along >= wide, 0, inside)
+            place = place * wide + along
+        return ti.select(inside == 1, place, -1)
+
+    @taichi_kernel
+    def join(sums: ti.types.ndarray(dtype=pair, ndim=1), first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(),
+             chunk_bounds: ti.types.ndarray()):
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, chunk_bounds)
+                for n in range(begin, end):
+                    for c in range(ti.static(edge**dim)):
+                        total = pair(0.0)
+                        for k in range(first_tile[n], first_tile[n + 1]):
+                            place = part(c, tiles_at[k, 1])
+                            if place >= 0:
+                                total += sums[tiles_at[k, 0] * ti.static(wide**dim) + place]
+                        if total[1] > 0.0:
+                            for k in range(first_tile[n], first_tile[n + 1]):
+                                place = part(c, tiles_at[k, 1])
+                                if place >= 0:
+                                    sums[tiles_at[k, 0] * ti.static(wide**dim) + place] = total
+
+    @taichi_kernel
+    def spread(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+               sums: ti.types.ndarray(dtype=pair, ndim=1), chunk_bounds: ti.types.ndarray()):
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
+                for b in range(begin, end):
+                    for p in range(start[b], start[b + 1]):
+                        cell = sums[cell_of(access.load(reals, places, p, at["position"], dim), b)]
+                        access.store(reals, places, p, at["dilation"], ti.Vector([cell[0] / cell[1]]))
+
+    return SimpleNamespace(add=add, join=join, spread=spread)
