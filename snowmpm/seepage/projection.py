@@ -6,7 +6,8 @@
 G: the gradients of `fullness`, b = 1 / (1 + dt C / (n rho)) of the drag coefficient C, implicit in the speed, m:
 masses. Water is pressed, and never pulled: where it parts, as at its surface, nothing has to say so (as in Ihmsen et
 al. 2014, doi:10.1109/TVCG.2013.105). G and its transpose make the forces of water on water, on grains and on walls
-opposite to each other, and the equations symmetric and positive: SciPy's conjugate gradients, over the particles that are pressed,
+opposite to each other, and the equations symmetric and positive: SciPy's conjugate gradients, over the particles that
+are pressed,
 until these are known. K, the stiffness of the water, also settles what the kernel is too smooth to tell.
 """
 
