@@ -1,5 +1,5 @@
-"""Water in the pores of the snow, with method = "mpm" or "implicit"; with scheme = "v_w" "mpm", with "one_phase" or
-"two_phase" "depth".
+"""Water in the pores of the snow, with method = "mpm" or "implicit"; with scheme = "v_w" "mpm", with "seepage"
+"sph", with "one_phase" or "two_phase" "depth".
 
     [water]
     permeability = 1e-9         # m2; or a table: law = "calonne", grain_size = 1e-3
@@ -12,6 +12,11 @@
     scheme = "v_w"              # water with a velocity of its own, which leaves the snow; method = "mpm"
     permeability = 1.0e-8
     bulk_modulus = 1e7          # Pa
+
+    [water]
+    scheme = "seepage"          # water that seeps through grains at rest; method = "sph"
+    permeability = 1.0e-6       # m2
+    bulk_modulus = 1e6          # Pa
 
     [water]
     scheme = "one_phase"
@@ -154,14 +159,9 @@ class SeepingWater(Spec):
         return {name: kind == "drained" for name, kind in kinds.items()}
 
 
-class MovingWater(Spec):
-    """Water with particles and a velocity of its own beside the grains: it runs through the pores, leaves the snow and
-    pools; method = "mpm" only."""
+class _OwnWater(Spec):
+    """What water with particles of its own has in common."""
 
-    NEEDS: ClassVar = "two_velocities"
-
-    scheme: Literal["v_w"]
-    """v_w: grains and water have a velocity each, v and w, with drag between them; explicit"""
     permeability: KnownPermeability
     """intrinsic permeability [m2]: a number, or a table with law = "calonne" or "kozeny_carman" and grain_size [m]"""
     grain_density: Positive = ICE_DENSITY
@@ -171,16 +171,10 @@ class MovingWater(Spec):
     when missing"""
     density: Positive = 1000.0
     """of water [kg/m3]"""
-    bulk_modulus: Positive = 2.2e9
-    """K_w of water [Pa]. The step follows its waves: 100 times the largest pressure is enough for flow, and keeps
-    compression below 1 %"""
     viscosity: Positive = 1.792e-3
     """dynamic viscosity of water [Pa s]; at 0 °C when missing"""
-    pressure: NonNegative = 0.0
-    """pressure at the start [Pa]"""
     table: Number | None = None
-    """height z of the water table at the start [m]: below it the pressure is hydrostatic, and snow above it is dry;
-    replaces pressure"""
+    """height z of the water table at the start [m]: below it the pressure is hydrostatic, and snow above it is dry"""
     dry: tuple[str, ...] = ()
     """names of bodies without water in their pores"""
 
@@ -189,11 +183,38 @@ class MovingWater(Spec):
     def _is_of_the_snow(cls, value: Any) -> Any:
         return _no_raster(value)
 
+
+class MovingWater(_OwnWater):
+    """Water with particles and a velocity of its own beside the grains: it runs through the pores, leaves the snow and
+    pools; method = "mpm" only."""
+
+    NEEDS: ClassVar = "two_velocities"
+
+    scheme: Literal["v_w"]
+    """v_w: grains and water have a velocity each, v and w, with drag between them; explicit"""
+    bulk_modulus: Positive = 2.2e9
+    """K_w of water [Pa]. The step follows its waves: 100 times the largest pressure is enough for flow, and keeps
+    compression below 1 %"""
+    pressure: NonNegative = 0.0
+    """pressure at the start [Pa], without table"""
+
     @model_validator(mode="after")
     def _goes_together(self):
         if self.table is not None and self.pressure != 0.0:
             raise refuse("does not go with table, which gives the pressure", "pressure", self.pressure)
         return self
+
+
+class SeepageWater(_OwnWater):
+    """Water with particles of its own that seeps through grains at rest, leaves them and pools; method = "sph" only."""
+
+    NEEDS: ClassVar = "seepage"
+
+    scheme: Literal["seepage"]
+    """seepage: grains stay where they are; the pressure of the water is solved for in each step"""
+    bulk_modulus: Positive = 1e6
+    """K_w of water [Pa], which sets no step: 100 times the largest pressure keeps compression below 1 %, and 1000 times
+    makes the pressure of single particles noisy"""
 
 
 def _no_raster(value):
@@ -277,7 +298,7 @@ class MixedWater(_Flowing):
     """between water and grains"""
 
 
-SCHEMES = ("u_p", "v_w", "one_phase", "two_phase")
+SCHEMES = ("u_p", "v_w", "seepage", "one_phase", "two_phase")
 
 
 def _known_scheme(value: Any) -> Any:
@@ -294,6 +315,7 @@ def _which(value: Any) -> str:
 
 Water = Annotated[
     Annotated[Annotated[SeepingWater, Tag(tag("u_p"))] | Annotated[MovingWater, Tag(tag("v_w"))]
+              | Annotated[SeepageWater, Tag(tag("seepage"))]
               | Annotated[FlowingWater, Tag(tag("one_phase"))] | Annotated[MixedWater, Tag(tag("two_phase"))],
               Discriminator(_which)],
     BeforeValidator(_known_scheme)]

@@ -72,6 +72,8 @@ class Capabilities:
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False
     """water with a velocity of its own (`snowmpm.mixture`)"""
+    seepage: bool = False
+    """water that seeps through grains at rest (`snowmpm.seepage`)"""
     solved_water: bool = False
     """water in full pores, whose pressure is among the unknowns of a step (`snowmpm.implicit.soaked`)"""
     flow_water: bool = False
@@ -118,6 +120,8 @@ class MethodEntry:
     relax: str | Callable | None = None
     """"module:name" of a callable, or the callable itself, that brings particles to rest without time: it is given what
     `builder` is, and tolerance, and returns an object with `population`, or None where it cannot"""
+    seeping: str | Callable | None = None
+    """"module:name" of the builder of scenes whose water has scheme = "seepage", or the callable itself"""
     words: str = ""
     """name in captions; the name in capitals when missing"""
 
@@ -140,7 +144,8 @@ METHODS = {entry.name: entry for entry in (
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, free_bodies=True, structures=True), options="sph"),
+        filling=1, free_bodies=True, structures=True, seepage=True), options="sph",
+        seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
         deposition=True, thickness_rasters=True, delays=True, flow_water=True,

@@ -56,6 +56,7 @@ MAY_IMPORT = {
     # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores
     "implicit": {*GROUND, *SHARED, "mpm", "materials", "water"},
     "mixture": {*GROUND, *SHARED, "mpm", "materials", "water"},  # on the nodes of MPM
+    "seepage": {*GROUND, *SHARED, "materials", "water"},
     "setup": {*GROUND, *SHARED, *SCENE, "io", "results"},  # methods by name (`snowmpm.methods`)
     "handover": {*GROUND, *SHARED, *SCENE, "setup"},
     "running": {*GROUND, *SHARED, *SCENE, "setup", "handover", "io", "measured", "results"},
@@ -80,6 +81,7 @@ FORBIDDEN = {
     "mpm": PICTURES | {"h5py", "typer", "rich"},
     "sph": PICTURES | {"h5py", "typer", "rich"},
     "implicit": PICTURES | {"h5py", "typer", "rich"},
+    "seepage": PICTURES | {"h5py", "typer", "rich"},
     **dict.fromkeys(("compiler", "particles", "stepping", "results", "micro"),
                     PICTURES | {"h5py", "trimesh", "typer", "rich"}),
     **dict.fromkeys(("measured", "reading", "quantities"), PICTURES | COMPUTE | {"h5py", "trimesh", "typer", "rich"}),

@@ -57,7 +57,7 @@ def _plane(budget):
 def _double(budget):
     if budget.scheme.precision != "f64" or "f32" not in METHODS[budget.scheme.method].capabilities.precisions:
         return
-    if budget.scheme.water in ("u_p", "v_w"):  # water's compression is below its round-off
+    if budget.scheme.water in ("u_p", "v_w", "seepage"):  # water's compression is below its round-off
         return
     border = shipped()["small_strains", "f32"]
     if border.failing(budget.facts.least_strain):

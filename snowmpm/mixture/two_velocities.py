@@ -35,53 +35,26 @@ from snowmpm.mpm.node_copy import copy_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.blocks import EDGE, fields_of, keys_of
 from snowmpm.particles.store import accessors
-from snowmpm.water.budget import Budget
-from snowmpm.water.particle_kernels import MASS, N_WATER, PRESSURE, SOLID, read_columns, water_kernels
-
-THETA = 3
-"""Entry of the column "water" of water's particles, beside those of `water.particle_kernels`."""
+from snowmpm.water.particle_kernels import N_WATER, PRESSURE, SOLID, read_columns, water_kernels
+from snowmpm.water.phases import THETA, Phases
 
 BAND = 0.02
 """Of the logarithm of how full nodes are: particles that lie anyhow show this much. As a source without end it would
 raise the pressure in soil that hardly lets it out."""
 
 
-class TwoVelocities:
-    """density, bulk_modulus: of water [kg/m3], [Pa]; grains: density of the grains [kg/m3]; porosity (materials,): at
-    J = 1; drag: law of `water.drag`. budget: `Budget`."""
+class TwoVelocities(Phases):
+    """`Phases` of explicit MPM."""
 
-    rain = outlets = None
-    share = 1.0
-    """No split of `water.pore_water`: failures are not its."""
-
-    def __init__(self, density, bulk_modulus, grains, porosity, drag):
-        self.density, self.bulk_modulus, self.grains, self.drag = density, bulk_modulus, grains, drag
-        self.porosity = np.asarray(porosity, float)
-        self.budget, self._kept = Budget(), None
-
-    @property
-    def material(self):
-        """Index of the material of water's particles."""
-        return len(self.porosity)
+    _kept = None
 
     def exchange(self, dim, real, serial):
         """`PhaseExchange` of a grid."""
         return PhaseExchange(dim, real, (self.grains, self.density), self.drag, serial)
 
-    def columns(self, material, ratio, pressure):
-        """Rows (n, N_WATER) that particles start with, of grains and of water; ratio (n,): J; pressure (n,) [Pa], of
-        water alone."""
-        wet, rows = material == self.material, np.zeros((len(material), N_WATER))
-        rows[~wet, SOLID] = 1.0 - self.porosity[material[~wet]]
-        rows[wet, MASS], rows[wet, PRESSURE], rows[wet, SOLID] = self.density, pressure[wet], ratio[wet] - 1.0
-        rows[wet, THETA] = -pressure[wet] / self.bulk_modulus
-        return rows
-
     def begin(self, solver):
         """Time zero of a solver."""
-        self._solver, solver.particles.water_density = solver, self.density
-        solver.particles.fluid = self.material
-        self.budget = Budget(start=self.held())
+        super().begin(solver)
         self._note(solver, solver.particles.column("volume_ratio")[self._wet(solver), 0])
 
     def _wet(self, solver):
@@ -160,18 +133,9 @@ class TwoVelocities:
 
     # ---- checkpoint -----------------------------------------------------------------------------------------------
 
-    def held(self):
-        """Water in the particles now [kg]."""
-        particles = self._solver.particles
-        return float(particles.column("volume")[:, 0] @ particles.column("water")[:, MASS])
-
-    def state(self):
-        """All that a bitwise continuation needs beside the particles, by name."""
-        return {"budget": self.budget.state()}
-
     def restore(self, state, solver):
         """Take over what `state()` gave."""
-        self._solver, self.budget = solver, Budget(**state["budget"])
+        super().restore(state, solver)
         self._note(solver, solver.particles.column("volume_ratio")[self._wet(solver), 0])
 
 

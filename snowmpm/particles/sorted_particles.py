@@ -179,6 +179,8 @@ class SortedParticles(ParticleStore, Particles):
         new = np.column_stack([population.material, numbers]).astype(labels.dtype)
         self.replace(table, np.concatenate([labels, new])[order])
         self.mass += float(population.volumes @ self.materials.density[population.material])
+        if self.layout.water_size:
+            self.mass += float(population.volumes @ population.water[:, 0])
         self._rebuild_for(blocks)
         keep = ((cells[order] >= self._limits[0]) & (cells[order] < self._limits[1])).all(axis=1)
         if not keep.all():

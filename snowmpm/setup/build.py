@@ -16,7 +16,7 @@ from snowmpm.setup.pore_water import pore_water, water_columns
 from snowmpm.setup.refusals import refuse_beyond
 from snowmpm.setup.standing import standing
 from snowmpm.setup.taken_state import TakenState, take
-from snowmpm.setup.two_velocities import first_columns, soaked
+from snowmpm.setup.two_velocities import first_columns, has_own_water, soaked
 from snowmpm.setup.velocity_fields import velocity_fields
 from snowmpm.solids import Obstacle, inside_any
 from snowmpm.stages import counted, stage
@@ -57,7 +57,7 @@ def build(scene, kept=None):
             stress_from_weight(model)
     if scene.water and scene.water.scheme == "u_p":
         model.population.water = water_columns(model, pore_water(model))
-    elif scene.water and scene.water.scheme == "v_w":
+    elif has_own_water(scene):
         model.population.water = first_columns(model)
     return model
 
@@ -141,7 +141,7 @@ def _with_water(scene, body, part):
     scheme = scene.water.scheme if scene.water else ""
     if scheme == "two_phase":
         return two_phases(scene, part)
-    return soaked(scene, body, part) if scheme == "v_w" else part
+    return soaked(scene, body, part) if has_own_water(scene) else part
 
 
 def _as_left(columns, material, field):

@@ -29,7 +29,7 @@ from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.interface_points import thickness_of
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
-from snowmpm.setup.two_velocities import two_velocities
+from snowmpm.setup.two_velocities import has_own_water, two_velocities
 from snowmpm.setup.velocity_fields import body_friction
 from snowmpm.stages import stage
 from snowmpm.terrain import DistanceField
@@ -83,7 +83,7 @@ class Model:
     def laws_of_phases(self):
         """`laws`, and then those of the water in the pores of each material, where that has particles of its own."""
         scheme = self.scene.water.scheme if self.scene.water else ""
-        if scheme == "v_w":
+        if has_own_water(self.scene):
             return [*self.laws, pkgutil.resolve_name("snowmpm.mixture.pore_fluid:PoreFluid")()]
         return self.laws * 2 if scheme == "two_phase" else self.laws
 
@@ -150,7 +150,7 @@ class Model:
     def release_volume(self):
         """Volume of all bodies at time zero, with what symmetric sides of the domain left out (m2 in 2-D) [m3]."""
         own = np.ones(len(self.population.volumes), bool)
-        if self.scene.water and self.scene.water.scheme == "v_w":  # water in the pores takes no room
+        if has_own_water(self.scene):  # water in the pores takes no room
             own = self.population.material < len(self.laws)
         volumes = np.bincount(self.body_of[own], self.population.volumes[own], len(self.scene.bodies))
         return float(sum(volume / self.shares.get(body.name, 1.0)
@@ -228,7 +228,9 @@ class Model:
         chosen = self.scene.solver
         entry = METHODS[chosen.method]
         # By name: methods are slow to import, and a run has one of them
-        build = pkgutil.resolve_name(entry.builder) if isinstance(entry.builder, str) else entry.builder
+        seeps = self.scene.water and self.scene.water.scheme == "seepage"
+        build = entry.seeping if seeps else entry.builder
+        build = pkgutil.resolve_name(build) if isinstance(build, str) else build
         options = getattr(chosen, entry.options) if entry.options else chosen
         seeds = self.population if population is None else population
         return build(seeds, self.laws_of_phases, options, **self._setting())
@@ -258,7 +260,7 @@ class Model:
                 contact["terrain_deposition"] = scene.terrain.deposition.time
             if METHODS[chosen.method].capabilities.flow_water and scene.water:
                 contact["flow_water"] = flow_water(self)
-        if scene.water and scene.water.scheme == "v_w":
+        if has_own_water(scene):
             contact["phases"] = two_velocities(self)
         if self.expected:
             contact["expected"] = self.expected

@@ -1,5 +1,7 @@
 """Refusal of scenes that ask for more than their method can do, from its capabilities; the only such place."""
 
+import numpy as np
+
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
 from snowmpm.scenes.friction_cards import possible_laws
@@ -8,6 +10,9 @@ from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.interface_refusals import refuse_interfaces
+
+OF_WATER = {"u_p": ("drainage",), "seepage": ("rain",)}
+"""Events that a scheme of water has where its method may not have them for others."""
 
 
 def demands(scene, later=False):
@@ -63,7 +68,7 @@ def demands(scene, later=False):
     for i, event in enumerate(scene.events):
         if later and not (event.kind == "load" and event.stop is None):
             continue
-        soaked = event.kind == "drainage" and scene.water and scene.water.scheme == "u_p"
+        soaked = event.kind in OF_WATER.get(scene.water.scheme if scene.water else "", ())
         yield scene.water.NEEDS if soaked else event.NEEDS, True, f"events.{i}.kind", event.kind
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
@@ -199,7 +204,7 @@ def _refuse_beside_water(scene):
     scheme = scene.water.scheme
     if METHODS[scene.solver.method].capabilities.solves:
         _refuse_beside_solved_water(scene)
-    seeps = scheme in ("u_p", "v_w")
+    seeps = scheme in ("u_p", "v_w", "seepage")
     if seeps and scene.solver.precision != "f64":
         raise InputError.at("solver.precision", scene.solver.precision, 'must be "f64" beside water, whose'
                             " compression is smaller than the round-off of single precision", scene.source)
@@ -216,6 +221,8 @@ def _refuse_beside_water(scene):
         raise InputError.at("saw_test.slope_angle", scene.saw_test.slope_angle, "does not go with water", scene.source)
     if scheme == "v_w":
         _refuse_beside_two_velocities(scene)
+    if scheme == "seepage":
+        _refuse_beside_seepage(scene)
     if scheme == "two_phase":
         terrain = scene.terrain
         beside = {"terrain.forest": terrain and terrain.forest, "terrain.deposition": terrain and terrain.deposition,
@@ -267,6 +274,33 @@ def _refuse_beside_two_velocities(scene):
         if surface.contact not in ("stick", "symmetric") and not isinstance(surface.friction, int | float):
             raise InputError.at(f"{key}.friction", "a law", 'must be a number beside water.scheme = "v_w"',
                                 scene.source)
+
+
+def _refuse_beside_seepage(scene):
+    """Raise InputError for what does not go with water that seeps through grains at rest."""
+    beside = 'does not go with water.scheme = "seepage", whose grains are at rest'
+    if scene.initial.stress != "none":
+        raise InputError.at("initial.stress", scene.initial.stress, beside, scene.source)
+    for i, event in enumerate(scene.events):
+        if event.kind != "rain":
+            raise InputError.at(f"events.{i}.kind", event.kind, f"{beside}: only rain does", scene.source)
+    for i, body in enumerate(scene.bodies):
+        if np.any(body.velocity):
+            raise InputError.at(f"bodies.{i}.velocity", list(body.velocity), beside, scene.source)
+    for name, side in (scene.domain.sides(scene.dimension) if scene.domain else {}).items():
+        if side not in ("open", "slip", "symmetric"):
+            raise InputError.at(f"domain.boundary.{name}", side, 'must be "slip", "symmetric" or "open" beside'
+                                ' water.scheme = "seepage"', scene.source)
+    found = {"terrain.kind": scene.terrain and scene.terrain.kind,
+             "obstacles.0.name": scene.obstacles and scene.obstacles[0].name,
+             "forces.0.kind": scene.forces and scene.forces[0].kind,
+             "gravity": "a table" if isinstance(scene.gravity, Gravity) else None,
+             "damping.coefficient": scene.damping and scene.damping.coefficient,
+             "structures.0.name": scene.structures and scene.structures[0].name}
+    for key, value in found.items():
+        if value:
+            raise InputError.at(key, value, 'does not go with water.scheme = "seepage": sides of the domain hold it,'
+                                " and weight moves it", scene.source)
 
 
 def _refuse_switch(scene, i, switch, before, after):

@@ -1,4 +1,4 @@
-"""From the table `[water]` with scheme = "v_w" to water with particles of its own."""
+"""From the table `[water]` with scheme = "v_w" or "seepage" to water with particles of its own."""
 
 import pkgutil
 
@@ -9,10 +9,19 @@ from snowmpm.particles.population import Population
 from snowmpm.setup.flow_water import grain_shares
 from snowmpm.water.drag import Darcy, DarcyOfPorosity, Forchheimer, ForchheimerOfPorosity
 
+OF_SCHEME = {"v_w": "snowmpm.mixture.two_velocities:TwoVelocities", "seepage": "snowmpm.seepage.waters:SeepingWaters"}
+"""Schemes of water with particles of its own, and what moves it."""
+
+
+def has_own_water(scene):
+    """Whether the water of a scene has particles of its own in the pores."""
+    return scene.water is not None and scene.water.scheme in OF_SCHEME
+
 
 def two_velocities(model):
-    """`TwoVelocities` of a scene. Raises InputError for a material that cannot hold water."""
-    spec, kind = model.scene.water, pkgutil.resolve_name("snowmpm.mixture.two_velocities:TwoVelocities")
+    """`water.phases.Phases` of a scene. Raises InputError for a material that cannot hold water."""
+    spec = model.scene.water
+    kind = pkgutil.resolve_name(OF_SCHEME[spec.scheme])
     return kind(spec.density, spec.bulk_modulus, spec.grain_density, grain_shares(model.scene), _drag(spec))
 
 
@@ -31,7 +40,8 @@ def _drag(spec):
 
 
 def soaked(scene, body, part):
-    """`Population` of the grains of a body, and of the water in its pores, in the second velocity field."""
+    """`Population` of the grains of a body, and of the water in its pores, in the second velocity
+    field of a grid."""
     spec = scene.water
     unknown = [name for name in spec.dry if name not in [each.name for each in scene.bodies]]
     if unknown:
@@ -41,14 +51,14 @@ def soaked(scene, body, part):
         wet &= part.positions[:, -1] < spec.table
     n = grain_shares(scene)[part.material[wet]]
     water = Population(part.positions[wet], n * part.volumes[wet], len(scene.materials), part.velocities[wet],
-                       volume_ratio=1.0 / n, field=1, starts=part.starts[wet])
+                       volume_ratio=1.0 / n, field=int(spec.scheme == "v_w"), starts=part.starts[wet])
     return Population.joined([part, water])
 
 
 def first_columns(model):
     """Column "water" of the particles at time zero, in the order of the population."""
     spec, population = model.scene.water, model.population
-    pressure = np.full(len(population.volumes), spec.pressure)
+    pressure = np.full(len(population.volumes), getattr(spec, "pressure", 0.0))
     if spec.table is not None:
         weight = spec.density * np.linalg.norm(model.first_gravity)
         pressure = np.maximum(weight * (spec.table - population.positions[:, -1]), 0.0)

@@ -131,6 +131,7 @@ def water():
     for dim, sides in ((2, (10, 60)), (3, (4, 16))):
         yield from _more_by_water("u_p", dim, "f64", [_soaked(dim, side) for side in sides], 1)
         yield from _more_by_water("v_w", dim, "f64", [_layered(dim, side) for side in sides], 1)
+        yield from _more_by_water("seepage", dim, "f64", [_seeping(dim, side) for side in sides], 1)
     for precision in ("f32", "f64"):
         yield from _more_by_water("one_phase", 3, precision, [_slush(side, precision) for side in (8, 100)], LAYERS)
         yield from _more_by_water("two_phase", 3, precision, [_mixed(side, precision) for side in (8, 100)], LAYERS)
@@ -177,6 +178,13 @@ def _layered(dim, side):
     own = {**dry, "solver": {**dry["solver"], "transfer": "aflip"}}
     twice = {**own, "solver": {**own["solver"], "particles_per_cell": 2 ** (dim + 1)}}
     return {**own, "water": {"scheme": "v_w", "permeability": 1e-9}}, twice
+
+
+def _seeping(dim, side):
+    """The same for SPH, with particles of water at whose steps grains are at rest, and dry."""
+    _, dry = _soaked(dim, side)
+    dry = {**dry, "solver": {**dry["solver"], "method": "sph"}}
+    return {**dry, "water": {"scheme": "seepage", "permeability": 1e-7}}, dry
 
 
 def _slush(side, precision):

@@ -294,6 +294,18 @@ def _falls_together(simulation):
     assert row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
 
 
+def _with_seepage(method):
+    return _free(method, precision="f64", gravity=given.G, water={"scheme": "seepage", "permeability": 1e-7})
+
+
+def _seeps_down(simulation):
+    steps(simulation, 5)
+    fields, row = simulation.particles, simulation.audit()
+    wet = fields["material"] == fields["material"].max()
+    assert (fields["velocity"][~wet] == 0.0).all() and fields["velocity"][wet, -1].mean() < 0.0
+    assert row["water_mass"] > 0.0 and row["water_residual"] < 1e-12 and row["momentum_residual"] < 1e-11
+
+
 def _full(method):
     return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "split": "monolithic"})
 
@@ -331,6 +343,7 @@ CAPABILITIES = {
     "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
     "two_velocities": Asked(_with_moving_water, _falls_together),
+    "seepage": Asked(_with_seepage, _seeps_down),
     "solved_water": Asked(_full, _stays_full),
     "separate_bodies": Asked(_two_bodies, _parted),
     "interfaces": Asked(_on_interface, _is_carried),

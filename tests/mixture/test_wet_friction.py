@@ -40,11 +40,16 @@ def test_friction_of_the_buoyant_weight():
 
 def test_water_that_bears_the_weight_takes_the_friction():
     """Undrained grains get M / (M + K_w / n) of their buoyant weight; that of the half cell at the ground is not told
-    from it, since the scheme knows no pressure there but that of cells."""
+    from it, since the scheme knows no pressure there but that of cells.
+
+    The rows of particles at 1/4, 3/4 and 5/4 of a cell give the nodes at the ground and below it (1 + 1/32) / 2 of the
+    weight of a cell. Put on at once, it swings: the mean of 1 - cos(w t) since the start is at most 1 - min sin(x) / x
+    = 1.2172 of the weight at rest.
+    """
     M, K_w = 1e6, 1e7
     found = slowed(sliding({"youngs_modulus": M}, permeability=1e-14, bulk_modulus=K_w), 0.0, 0.03)
     buoyant = MU * G * BUOYANT / SATURATED
-    assert 0.0 < found - buoyant * M / (M + K_w / N) < 1.15 * buoyant * 0.5 * DX / DEEP
+    assert 0.0 < found - buoyant * M / (M + K_w / N) < 1.2172 * (1.0 + 1.0 / 32.0) * buoyant * 0.5 * DX / DEEP
 
 
 def test_dry_grains():

@@ -61,6 +61,24 @@ def own_velocity(facts):
                       f"water.bulk_modulus = {enough:g} squeezes the water by 1 % at most; or water.scheme = \"u_p\"")
 
 
+@rule("sph")
+def seepage(facts):
+    """Steps of seepage that cross too much of a spacing; water so soft that it is squeezed, or stiffer than helps."""
+    water = facts.scene.water
+    if water is None or water.scheme != "seepage":
+        return
+    cfl = facts.solver.limits.cfl
+    if border := beyond("long_seepage_step", "K_w 1e6", cfl):
+        yield worded(border, "solver.cfl", cfl)
+    height = float(np.ptp(facts.model.population.positions[:, -1]))
+    pressure = max(water.density * facts.gravity * height, 1e-300)
+    enough = float(f"{ENOUGH * pressure:.2g}")
+    if pressure / water.bulk_modulus > SQUEEZED:
+        yield Caution("", "water.bulk_modulus", f"water of this stiffness is squeezed by"
+                      f" {100.0 * pressure / water.bulk_modulus:.2g} % under its own weight, {pressure:.3g} Pa",
+                      f"water.bulk_modulus = {enough:g}")
+
+
 @rule(*SOAKING)
 def drainage(facts):
     """Drainage that reaches less than a cell within the run."""

@@ -7,6 +7,7 @@ from snowmpm.study.atlas import (
     granular,
     layers,
     round_off,
+    seeping,
     sleeping,
     soaked,
     softening,
@@ -28,6 +29,6 @@ GROUPS = {
     "round-off and laws": round_off.ENTRIES,
     "sums of SPH": sph_lattices.ENTRIES,
     "depth-averaged flow": columns_in_plan.ENTRIES,
-    "water in the pores": soaked.ENTRIES,
+    "water in the pores": (*soaked.ENTRIES, *seeping.ENTRIES),
 }
 ENTRIES = {entry.name: entry for entries in GROUPS.values() for entry in entries}
