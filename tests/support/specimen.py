@@ -14,6 +14,7 @@ from snowmpm.materials.measurement import Driven, Measurement
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
 from snowmpm.solids.motion import RigidMotion
+from tests.support.driven import loads
 
 WIDTH, HEIGHT, CELLS = 0.1, 0.2, 8
 """Of the specimen [m]; cells over its width."""
@@ -67,21 +68,15 @@ def compress(material, method, dim, pressure, strain, speed, samples=40):
     scene = scene_of(material, method, dim, pressure, speed, end)
     simulation, head = Simulation(scene), RigidMotion.of(scene.obstacles[1].motion, np.zeros(dim))
     section = WIDTH if dim == 2 else 0.25 * np.pi * WIDTH**2
-    rows, before = [], (0.0, 0.0)
-    volume_at_start = simulation.particles["volume"].sum()
-    for time in end * np.linspace(0.0, 1.0, samples + 1)[1:]:
-        while simulation.time < time:
-            simulation.step(until=time)
+    rows, volume_at_start = [], simulation.particles["volume"].sum()
+    for on_head in loads(simulation, 1, end * np.linspace(0.0, 1.0, samples + 1)[1:]):
         way = -head.pose(simulation.time).centre[-1]
-        impulse = float(simulation.solver.obstacle_totals[1, dim - 1])
         fields = simulation.particles
         volume = fields["volume"].sum() / volume_at_start
         length = 1.0 - way / HEIGHT
-        force = -(impulse - before[1]) / (simulation.time - before[0])
-        rows.append((-np.log(length), abs(force) / (section * volume / length), np.log(volume),
+        rows.append((-np.log(length), abs(on_head[-1]) / (section * volume / length), np.log(volume),
                      np.average(fields["p"], weights=fields["volume"]),
                      np.average(fields["q"], weights=fields["volume"])))
-        before = simulation.time, impulse
     return Loaded(*np.array(rows).T, simulation.particles)
 
 
