@@ -49,7 +49,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     mask = layout.row_mask
     pair = pair_functions(layout)
     weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
-    viscosity = viscosity_functions(0.5 * radius, viscous)
+    viscosity = viscosity_functions(radius / KERNELS[kernel].reach, viscous)
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
     even = KERNELS[kernel].lattice_share(radius, dim, 0.5 * half_power) if layout.tension else 0.0
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
