@@ -35,7 +35,7 @@ def least_spacing(stress, time, jitter=0.0, **scheme):
 
 
 QUICK = {("cubic_spline", 1.8), ("wendland_c2", 1.8)}
-SLOWLY = pytest.mark.xfail(strict=True, reason="on this lattice, cut at 3 h and lowered to zero there, it holds for 3 s")
+SLOWLY = pytest.mark.xfail(strict=True, reason="on this lattice, cut at 3 h and lowered to zero there, it holds 3 s")
 
 
 @pytest.mark.parametrize(("kernel", "smoothing", "holds"), [
