@@ -46,9 +46,9 @@ class Output(Spec):
 class Sph(Spec):
     """Options of the SPH method."""
 
-    kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline"] = "wendland_c6"
+    kernel: Literal["wendland_c2", "wendland_c4", "wendland_c6", "cubic_spline", "gaussian"] = "wendland_c6"
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
-    """smoothing length h over dx [-]; kernels reach 2 h; 1.2 gives 3 to 7 % more height in
+    """smoothing length h over dx [-]; kernels reach 2 h, the Gaussian 3 h; 1.2 gives 3 to 7 % more height in
     the middle of a heap of sand, 1.0 the right stiffness of a thin elastic body; both ring more behind shocks"""
     gradient: Literal["balanced", "corrected", "plain"] = "balanced"
     """of velocities; balanced: conjugate to the sum of forces, so that volumes follow the density of particles;

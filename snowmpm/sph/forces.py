@@ -4,6 +4,7 @@ import math
 
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.sph.momentum import momentum_kernel
+from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.tallies import Tallies
 
 
@@ -17,7 +18,8 @@ class Forces:
         self._scheme, self._gravity, self._dx = scheme, gravity, dx
         layout = rows.layout
         self._kick = momentum_kernel(
-            layout, DTYPES[precision][0], width, scheme.kernel, 2.0 * scheme.smoothing, scheme.momentum,
+            layout, DTYPES[precision][0], width, scheme.kernel,
+            KERNELS[scheme.kernel].reach * scheme.smoothing, scheme.momentum,
             round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
         self._tallies = None

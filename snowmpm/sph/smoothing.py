@@ -1,10 +1,12 @@
-"""Smoothing kernels W(r) of compact support, all of radius H = 2 h.
+"""Smoothing kernels W(r) of compact support: of radius H = 2 h, the Gaussian of 3 h.
 
     W = N / H^d w(s),   (1/r) dW/dr = N / H^(d + 2) slope(s),   s = r / H,  t = 1 - s
 
 with N such that W integrates to 1 over the plane (d = 2) or space (d = 3). Wendland's (1995) C2, C4 and C6 have a
 positive Fourier transform, and so never pair under compression (Dehnen & Aly 2012,
-doi:10.1111/j.1365-2966.2012.21439.x); the cubic spline (Monaghan & Lattanzio 1985) needs fewer neighbours.
+doi:10.1111/j.1365-2966.2012.21439.x); the cubic spline (Monaghan & Lattanzio 1985) needs fewer neighbours. The Gaussian
+(Gingold & Monaghan 1977, doi:10.1093/mnras/181.3.375), exp(-r^2 / h^2), is cut where it has fallen to 1e-4, and lowered
+by that.
 """
 
 import math
@@ -50,13 +52,33 @@ def _cubic_slope(s, t):
     return -6.0 * (t**2 - inner**2) / (s + 1e-9)
 
 
+CUT = math.exp(-9.0)
+"""Of the Gaussian at 3 h, over its middle."""
+
+
+def _gaussian(s, t):
+    return (CUT ** (s * s) - CUT) * (t / (t + 1e-12))
+
+
+def _gaussian_slope(s, t):
+    return -18.0 * CUT ** (s * s) * (t / (t + 1e-12))
+
+
+def _gaussian_constants():
+    """1 over the integral of `_gaussian` over the unit disc and ball."""
+    shell = math.sqrt(math.pi) * math.erf(3.0) / 108.0 - CUT / 18.0  # of s² exp(-9 s²) from 0 to 1
+    return {2: 1.0 / (math.pi * ((1.0 - CUT) / 9.0 - CUT)), 3: 1.0 / (4.0 * math.pi * (shell - CUT / 3.0))}
+
+
 @dataclass(frozen=True)
 class Smoothing:
-    """One kernel: constants N by dimension, w(s, t) and slope(s, t), which NumPy and Taichi can both evaluate."""
+    """One kernel: constants N by dimension, w(s, t) and slope(s, t), which NumPy and Taichi can both evaluate; reach:
+    of its support, H / h."""
 
     constants: dict
     w: object
     slope: object
+    reach: float = 2.0
 
     def weight(self, r, radius, dim):
         """W at distances r, of support `radius`, in any unit of length. NumPy."""
@@ -119,4 +141,5 @@ KERNELS = {
     "wendland_c4": Smoothing({2: 9.0 / math.pi, 3: 495.0 / (32.0 * math.pi)}, _c4, _c4_slope),
     "wendland_c6": Smoothing({2: 78.0 / (7.0 * math.pi), 3: 1365.0 / (64.0 * math.pi)}, _c6, _c6_slope),
     "cubic_spline": Smoothing({2: 40.0 / (7.0 * math.pi), 3: 8.0 / math.pi}, _cubic, _cubic_slope),
+    "gaussian": Smoothing(_gaussian_constants(), _gaussian, _gaussian_slope, 3.0),
 }

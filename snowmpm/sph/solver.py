@@ -30,6 +30,7 @@ from snowmpm.sph.order import order_kernel
 from snowmpm.sph.regularisation import Regularisation
 from snowmpm.sph.row_cache import RowCache, row_kernels
 from snowmpm.sph.rows import RowLayout, Rows
+from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.update import update_kernel
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
@@ -69,7 +70,7 @@ class SphSolver(Solver):
         frame = self.frame = Frame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)
-        self.radius = 2.0 * scheme.smoothing
+        self.radius = KERNELS[scheme.kernel].reach * scheme.smoothing
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)

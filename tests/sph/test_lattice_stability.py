@@ -34,12 +34,19 @@ def least_spacing(stress, time, jitter=0.0, **scheme):
     return float(nearest(solver).min())
 
 
+QUICK = {("cubic_spline", 1.8), ("wendland_c2", 1.8)}
+SLOWLY = pytest.mark.xfail(strict=True, reason="on this lattice, cut at 3 h and lowered to zero there, it holds 3 s")
+
+
 @pytest.mark.parametrize(("kernel", "smoothing", "holds"), [
-    pytest.param("cubic_spline", 1.2, True, marks=pytest.mark.slow), ("cubic_spline", 1.8, False),
-    ("wendland_c2", 1.8, True),
-    pytest.param("wendland_c6", 1.8, True, marks=pytest.mark.slow)])
+    pytest.param(*case, marks=[] if case[:2] in QUICK else [pytest.mark.slow]) for case in (
+        ("cubic_spline", 1.2, True), ("cubic_spline", 1.8, False), ("cubic_spline", 2.4, False),
+        ("gaussian", 1.2, True), ("gaussian", 1.8, True),
+        ("wendland_c2", 1.2, True), ("wendland_c2", 1.8, True), ("wendland_c2", 2.4, True),
+        ("wendland_c6", 1.8, True))] + [pytest.param("gaussian", 2.4, False, marks=[SLOWLY, pytest.mark.slow])])
 def test_pairing_under_compression(kernel, smoothing, holds):
-    """The cubic spline pairs when it has more neighbours than at h = 1.2 dx; Wendland's kernels do not."""
+    """B4, all nine: the cubic spline pairs when it has more neighbours than at h = 1.2 dx, Wendland's kernels do not.
+    The source has the Gaussian pair at 2.4 dx; the atlas finds waves that grow by 0.013 c / dx there at most."""
     found = least_spacing(-5e5, 3.0, kernel=kernel, smoothing=smoothing)
     assert found > 0.9 if holds else found < 0.5
 

@@ -5,6 +5,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     contacts,
     deep_release,
     ground_friction,
+    interfaces,
     layers,
     round_off,
     shallow,

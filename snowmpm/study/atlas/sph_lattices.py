@@ -1,6 +1,6 @@
 """Entries: what sums over neighbours get wrong, on lattices of particles, without a run.
 
-Spacing 1 (dx), kernels of support 2 h, h the smoothing length over dx. Waves u exp(i k.x) on a triangular lattice (the
+Spacing 1 (dx), h the smoothing length over dx. Waves u exp(i k.x) on a triangular lattice (the
 square one has shears that no fluid bears) under the uniform stress T obey, with the "volume" form of the momentum sum
 and constant V = dx^2,
 
@@ -31,23 +31,23 @@ TRIANGLES = np.sqrt(2.0 / np.sqrt(3.0)) * np.array([[1.0, 0.0], [0.5, 0.5 * np.s
 """Base vectors (rows) of the triangular lattice with an area of 1 a point, the densest and most even one."""
 
 
-def _neighbours(h, base=SQUARES):
+def _neighbours(radius, base=SQUARES):
     """Offsets (n, 2) of the lattice points within the support, but for the point itself."""
-    axis = np.arange(-int(3 * h) - 2, int(3 * h) + 3)
+    axis = np.arange(-int(1.5 * radius) - 2, int(1.5 * radius) + 3)
     r = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2) @ base
     distance = np.linalg.norm(r, axis=1)
-    return r[(distance > 0.0) & (distance < 2.0 * h)]
+    return r[(distance > 0.0) & (distance < radius)]
 
 
 def _gradients(kernel, r, h):
     """grad W (n, 2) at r_ij = x_i - x_j."""
-    return KERNELS[kernel].slope_over_r(np.linalg.norm(r, axis=-1), 2.0 * h, 2)[..., None] * r
+    return KERNELS[kernel].slope_over_r(np.linalg.norm(r, axis=-1), KERNELS[kernel].reach * h, 2)[..., None] * r
 
 
 @functools.cache
 def _waves(kernel, h):
     """For every wave: eigenvalues' matrices (elastic, geometric) over c^2, each (n, 2, 2); V = rho = c = 1."""
-    r, step = _neighbours(h, TRIANGLES), 1e-5
+    r, step = _neighbours(KERNELS[kernel].reach * h, TRIANGLES), 1e-5
     slope = _gradients(kernel, r, h)
     hessian = np.stack([(_gradients(kernel, r + step * axis, h) - _gradients(kernel, r - step * axis, h)) / (2 * step)
                         for axis in np.eye(2)], axis=1)
@@ -73,7 +73,7 @@ def pairing_rate(h, kernel):
 
 def gradient_error(depth, h, corrected, kernel="wendland_c6"):
     """Error of the normal derivative of a linear field at a particle `depth` [dx] below a flat free surface."""
-    r = _neighbours(h)
+    r = _neighbours(KERNELS[kernel].reach * h)
     r = r[-r[:, 1] < depth + 1e-9]  # r = x_i - x_j, neighbours above it end at the surface
     slope = _gradients(kernel, r, h)
     found = -np.einsum("na,nb->ab", r, slope)  # sum_j V (x_j - x_i) grad W, the identity in full space
@@ -111,7 +111,7 @@ def push_at_border(contrast, form, h, kernel="wendland_c6"):
     "density". Layers at rest take it up by rows whose stresses lie above and below their mean by about as much, in
     turns.
     """
-    r = _neighbours(h)
+    r = _neighbours(KERNELS[kernel].reach * h)
     density = np.where(r[:, 1] < -0.5, contrast, 1.0)  # r = x_i - x_j, and the border is half a spacing above i
     weight = density + 1.0 / density if form == "density" else np.full(len(r), 2.0)
     return abs(weight @ _gradients(kernel, r, h)[:, 1])
