@@ -57,7 +57,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("earlier", dim), ("normal", dim),
-               ("wall_v", dim), ("share", 1), ("height", 1), ("own", 1), ("cover", 1), ("edge", dim))
+               ("wall_v", dim), ("share", 1), ("height", 1), ("cover", 1), ("edge", dim))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, source: ti.template()):
@@ -116,10 +116,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 pair_mass, stress_term = mj, pair.times_force(sum_S, d)
                 if ti.static(form in ("volume", "difference")):
                     pair_mass = Vj * ratio
-                between, z = read_lane(pack["v"], lane) - vj, pack["z"][0][lane] + zj
-                closing = between.dot(d)
-                if ti.static(dummies):
-                    closing = between.dot(nj) * d.dot(nj)
+                closing, z = (read_lane(pack["v"], lane) - vj).dot(d), pack["z"][0][lane] + zj
                 viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
                 if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
@@ -130,8 +127,6 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                     for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
                         amplified *= f
                     stress_term += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
-                if ti.static(dummies):
-                    pack["own"][0][lane] += 2.0 * F * pair_mass * pair.times_force(Si, d).dot(nj)
                 force = F * (pair_mass * stress_term - viscous_pressure * d)
                 for a in ti.static(range(dim)):
                     pack[into][a][lane] += force[a]

@@ -2,13 +2,9 @@
 
 A mirror gives them as they are. A surface that slips keeps only their normal part, and Coulomb's friction, at most mu
 times that and at most what ends the sliding; one that separates does not pull. A barrier stops what would sink below
-BARRIER within the step. One that sticks holds what slides by the stress of the snow. What it bears beyond that, by
-viscosity, as a barrier, or by the weight of the snow below a particle's middle, would be without friction, and single
-grains at a rim, which bear no stress, would skate on: it holds them by GRIP times that, at most what ends the sliding.
-
-Columns of a pack (`momentum`): wall, the force of the surface; own, the part of it along the wall's normal that the
-particle's own stress makes; and with weights that sum up to share: height above it, normal, wall_v, its velocity;
-inner, all other forces over mass, times dx; earlier, those of the surfaces before it among them [m2/s2].
+BARRIER within the step. Columns of a pack (`momentum`): wall, the force of the surface, and with weights that sum up to
+share: height above it, normal, wall_v, its velocity; inner, all other forces over mass, times dx; earlier, those of
+the surfaces before it among them [m2/s2].
 """
 
 import functools
@@ -21,11 +17,6 @@ from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
 BARRIER = 0.1
 """Height above a wall [cells] below which nothing gets by itself."""
-
-GRIP = 1.0
-"""Friction of walls that stick on what they bear without stress of the snow: that of 45 degrees, the steepest that a
-heap of loose grains lies at."""
-
 
 def tally_width(dim):
     """Numbers summed up of each surface: impulse, its moment about the frame's origin [cells], energy given."""
@@ -41,7 +32,7 @@ def surface_functions(dim, real, width, barrier):
     @ti.func
     def clear(pack: ti.template()):
         for lane in range(width):
-            pack["share"][0][lane], pack["height"][0][lane], pack["own"][0][lane] = 0.0, 0.0, 0.0
+            pack["share"][0][lane], pack["height"][0][lane] = 0.0, 0.0
             for a in ti.static(range(dim)):
                 pack["wall"][a][lane], pack["normal"][a][lane], pack["wall_v"][a][lane] = 0.0, 0.0, 0.0
 
@@ -67,17 +58,13 @@ def surface_functions(dim, real, width, barrier):
                     sinking = -free.dot(normal) - dt * inverse_dx * along
                     along += ti.max(0.0,
                                     sinking / ti.max(dt * inverse_dx, 1e-30) - clearance / (dt * dt * inverse_dx**2))
-            if mirrored == 0:
-                stops = ti.max(dt * inverse_dx, 1e-30)
-                grip = GRIP * ti.max(0.0, along - ti.max(0.0, pack["own"][0][lane]))
-                if code == STICK:
-                    given += (along - given.dot(normal)) * normal
-                    free += dt * inverse_dx * given
-                else:
-                    given, grip = along * normal, friction * ti.max(0.0, along)
+            if mirrored == 0 and code == STICK:
+                given += (along - given.dot(normal)) * normal
+            if mirrored == 0 and code != STICK:
                 sliding = free - free.dot(normal) * normal
                 speed = sliding.norm()
-                given -= (ti.min(grip, speed / stops) / ti.max(speed, 1e-30)) * sliding
+                held = ti.min(friction * ti.max(0.0, along), speed / ti.max(dt * inverse_dx, 1e-30))
+                given = along * normal - (held / ti.max(speed, 1e-30)) * sliding
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] += given[a]
             if tally >= 0:

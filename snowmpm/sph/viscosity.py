@@ -4,10 +4,6 @@ Artificial viscosity (Monaghan 1992), of pairs that approach only:
 
     Pi_ij = (-alpha c mu + beta mu^2) / rho,   mu = h v_ij . x_ij / (r^2 + 0.01 h^2)
 
-Of a pair with a dummy of a wall whose normal is n, (v_ij . n) (x_ij . n) is taken for v_ij . x_ij: only what comes
-closer to the wall is slowed down. Of a grain that slides past, the dummies ahead alone would push, back and up, and the
-grain would skate on that at a height of dx.
-
 Damping of disorder: the same with gamma for alpha and, whether they approach or part, only for that part of the
 velocity of a pair that is not the mean stretching of both,
 
