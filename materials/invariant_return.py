@@ -55,3 +55,19 @@ class Form:
 
 GENERAL = Form(elastic_trial, _h_of_any, -1, False)
 STRAIGHT = Form(small_elastic_trial, _h_of_small, REDO, True)
+
+
+def end_of(form):
+    """Function that ends an update in a `Form`, for laws whose parameters hold G and 1/K."""
+
+    @ti.func
+    def end(prm: ti.template(), changed, h, deviator, deviator2, p, factor, valid):
+        """h, anew if changed, and Kirchhoff stress [Pa] of p and `factor` times the deviator; valid, 0 if h is wrong.
+        """
+        h_end, valid_end = h, valid
+        if changed:
+            h_end, near = form.h(prm.per_K, deviator, deviator2, p, factor)
+            valid_end *= near
+        return h_end, stress_of_invariants(prm.G, deviator, p, factor), valid_end
+
+    return end

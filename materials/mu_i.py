@@ -7,7 +7,7 @@ import taichi as ti
 from pydantic import model_validator
 
 from .arrays import Array
-from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants
+from .invariant_return import GENERAL, STRAIGHT, end_of
 from .law import Law, Positive, StateVariable
 from .precision import by_precision
 from .return_tangent import cone_return, stiffest_over_elastic
@@ -30,6 +30,7 @@ class MuIParameters(NamedTuple):
 
 def mu_i_update(form):
     """Update function (see `Law`) in a `Form`. state: plastic strain, gap, shear rate."""
+    end = end_of(form)
 
     @ti.func
     def update(prm: ti.template(), h, state, A, dt):
@@ -62,10 +63,7 @@ def mu_i_update(form):
                 state_new[1] = gap + ti.max(-p_trial, 0.0) * prm.per_K
                 state_new[2] = ti.static(3.0**0.5) * shear / ti.max(dt, ti.static(by_precision(1e-30, 1e-200)))
                 dissipation = q * shear
-        if changed:
-            h_new, near = form.h(prm.per_K, deviator, deviator2, p, factor)
-            valid *= near
-        tau = stress_of_invariants(prm.G, deviator, p, factor)
+        h_new, tau, valid = end(prm, changed, h_new, deviator, deviator2, p, factor, valid)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
 
     return update

@@ -7,7 +7,7 @@ import taichi as ti
 from pydantic import Field, model_validator
 
 from .arrays import Array
-from .invariant_return import GENERAL, stress_of_invariants
+from .invariant_return import GENERAL, end_of
 from .law import Positive, StateVariable
 from .mu_i import MuI
 from .precision import by_precision
@@ -76,6 +76,7 @@ def flowing(prm: ti.template(), x, p_trial, used, inertial_per_x, fraction):
 
 def mu_phi_i_update(form):
     """Update function (see `Law`) in a `Form`. state: plastic strain, gap, shear rate, solid fraction."""
+    end = end_of(form)
 
     @ti.func
     def update(prm: ti.template(), h, state, A, dt):
@@ -139,10 +140,7 @@ def mu_phi_i_update(form):
             state_new[2] = gamma / ti.max(dt, tiny) * ti.sqrt(p / used)
             state_new[3] = found[2]
             dissipation = ti.max(q * shear - p * found[3], 0.0)
-        if changed:
-            h_new, near = form.h(prm.per_K, deviator, deviator2, p, factor)
-            valid *= near
-        tau = stress_of_invariants(prm.G, deviator, p, factor)
+        h_new, tau, valid = end(prm, changed, h_new, deviator, deviator2, p, factor, valid)
         return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, form.failed)
 
     return update
@@ -156,7 +154,9 @@ class MuPhiI(MuI):
     with μ(I), I, τ and γ of `MuI`. Grains denser than φ_eq dilate and are stronger, looser ones compact and are
     weaker, until φ = φ_eq(I): in steady flow the law is μ(I) and φ(I) (Pouliquen, Cassar, Jop, Forterre & Nicolas 2006,
     doi:10.1088/1742-5468/2006/07/P07020, with φ_max = 0.6, φ_min = 0.5 for glass beads). The way there is the
-    dilatancy of Roux & Radjai (1998), with K₃ = 4.09 of Pailha & Pouliquen (2009), doi:10.1017/S0022112009007460.
+    dilatancy of Roux & Radjai (1998) as in Pailha & Pouliquen (2009), doi:10.1017/S0022112009007460, who fit K₃ = 4.09
+    to glass beads in a viscous liquid. K₃ and both fractions are quoted from memory, without equation numbers: neither
+    paper was at hand.
 
     φ is `density` over `grain_density` at the start, and dφ = -φ dε_v^p after: what elasticity and open gaps change of
     the volume is not in it. The step is implicit in strain, friction, dilation and φ: one scalar equation, safeguarded
