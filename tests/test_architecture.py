@@ -50,7 +50,7 @@ MAY_IMPORT = {
     "gis": {*GROUND, "io", "seeding", "terrain"},
     "saw_test": {*GROUND, "compiler", "particles", "scenes", "materials"},
     "results": {*GROUND, "compiler", "particles"},
-    "micro": {*GROUND, "compiler", "seeding"},
+    "micro": {*GROUND, "compiler", "seeding", "materials"},  # the laws that tests of grains are fitted with
     "mpm": {*GROUND, *SHARED, "solids", "materials"},
     "sph": {*GROUND, *SHARED, "materials"},
     # MPM as well: the same splines and lines of contact; water: the flow between the cells of its pores

@@ -11,6 +11,7 @@ from snowmpm.cli import (
     element,
     export,
     gallery,
+    grains,
     info,
     listing,
     maps,
@@ -71,6 +72,7 @@ app.command("compare", cls=PlainCommand)(guarded(compare.compare))
 app.command("gallery", cls=PlainCommand)(guarded(gallery.gallery))
 app.command("element", cls=PlainCommand)(guarded(element.element))
 app.command("micro", cls=PlainCommand)(guarded(micro.micro))
+app.command("grains", cls=PlainCommand)(guarded(grains.grains))
 app.command("strength", cls=PlainCommand)(guarded(strength.strength))
 app.command("study", cls=PlainCommand)(guarded(study.study))
 app.command("sweep", cls=PlainCommand)(guarded(campaign.sweep))

@@ -22,11 +22,13 @@ def micro(sample: SampleFile, voxel_size: VoxelSize,
           axes: Annotated[str, typer.Option(metavar="AXES", help="Axes of the flow: xyz, or some of them.")] = "xyz",
           walls: Annotated[bool, typer.Option("--walls", help="No-slip walls at the sides along the flow; all sides are"
                                                               " periodic by default.")] = False,
+          stiffness: Annotated[bool, typer.Option("--stiffness", help="The elastic tensor of the ice too, which takes"
+                                                                      " minutes.")] = False,
           output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR",
                                                       help="Folder; runs/micro_SAMPLE by default.")] = None,
           backend: BackendOption = Backend.auto, threads: Threads = None, as_json: Json = False,
           quiet: Quiet = False):
-    """Porosity, surface and permeability of a sample of snow from its voxel image.
+    """Porosity, surface, permeability and stiffness of a sample of snow from its voxel image.
 
     The permeability is that of slow flow through the pores that lead from side to side (lattice Boltzmann, two
     relaxation times). It comes with the fit of Calonne et al. (2012) for snow of the same density and grain size.
@@ -34,6 +36,7 @@ def micro(sample: SampleFile, voxel_size: VoxelSize,
     """
     from snowmpm import __version__
     from snowmpm.cli.run import start_taichi
+    from snowmpm.micro.elasticity import ICE_SOURCE
     from snowmpm.micro.permeability import CALONNE
     from snowmpm.micro.sample import Sample
     from snowmpm.micro.study import UNITS, anisotropy_remark, examine
@@ -42,14 +45,14 @@ def micro(sample: SampleFile, voxel_size: VoxelSize,
     chosen = _axes(axes)
     one = Sample.read(sample, voxel_size, phase, _counts(counts))
     start_taichi(backend, threads)
-    record, found = examine(one, chosen, walls)
+    record, found = examine(one, chosen, walls, stiffness=stiffness)
     remark = anisotropy_remark(record)
     folder = output or Path("runs") / f"micro_{one.name}"
     folder.mkdir(parents=True, exist_ok=True)
     program = f"snowmpm {__version__}"
     about = {"sample": str(sample), "program": program, "voxel_size": voxel_size}
     notes = {"remarks": [remark] if remark else [], "units": {"voxel_size": "m", **UNITS},
-             "sources": {"permeability_calonne": CALONNE}}
+             "sources": {"permeability_calonne": CALONNE, **({"stiffness": ICE_SOURCE} if stiffness else {})}}
     write_text(folder / "micro.json", json.dumps({**about, **record, **notes}, indent=1, default=str))
     picture = render_flow(one.ice, found.speeds, voxel_size, folder / "flow.png", one.name,
                           f"{_in_short(record, chosen)}. {program}")
@@ -107,4 +110,8 @@ def _told(record, axes):
              "tortuosity": {names[a]: f"{record['tortuosity'][a]:.4g}" for a in axes}}
     if "asymmetry" in record:
         facts["asymmetry of the tensor"] = f"{100.0 * record['asymmetry']:.2g} %"
+    if "stiffness" in record:
+        facts["confined moduli"] = {names[a]: f"{1e-6 * record['confined_modulus'][a]:.4g} MPa" for a in range(3)}
+        facts["nearest isotropic"] = (f"E = {1e-6 * record['youngs_modulus']:.4g} MPa, Poisson's ratio"
+                                      f" {record['poisson_ratio']:.3g}")
     return facts

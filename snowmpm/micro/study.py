@@ -5,13 +5,15 @@ import warnings
 import numpy as np
 
 from snowmpm.micro import pores
+from snowmpm.micro.elasticity import elastic_tensor
 from snowmpm.micro.permeability import CALONNE_SCATTER, calonne, permeability
 
 UNITS = {"voxels": "1", "size": "m", "density": "kg/m3", "porosity": "1", "connected_porosity": "1",
          "surface_per_volume": "1/m", "surface_per_mass": "m2/kg", "equivalent_radius": "m", "grains": "1",
          "permeability": "m2", "permeability_mean": "m2", "asymmetry": "1", "spread_of_axes": "1", "tortuosity": "1",
          "permeability_calonne": "m2", "permeability_calonne_scatter": "1", "permeability_over_calonne": "1",
-         "steps": "1", "remaining": "1"}
+         "steps": "1", "remaining": "1", "stiffness": "Pa", "youngs_modulus": "Pa", "poisson_ratio": "1",
+         "confined_modulus": "Pa", "stiffness_imbalance": "1"}
 """Of the numbers of `examine`, by name."""
 
 SNOW = (1.0, 150.0)
@@ -21,10 +23,10 @@ APART = 0.2
 """Difference of the permeabilities along the axes, over their mean, from which on something is said of it."""
 
 
-def examine(sample, axes=(0, 1, 2), walls=False, tolerance=1e-4):
+def examine(sample, axes=(0, 1, 2), walls=False, tolerance=1e-4, stiffness=False):
     """(record, `Permeability`) of a `Sample`: geometry, and permeability along the axes, of the pores that lead through
-    along each. record: numbers by name in SI units (`UNITS`); surface_per_volume is per volume of snow. Warns of a
-    voxel size that is not one of snow."""
+    along each. record: numbers by name in SI units (`UNITS`); surface_per_volume is per volume of snow. stiffness: the
+    elastic tensor of the ice too. Warns of a voxel size that is not one of snow."""
     record = sample.numbers()
     if doubt := unit_doubt(record["surface_per_mass"], sample.voxel_size):
         warnings.warn(doubt, stacklevel=2)
@@ -40,7 +42,17 @@ def examine(sample, axes=(0, 1, 2), walls=False, tolerance=1e-4):
     record |= {"permeability_calonne": float(fit), "permeability_calonne_scatter": CALONNE_SCATTER,
                "permeability_over_calonne": found.mean / float(fit),
                "steps": found.steps.tolist(), "remaining": found.remaining.tolist()}
+    if stiffness:
+        record |= _stiffness(sample)
     return record, found
+
+
+def _stiffness(sample):
+    """What the record says of the elastic tensor."""
+    elastic = elastic_tensor(sample.ice)
+    young, poisson = elastic.isotropic
+    return {"stiffness": elastic.stiffness.tolist(), "youngs_modulus": float(young), "poisson_ratio": float(poisson),
+            "confined_modulus": elastic.confined.tolist(), "stiffness_imbalance": float(elastic.remaining.max())}
 
 
 def unit_doubt(surface_per_mass, voxel_size):

@@ -3,18 +3,21 @@
 import numpy as np
 
 from snowmpm.compiler import runtime
-from snowmpm.micro.grains.kernels import ACTION, MEMORY, motion_kernel, pair_kernel
-from snowmpm.micro.grains.pairs import Pairs
+from snowmpm.micro.grains.kernels import ACTION, MEMORY, Contacts, Grains, step_kernel
+from snowmpm.micro.grains.pairs import Pairs, nearest_image
 
 STEP = 0.1
 """Step over sqrt(m / k) of the lightest grain."""
 
-MARGIN = 0.1
+MARGIN = 0.2
 """Gap below which a pair is watched, over the mean radius."""
 
 
 LOOK = 8
 """Steps between two looks for pairs that come near."""
+
+MANY = 4000
+"""Pairs from which on all threads compute a step; fewer are done by one before the others have woken."""
 
 
 class Assembly:
@@ -22,7 +25,8 @@ class Assembly:
 
     positions (n, 3) [m], radii (n,) [m]; box (3,) [m]: sides of a periodic cell, None or 0 along axes without; damping
     [1/s]: viscous, of all velocities; gravity (3,) [m/s2]; fixed (n,): grains that keep their velocity. rates (3,)
-    [1/s]: strain rates of the cell, to be set at will.
+    [1/s]: strain rates of the cell; shear (2,) [1/s]: rates of shear of x and y along z; both to be set at will.
+    slide (2,) [m]: shift of the image above; deformation F (3, 3): of the cell since its making.
     """
 
     def __init__(self, positions, radii, law, density=917.0, box=None, damping=0.0, gravity=(0.0, 0.0, 0.0),
@@ -31,6 +35,7 @@ class Assembly:
         radii = np.asarray(radii, float)
         self.law, self.radii, self.box = law, radii, np.zeros(3) if box is None else np.array(box, float)
         self.rates, self.time, self.steps, self.rebuilt = np.zeros(3), 0.0, 0, 0
+        self.shear, self.slide, self.deformation = np.zeros(2), np.zeros(2), np.eye(3)
         self.mass = density * 4.0 / 3.0 * np.pi * radii**3
         inertia = 0.4 * self.mass * radii**2
         self._state = np.zeros((len(radii), 9))
@@ -77,29 +82,39 @@ class Assembly:
     def step(self, count=1):
         """Advance by so many steps of `dt`."""
         kept = max(0.0, 1.0 - self.damping * self.dt)
-        pull = np.array([*self._pull, self.dt, kept])
-        law = np.array([*self.law.numbers(), self.dt])
+        law = np.array([*self.law.numbers(), self.dt, *self._pull, kept])
+        cell = np.array([self.box, self.rates, [*self.slide, 0.0], [*self.shear, 0.0]])
+        grains = Grains(self._state, self._sizes, self._fixed)
+        turn = np.eye(3) + self.dt * self.velocity_gradient
+        last = self.steps + count
         with runtime.precision("f64"):
-            for _ in range(count):
+            while self.steps < last:
                 if self.steps % LOOK == 0 and self._far():
                     self._find()
-                cell = np.array([self.box, self.rates])
-                pair_kernel()(self._state, self._sizes, self._rows, self._memory, self._action, cell, law,
-                              self._pairs.count)
-                motion_kernel()(self._state, self._sizes, self._pairs.starts, self._pairs.members, self._action, cell,
-                                pull, self._fixed)
-                self.box *= 1.0 + self.dt * self.rates
-                self.time += self.dt
-                self.steps += 1
+                serial = self._pairs.count < MANY
+                some = min(last - self.steps, LOOK - self.steps % LOOK) if serial else 1
+                contacts = Contacts(self._rows, self._memory, self._action, self._pairs.starts, self._pairs.members)
+                step_kernel(serial)(grains, contacts, cell, law, self._pairs.count, some)
+                self.box, self.slide = cell[0].copy(), cell[2, :2].copy()
+                self.deformation = np.linalg.matrix_power(turn, some) @ self.deformation
+                self.time += some * self.dt
+                self.steps += some
+
+    @property
+    def velocity_gradient(self):
+        """L of the cell (3, 3) [1/s]."""
+        L = np.diag(self.rates)
+        L[:2, 2] = self.shear
+        return L
 
     def _far(self):
         """Whether a pair that is not watched may touch before the next look."""
-        stretch = np.where(self._found_box > 0.0, self.box / np.maximum(self._found_box, 1e-300), 1.0)
+        strained = self.deformation @ np.linalg.inv(self._found_deformation)
         ahead = LOOK * self.dt
-        way = self._state[:, :3] - self._found_at * stretch
+        way = self._state[:, :3] - self._found_at @ strained.T
         moved = np.sqrt((way**2).sum(axis=1).max(initial=0.0))
         moved += ahead * np.sqrt((self.velocities**2).sum(axis=1).max(initial=0.0))
-        squeezed = np.abs(stretch - 1.0).max() + ahead * np.abs(self.rates).max()
+        squeezed = np.linalg.norm(strained - np.eye(3)) + ahead * np.linalg.norm(self.velocity_gradient)
         return 2.0 * moved + 2.0 * self.radii.max() * squeezed > self._margin
 
     def _find(self):
@@ -108,29 +123,39 @@ class Assembly:
         periodic = self.box if (self.box > 0.0).any() else None
         if periodic is not None and (periodic == 0.0).any():
             raise ValueError("box: must be periodic along all axes or none")
-        self._pairs = Pairs.near(self._state[:, :3], self.radii, self._margin, periodic)
+        self._pairs = Pairs.near(self._state[:, :3], self.radii, self._margin, periodic, self.slide)
         self._memory = self._pairs.carried(before, self._memory)
         room = max(1, self._pairs.count)
         self._memory = np.vstack([self._memory, np.zeros((room - len(self._memory), MEMORY))])
         self._action = np.zeros((room, ACTION))
         self._rows = np.zeros((room, 2), np.int32)
         self._rows[: self._pairs.count] = np.column_stack([self._pairs.first, self._pairs.second])
-        self._found_at, self._found_box = self._state[:, :3].copy(), self.box.copy()
+        self._found_at, self._found_deformation = self._state[:, :3].copy(), self.deformation.copy()
         self.rebuilt += 1
 
-    def bond(self):
-        """Bond all grains that touch."""
+    def bond(self, relaxed=False):
+        """Bond all grains that touch; -> number of bonds made. relaxed: each bond, old ones too, and each contact is
+        free of force as it is now, as after a long time of sintering."""
         gap = self._gaps()[1]
-        self._memory[: self._pairs.count, 6] = gap < 0.0
-        return int((gap < 0.0).sum())
+        memory = self._memory[: self._pairs.count]
+        new = (gap < 0.0) & (memory[:, 6] == 0.0)
+        memory[new, 3:] = [0.0, 0.0, 0.0, 1.0, 0.0]
+        if relaxed:
+            held = memory[:, 6] > 0.0
+            memory[held, :6], memory[held, 7] = 0.0, -gap[held]
+        return int(new.sum())
+
+    @property
+    def bonds(self):
+        """Number of bonds that hold."""
+        return int((self._memory[: self._pairs.count, 6] > 0.0).sum())
 
     # ---- what it is like --------------------------------------------------------------------------------------
 
     def _gaps(self):
         """Vectors (m, 3) from the second to the first grain of each pair, and gaps (m,) [m]."""
         i, j = self._pairs.first, self._pairs.second
-        way = self._state[i, :3] - self._state[j, :3]
-        way -= np.where(self.box > 0.0, self.box * np.round(way / np.maximum(self.box, 1e-300)), 0.0)
+        way = nearest_image(self._state[i, :3] - self._state[j, :3], self.box, self.slide)
         return way, np.linalg.norm(way, axis=1) - self.radii[i] - self.radii[j]
 
     def forces(self):

@@ -3,14 +3,23 @@
 With the overlap d = r_i + r_j - |x_i - x_j|, the unit normal n from j to i and the velocity u of i relative to j where
 they touch,
 
-    normal      F_n = max(0, k_n d - c_n u.n) n,   a bond: k_n d - c_n u.n down to -strength A, then it breaks
+    normal      F_n = max(0, k_n d - c_n u.n) n
     tangential  F_t = -k_t s - c_t u_t,   |F_t| <= mu F_n:   s' = u_t while it sticks (Cundall and Strack 1979,
-                doi:10.1680/geot.1979.29.1.47); a bond adds shear_strength A to the limit, and breaks beyond
+                doi:10.1680/geot.1979.29.1.47)
     rolling     M = -k_r theta - c_r omega_t,   |M| <= mu_r R F_n:   theta' = relative rotation without twist
 
-A = pi min(r)^2 the area of a bond, R = r_i r_j / (r_i + r_j), m the reduced mass. Dashpots
-c = 2 damping sqrt(k m), in rolling c_r = 2 damping sqrt(k_r m) R. A free rebound without damping takes
-pi sqrt(m / k_n). Springs turn with the normal.
+A bond is a cylinder of ice of radius r = min(r_i, r_j), area A = pi r^2, that also pulls, bends and twists:
+
+    normal      F_n = k_n (d - d_0) - c_n u.n;   d_0: overlap at which it is free of force, also once broken, until the
+                grains part
+    bending     M_b = -(k_n r^2 / 4) theta_b,   twisting M_t = -(k_t r^2 / 2) theta_t
+
+and breaks where -F_n / A + 4 M_b / (A r) > strength, or (|F_t| - mu F_n) / A + 2 M_t / (A r) > shear_strength: the
+stresses at its edge by the theory of beams (parallel bond, Potyondy and Cundall 2004,
+doi:10.1016/j.ijrmms.2004.09.011).
+
+R = r_i r_j / (r_i + r_j), m the reduced mass. Dashpots c = 2 damping sqrt(k m), in rolling and bending
+c_r = 2 damping sqrt(k_r m) R. A free rebound without damping takes pi sqrt(m / k_n). Springs turn with the normal.
 """
 
 from dataclasses import dataclass

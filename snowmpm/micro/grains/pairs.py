@@ -6,6 +6,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 
+def nearest_image(way, box, slide=(0.0, 0.0)):
+    """Vectors (m, 3) between grains to the nearest image; box (3,): sides of the cell, 0 along axes without; slide (2,)
+    [m]: shift of the image above along z, in x and y."""
+    sides = np.maximum(box, 1e-300)
+    over = np.where(box[2] > 0.0, np.round(way[:, 2] / sides[2]), 0.0)
+    way = way - over[:, None] * np.array([*slide, box[2]])
+    way[:, :2] -= np.where(box[:2] > 0.0, box[:2] * np.round(way[:, :2] / sides[:2]), 0.0)
+    return way
+
+
 @dataclass(frozen=True)
 class Pairs:
     """first, second (m,): grains of each pair, in rising order; starts (n + 1,), members (2 m,): the pairs of each
@@ -21,17 +31,24 @@ class Pairs:
         return len(self.first)
 
     @classmethod
-    def near(cls, positions, radii, margin, box=None):
-        """All pairs with a gap below `margin` [m]; box (3,): of a periodic cell, or None."""
+    def near(cls, positions, radii, margin, box=None, slide=(0.0, 0.0)):
+        """All pairs with a gap below `margin` [m]; box (3,): of a periodic cell, or None; slide: `nearest_image`.
+
+        The tree knows upright cells only: it takes the positions before the slide, which brings no two nearer than by
+        the factor 1 / (1 + |slide| / height).
+        """
         n = len(positions)
-        at = positions if box is None else np.mod(positions, box)
+        at, reach = positions, 2.0 * radii.max(initial=0.0) + margin
         if box is not None:
+            at = positions - positions[:, 2:] * np.array([*slide, 0.0]) / box[2]
+            at = np.mod(at, box)
             at = np.where(at >= box, 0.0, at)  # round-off of the remainder
-        found = cKDTree(at, boxsize=box).query_pairs(2.0 * radii.max(initial=0.0) + margin, output_type="ndarray")
+            reach *= 1.0 + float(np.hypot(*slide)) / box[2]
+        found = cKDTree(at, boxsize=box).query_pairs(reach, output_type="ndarray")
         found = np.sort(found, axis=1).reshape(-1, 2)
-        way = at[found[:, 0]] - at[found[:, 1]]
+        way = positions[found[:, 0]] - positions[found[:, 1]]
         if box is not None:
-            way -= box * np.round(way / box)
+            way = nearest_image(way, box, slide)
         gap = np.linalg.norm(way, axis=1) - radii[found[:, 0]] - radii[found[:, 1]]
         found = found[gap < margin]
         found = found[np.lexsort((found[:, 1], found[:, 0]))]
