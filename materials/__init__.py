@@ -13,6 +13,7 @@ from .critical_state_hypoplastic import CriticalStateHypoplastic
 from .drucker_prager import DruckerPrager
 from .elastic import Elastic
 from .experiments import EXPERIMENTS, measure, measure_path
+from .hyperelastic import NeoHookean, StVenantKirchhoff
 from .hypoplastic import Hypoplastic
 from .law import Law, StateVariable
 from .loading_file import LoadingFile, read_loading
@@ -34,6 +35,8 @@ from .wet_snow import WetSnow
 
 Material = Annotated[
     Elastic
+    | NeoHookean
+    | StVenantKirchhoff
     | VonMises
     | DruckerPrager
     | SofteningCone
@@ -74,9 +77,11 @@ __all__ = [
     "MohrCoulomb",
     "MuI",
     "MuPhiI",
+    "NeoHookean",
     "Path",
     "SofteningCone",
     "SolidToGas",
+    "StVenantKirchhoff",
     "StateVariable",
     "StomakhinSnow",
     "StressUpdate",

@@ -21,6 +21,7 @@ EVERY_LAW = {
     "snow": SNOW, "slab": SNOW | {"p0": 1e4}, "weak_layer": {"card": "gaume_weak_layer"},
     "soft": {"kind": "modified_cam_clay", **COMMON, "critical_slope": 0.5, "hardening": 1.0, "p0": 3e3},
     "rubber": {"kind": "elastic", **COMMON}, "clay": {"kind": "von_mises", **COMMON, "yield_stress": 2e3},
+    "gum": {"kind": "neo_hookean", **COMMON}, "plate": {"kind": "st_venant_kirchhoff", **COMMON},
     "sand": {"kind": "drucker_prager", **COMMON, "friction_angle": 35.0},
     "loosening": {"kind": "softening_cone", **COMMON, "friction_angle": 37.0, "residual_friction_angle": 30.0,
                   "softening_strain": 0.05, "dilation_angle": 8.0, "dilation_strain": 0.05},

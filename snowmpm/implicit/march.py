@@ -67,7 +67,8 @@ class Rules:
 class Passed:
     """What a step did. impulse of surfaces [N s]; force of surfaces at its end [N]; plastic work [J]; yielding,
     unconverged: particles; parts: solved; residuals of the last part; rubbed: energy that friction took [J]; given:
-    impulse and moment that obstacles got, pressing: force and moment on them at the end (`Touch.on_obstacles`)."""
+    impulse and moment that obstacles got, pressing: force and moment on them at the end (`Touch.on_obstacles`); lines:
+    that touch, spared: settled by a rule (`Touch.counts`), of all parts."""
 
     impulse: np.ndarray
     force: np.ndarray
@@ -80,6 +81,13 @@ class Passed:
     rubbed: float = 0.0
     given: np.ndarray | float = 0.0
     pressing: np.ndarray | float = 0.0
+    lines: int = 0
+    spared: int = 0
+
+    def count(self, touch):
+        """Add the lines of a part's `Touch`."""
+        lines, spared = touch.counts()
+        self.lines, self.spared = self.lines + lines, self.spared + spared
 
 
 class March:
@@ -126,6 +134,7 @@ class March:
             matter.affine[:] = 0.0
             passed.force = self._force(held, solved.trial)
             if touch.changes:
+                passed.count(touch)
                 passed.rubbed += touch.taken(solved.trial)
                 passed.pressing = touch.on_obstacles(solved.trial.full, self.grid.dx)
             if share == 1.0:
@@ -256,6 +265,7 @@ class March:
         passed.impulse += kept * lost_momentum[taken].sum(axis=0)
         passed.force = force
         if touch.changes:
+            passed.count(touch)
             passed.rubbed += touch.taken(solved.trial)
             pressing = touch.on_obstacles(solved.trial.full, self.grid.dx)
             passed.given += kept * lost[0] + dt * ((1.0 - rule.gamma) * (passed.pressing + lost[1])

@@ -1,6 +1,7 @@
 """Implicit MPM: the particles, splines, laws and surfaces of explicit MPM, with steps that are solved for."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -58,6 +59,9 @@ class ImplicitSolver(Solver):
         self._held_impulse = np.zeros(self.dim)
         self.contact_work = 0.0
         """energy that friction took [J]"""
+        self.lines, self.spared = 0, 0
+        """lines of contact that touched, and those of them that a rule settled (`touch`), added up over all steps"""
+        self._may_part = any(not surface.fixed for surface in grid.surfaces)
         self._given, self._pressing = np.zeros((2, len(obstacles), self.dim + (1 if self.dim == 2 else 3)))
         self._fresh, self._scene_loads = True, []
         self.passed = None
@@ -146,6 +150,7 @@ class ImplicitSolver(Solver):
         self._held_impulse += passed.impulse
         self._given, self._pressing = self._given + passed.given, self._pressing * 0.0 + passed.pressing
         self.contact_work += passed.rubbed
+        self.lines, self.spared = self.lines + passed.lines, self.spared + passed.spared
         self.plastic_work += passed.work
         self.unconverged += passed.unconverged
         self.n_plastic = passed.yielding
@@ -209,6 +214,13 @@ class ImplicitSolver(Solver):
         return self._loaded + self._held_impulse
 
     @property
+    def totals(self):
+        """`Totals` as they are now."""
+        if not self._may_part:
+            return super().totals
+        return replace(super().totals, contact_lines=self.lines, contact_spared=self.spared)
+
+    @property
     def obstacle_totals(self):
         """`Method.obstacle_totals`; obstacles at rest take no work."""
         return np.pad(self._given, ((0, 0), (0, 1)))
@@ -233,6 +245,7 @@ class ImplicitSolver(Solver):
         self._held_impulse[:] = 0.0
         self._given[:] = 0.0
         self.contact_work = 0.0
+        self.lines, self.spared = 0, 0
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 
@@ -240,7 +253,8 @@ class ImplicitSolver(Solver):
         """All that a bitwise continuation needs, by name."""
         return {**super().state(), "acceleration": self._acceleration.copy(),
                 "held_impulse": self._held_impulse.copy(), "fresh": self._fresh, "rubbed": self.contact_work,
-                "given": self._given.copy(), "pressing": self._pressing.copy()}
+                "given": self._given.copy(), "pressing": self._pressing.copy(),
+                "contact_lines": self.lines, "contact_spared": self.spared}
 
     def restore(self, state):
         """Take over the `state()` of a solver of the same scene; loads are set apart.
@@ -255,3 +269,4 @@ class ImplicitSolver(Solver):
         if "given" in state:
             self._given[:], self._pressing[:] = state["given"], state["pressing"]
             self.contact_work = float(state["rubbed"])
+        self.lines, self.spared = int(state.get("contact_lines", 0)), int(state.get("contact_spared", 0))

@@ -72,9 +72,11 @@ class Stiffness:
         with runtime.precision("f64"), runtime.plain_compilation():
             _row_kernel(dim, len(self.mesh.steps), self.mesh.neighbours.shape[1])(
                 self._reach, Particles(*flat), data.reshape(-1), self._bounds)
-        matrix = sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
-        if self.mesh.period is not None:  # a node may be the neighbour of another one on both sides
-            matrix.sum_duplicates()
+        if self.mesh.period is None:
+            return sparse.bsr_array((data, self._indices, self._starts), shape=(dim * n, dim * n))
+        # A node may be the neighbour of another one on both sides; adding these up changes the pattern in its place
+        matrix = sparse.bsr_array((data, self._indices.copy(), self._starts.copy()), shape=(dim * n, dim * n))
+        matrix.sum_duplicates()
         return matrix
 
 

@@ -157,6 +157,10 @@ class Touch:
         """Energy that friction took [J], with the forces at the end of the step."""
         return -float((self._parts(self.forces(trial.full))[1] * self._slid(trial)).sum())
 
+    def counts(self):
+        """Lines that touch, or are settled by a rule; those settled by a rule, since no state was found for them."""
+        return int(((self.state != OPEN) | self._spared).sum()), int(self._spared.sum())
+
     def on_obstacles(self, full, dx, rubbing=True):
         """Force [N] and its moment [N m] (1 or 3 numbers) that the snow gives each obstacle, (n, dim + 1 or 3)."""
         dim, F = self.mesh.dim, -self.forces(full, rubbing)

@@ -6,8 +6,9 @@ from snowmpm.errors import InputError
 from snowmpm.io.parameters import at_rest, method_of
 from snowmpm.io.status import cautions
 
-MOMENTUM, ENERGY, EMPTIED = 1e-4, 0.05, 0.02
-"""Thresholds of the warnings: shares of momentum, of the energy put in, and of the cells."""
+MOMENTUM, ENERGY, EMPTIED, SPARED = 1e-4, 0.05, 0.02, 0.05
+"""Thresholds of the warnings: shares of momentum, of the energy put in, of the cells, and of the lines of contact between
+two rows of the history."""
 G = 9.81
 STILL = 0.25
 """Share of the speed of a fall through half a cell, sqrt(g dx), below which snow that was cut has not been released:
@@ -27,6 +28,7 @@ def remarks(run):
     if _last(history, "unconverged") > 0.0:
         yield (f"{_last(history, 'unconverged'):.0f} stress updates did not converge, or had a strain that cannot be"
                " represented; those steps were left out.")
+    yield from _settled_by_rule(history)
     # Stored energy counts too: in a run at rest the energy turned over is noise, and any share of it is large
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))
@@ -44,6 +46,20 @@ def remarks(run):
         else:
             yield (f"{share:.1%} of the cells are empty between occupied ones: there snow is thinner than the grid"
                    " resolves (numerical fracture).")
+
+
+def _settled_by_rule(history):
+    """Lines of contact of implicit steps for which no state was found."""
+    lines, spared = (np.asarray(history.get(name, ()), float) for name in ("contact_lines", "contact_spared"))
+    if len(lines) < 2 or len(spared) != len(lines):
+        return
+    gained = np.diff(lines)
+    share = np.where(gained > 0.0, np.diff(spared) / np.maximum(gained, 1.0), 0.0)
+    if np.nanmax(share) > SPARED:
+        time = np.asarray(history["time"], float)[1:][np.nanargmax(share)]
+        yield (f"No state of contact was found for {spared[-1]:.0f} of {lines[-1]:.0f} lines of nodes on surfaces, up to"
+               f" {np.nanmax(share):.0%} of them before t = {time:g} s: they slid, or were open. Shorter steps"
+               " (solver.implicit.dt), or method mpm for an impact.")
 
 
 def _released_nothing(run, history):

@@ -8,6 +8,7 @@ import taichi as ti
 from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
+from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
@@ -15,12 +16,11 @@ from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.grid_update import grid_kernels
+from snowmpm.mpm.interface_layer import InterfaceLayer
 from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
-from snowmpm.particles.interface import lift_at, stiffest, swing
-from snowmpm.particles.interface_impulse import InterfaceImpulse
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
@@ -76,10 +76,9 @@ class MpmSolver(Solver):
         frame = self.frame = GridFrame(dim, precision, origin, dx, lower, upper)
         sides = sides or [["open", "open"]] * dim
         period = frame.period(sides)
-        self.obstacles = [frame.solid(obstacle) for obstacle in obstacles]
-        ground = [] if terrain is None else [frame.terrain(terrain, terrain_contact, terrain_friction)]
-        self.basal = ground[0].basal if ground else None
-        self.surfaces = [*ground, *frame.sides(sides), *self.obstacles]
+        self.boundary = Boundary(frame, sides, obstacles,
+                                 None if terrain is None else (terrain, terrain_contact, terrain_friction))
+        self.surfaces, self.obstacles = self.boundary.surfaces, self.boundary.obstacles
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
@@ -93,13 +92,11 @@ class MpmSolver(Solver):
             raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
         real = runtime.DTYPES[precision][0]
-        lift = 0.0 if population.interface is None else population.interface[:, lift_at(dim)].max(initial=0.0) / dx
-        self._interface_rate = stiffest(population, laws, dim) * swing(lift, STENCILS[kernel].inverse_second_moment)
-        if population.interface is not None:
-            self._refuse_beside_interface(sleeping, bodies)
-            self.grid.hiding = hiding_kernels(real, self._serial)
-        self._interface = InterfaceImpulse(self.particles, self._serial) if self.grid.hiding else None
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
+        self._interface = None
+        if population.interface is not None:
+            self._interface = InterfaceLayer(self, population, laws, self._serial)
+            self.grid.hiding = hiding_kernels(real, self._serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
@@ -123,13 +120,13 @@ class MpmSolver(Solver):
             if self.particles.strayed:
                 self.sort()
             pushed = self._act(dt)
-            if self.basal:
-                self.basal.update(self.particles)
+            if self.boundary.basal:
+                self.boundary.basal.update(self.particles)
             if self.sleep and self.sleep.all_asleep:
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
                 if self._interface:
-                    self.add_impulse(self.damping_factor * self._interface.of(pushed))
+                    self.add_impulse(self.damping_factor * self._interface.impulse(pushed))
                 self.particles_to_grid(pushed)
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
@@ -141,7 +138,7 @@ class MpmSolver(Solver):
     def contact_work(self):
         """Energy that terrain, sides, obstacles and contact between bodies took [J]."""
         between = self.grid.bodies.lost if self.grid.bodies else 0.0
-        return float(between + sum(surface.total[self.dim] for surface in self.surfaces))
+        return float(between + self.boundary.work)
 
     @property
     def held_impulse(self):
@@ -158,10 +155,8 @@ class MpmSolver(Solver):
 
     @property
     def obstacle_totals(self):
-        """Impulse [N s], its moment about the centre of rotation [N s m] (1 number in 2-D, 3 in 3-D) and work [J] that
-        the snow gave each obstacle, (n, dim + 1 or 3 + 1)."""
-        rows = [surface.given_to_solid(self.dx) for surface in self.obstacles]
-        return np.array(rows).reshape(len(rows), self.dim + (1 if self.dim == 2 else 3) + 1)
+        """`stepping.contract.Method.obstacle_totals`."""
+        return self.boundary.given_to_obstacles
 
     @property
     def between_bodies(self):
@@ -179,8 +174,7 @@ class MpmSolver(Solver):
         grid = self.grid
         # While an initial state settles, nothing is set in motion yet
         place = self.time + dt if self.damping_factor == 1.0 else -1.0
-        strayed = [surface.move_to(place, self.frame.origin, self.dx) for surface in self.obstacles if surface.moving]
-        if any(strayed):
+        if self.boundary.move_to(place):
             grid.rebuild_contact()
             if self.sleep:
                 self.sleep.list_work()
@@ -229,7 +223,7 @@ class MpmSolver(Solver):
     @property
     def _pushing_speed(self):
         """Of the fastest obstacle [m/s]."""
-        return max((surface.speed_at(self.time) for surface in self.obstacles), default=0.0)
+        return self.boundary.speed_at(self.time)
 
     def _read(self, report):
         super()._read(report)
@@ -304,11 +298,8 @@ class MpmSolver(Solver):
         return hit
 
     def _step_at(self, elastic, advective):
-        """With the swings of an interface under its points' own mass: frequencies add up by their squares."""
         dt, cause = super()._step_at(elastic, advective)
-        if self._interface_rate > 0.0:
-            dt /= np.hypot(1.0, 0.5 * self._interface_rate * dt * self.critical_cfl / elastic)
-        return dt, cause
+        return self._interface.shorten(dt, self.critical_cfl, elastic) if self._interface else dt, cause
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 
@@ -321,16 +312,8 @@ class MpmSolver(Solver):
         self._scatter = [scatter_kernel(layout, real, *scheme, lists) for lists in both]
         self._update = [grid_kernels(self.dim, real, flip, self._serial, lists) for lists in both]
         self._gather = [gather_kernel(layout, real, self.materials.functions, *scheme, lists) for lists in both]
-        for surface in self.surfaces:
-            surface.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None,
-                         self._phases is not None)
-
-    def _refuse_beside_interface(self, sleeping, bodies):
-        """Raise InputError for what does not go with an interface."""
-        if not self.flip:
-            raise InputError('solver.transfer: must be "flip" or "aflip" beside an interface')
-        if sleeping or bodies:
-            raise InputError("bodies: an interface goes neither with sleeping snow nor with bodies that part")
+        self.boundary.bind(real, self.basis, flip, self._serial, self.sleep is not None or self._phases is not None,
+                           self._phases is not None)
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""
@@ -384,8 +367,7 @@ class MpmSolver(Solver):
     def restart_clock(self):
         """Time zero is now: totals start again."""
         super().restart_clock()
-        for surface in self.surfaces:
-            surface.total[:] = 0.0
+        self.boundary.restart()
         if self.grid.bodies:
             self.grid.bodies.totals[:] = 0.0
         if self.sleep:
@@ -395,7 +377,7 @@ class MpmSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        return {**super().state(), "surfaces": np.array([surface.total for surface in self.surfaces]),
+        return {**super().state(), "surfaces": self.boundary.state(),
                 "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
                 **({"sleep": self.sleep.state()} if self.sleep else {})}
 
@@ -408,7 +390,6 @@ class MpmSolver(Solver):
         if self.sleep:
             self.sleep.restore(state["sleep"])
         self._rebuild_for_blocks()
-        for surface, total in zip(self.surfaces, state["surfaces"], strict=True):
-            surface.total[:] = total
+        self.boundary.restore(state["surfaces"])
         if self.grid.bodies:
             self.grid.bodies.totals[:] = state["between_bodies"]

@@ -93,6 +93,12 @@ HISTORY = (
              "the velocity that both end a step with.", AUDIT),
     Quantity("structure_unsettled", "steps with unsettled coupling", "1", "Steps since the start in which the rounds "
              "were cut off before they agreed.", AUDIT),
+    Quantity("contact_lines", "lines of contact", "1", "Lines of nodes across a surface that the snow touched, added up "
+             "over the steps since the start. Only with solver.method = implicit and surfaces that rub or let go.",
+             AUDIT),
+    Quantity("contact_spared", "lines of contact without a state", "1", "Those of contact_lines that neither stick nor "
+             "slide, or neither lie nor part, in any way that was found, and that a rule settled: they slide, or are "
+             "open.", AUDIT),
     Quantity("unconverged", "stress updates without convergence", "1", "Return maps that did not converge, since the "
              "start.", AUDIT),
     Quantity("plastic_fraction", "yielding particles", "share", "Particles that yielded in the last step, of all.",

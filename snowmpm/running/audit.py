@@ -179,6 +179,8 @@ class Audit:
             self.past.handover_energy if self.past else 0.0) - totals.handover_energy - totals.slept_energy
         if totals.asleep is not None:
             row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
+        if totals.contact_lines is not None:
+            row["contact_lines"], row["contact_spared"] = totals.contact_lines, totals.contact_spared
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
         row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)

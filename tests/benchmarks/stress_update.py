@@ -40,6 +40,8 @@ SAND = {"density": 1850.0, "youngs_modulus": 2e7, "poisson_ratio": 0.2, "frictio
 LAWS = {
     "copy": Copy(**SLAB),
     "elastic": m.Elastic(**SLAB),
+    "neo_hookean": m.NeoHookean(**SLAB),
+    "st_venant_kirchhoff": m.StVenantKirchhoff(**SLAB),
     "von_mises": m.VonMises(**SLAB, yield_stress=2e4),
     "drucker_prager": m.DruckerPrager(**SAND),
     "drucker_prager, softening": m.DruckerPrager(**SAND, cohesion=1e4, softening_strain=0.1),

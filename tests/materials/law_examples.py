@@ -8,11 +8,13 @@ from hypoplastic_laws import DENSE, FAST
 from hypoplastic_laws import SAND as LINEAR
 from parameter_sets import W1, W2, A, B, C, changed
 
-from snowmpm.materials import LAWS, Elastic, StomakhinSnow, WetSnow
+from snowmpm.materials import LAWS, Elastic, NeoHookean, StomakhinSnow, StVenantKirchhoff, WetSnow
 from snowmpm.materials.critical_state import CriticalStateLaw
 
 EXAMPLES = {
     "elastic": Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
+    "neo-Hookean": NeoHookean(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
+    "St. Venant-Kirchhoff": StVenantKirchhoff(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
     "modified Cam-Clay": B,
     "cohesive Cam-Clay": A,
     "soft Cam-Clay": C,
