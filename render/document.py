@@ -88,11 +88,11 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """title, lead: head of the report; sections: its parts, the first without a title; foot: last line; script: name of
-    the script that its live blocks need, or None."""
+    """title, lead: head of the report; sections: its parts, the first without a title; foot: last line; scripts: names
+    of the scripts that its live blocks need."""
 
     title: str
     lead: str
     sections: list[Section]
     foot: str = ""
-    script: str | None = None
+    scripts: tuple[str, ...] = ()

@@ -68,7 +68,7 @@ def page_of(document):
     for one in document.sections:
         inner = [block(part) for part in one.blocks]
         parts.append(section(one.title, *inner) if one.title else "\n".join(part for part in inner if part))
-    parts += [f"<footer>{escaped(document.foot)}</footer>", script(document.script) if document.script else ""]
+    parts += [f"<footer>{escaped(document.foot)}</footer>", script(*document.scripts) if document.scripts else ""]
     return page(document.title, "\n".join(part for part in parts if part))
 
 
@@ -134,9 +134,10 @@ def encoded(data):
     return base64.b64encode(data).decode("ascii")
 
 
-def script(name):
-    """A script of this package, as an element."""
-    return f"<script>\n{(FOLDER / name).read_text(encoding='utf-8')}</script>"
+def script(*names):
+    """Scripts of this package, as one element."""
+    text = "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in names)
+    return f"<script>\n{text}</script>"
 
 
 def write_page(path: PathLike, text: str) -> Path:

@@ -101,7 +101,7 @@ def build_relief(terrain, lower, upper):
     heights = np.full(raster.facet.shape, np.nan)
     heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
     relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))
-    return _with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
+    return with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
 
 
 def _upward(vertices, facets):
@@ -118,7 +118,7 @@ def _upward(vertices, facets):
     return facets, normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-def _with_walls(relief, height):
+def with_walls(relief, height):
     """The same with walls of a `height` [m] below the rim of the ground."""
     vertices, normals, facets = relief.vertices, relief.normals, relief.facets
     edges = np.concatenate([facets[:, [k, (k + 1) % 3]] for k in range(3)])

@@ -42,7 +42,7 @@ from snowmpm.render.run_film import nearest_frame, view_of
 from snowmpm.render.saw_test_plot import render_saw_test
 from snowmpm.render.thalweg_plot import render_thalweg
 from snowmpm.render.thalweg_time_plot import render_thalweg_time
-from snowmpm.render.viewer import viewer
+from snowmpm.render.viewer import SCRIPTS, viewer
 from snowmpm.stages import stage
 
 SIZE = (1280, 620)
@@ -88,7 +88,7 @@ def _document(run, view, folder, interactive, now):
         Section("What the numbers mean", [Definitions(_told(run))]),
         Section("Settings", [Listing(run.provenance.get("scene", "not known"), "the resolved scene")]),
         Section("How to make it again", list(_reproduction(run))),
-    ], f"snowmpm {run.provenance.get('version', '')}: {run.path}", "viewer.js" if interactive else None)
+    ], f"snowmpm {run.provenance.get('version', '')}: {run.path}", SCRIPTS if interactive else ())
 
 
 def _lead(run):

@@ -126,8 +126,9 @@ def check_drawable(run):
         raise InputError(f"{run.path}: no frame with particles to draw")
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto"):
-    """The view of a run whose `picture(i)` draws its frame i; arguments and errors as of `render_run`."""
+def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True):
+    """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
+    pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
@@ -141,7 +142,7 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
             raise InputError.not_in("ground", ground, GROUNDS)
         return SectionView(run, size, color, camera or "auto")
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
-    return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground)
+    return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn)
 
 
 def nearest_frame(run, time):
@@ -221,9 +222,10 @@ class _View:
 class SpaceView(_View):
     """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
-    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto"):
+    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto",
+                 drawn=True):
         """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
-        of one that moves; ground: as of `winter.snow_cover`."""
+        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`."""
         super().__init__(run, size, color)
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
@@ -235,7 +237,8 @@ class SpaceView(_View):
         self.sun = light.sun_direction(self.camera.axes, facing)
         self.side = emptier_side(self.camera, action)
         self.cover = snow_cover(run, relief, self.spacing, ground)
-        self.ground = draw_ground(relief, self.camera, self.sun, cover=self.cover)
+        # Half of the time of a page would go into a picture of the ground that it does not show
+        self.ground = draw_ground(relief, self.camera, self.sun, cover=self.cover) if drawn else None
         if cutaway:
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
@@ -264,7 +267,6 @@ class SpaceView(_View):
         else:
             overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
-
 
     def _behind(self, i, camera, sky=light.sky):
         """`Ground` with the solids of frame `i`, as a camera sees them."""

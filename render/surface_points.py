@@ -12,29 +12,33 @@ BITS = 20  # of a cell number along each axis
 
 @dataclass(frozen=True)
 class SurfacePoints:
-    """points (n, 3) [m], unit normals (n, 3) out of the snow, values (n,)."""
+    """Points (n, 3) [m] and values (n,) or (n, fields) of cells of snow.
+
+    normals (seen, 3): unit, out of the snow. The first `seen` points are the surface, the others lie within.
+    """
 
     points: np.ndarray
     normals: np.ndarray
     values: np.ndarray
 
 
-def surface_points(points, values, cell, flat=False):
+def surface_points(points, values, cell, flat=False, within=False):
     """One point for each occupied cell [m] that has an empty one beside or above it: the mean of its particles.
 
-    points (n, 3), values (n,); flat: a section in x and z, all of whose cells are seen, from -y.
+    points (n, 3), values (n,) or (n, fields); flat: a section in x and z, all of whose cells are seen, from -y;
+    within: the other cells too, after them.
     """
     good = np.isfinite(points).all(axis=1)
     points, values = points[good], np.asarray(values, np.float32)[good]
     if not len(points):
-        return SurfacePoints(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32))
+        nothing = np.zeros((0, 3), np.float32)
+        return SurfacePoints(nothing, nothing, values)
     grid = np.floor((points - points.min(axis=0)) / cell).astype(np.int64) + 2
     keys, place, counts = np.unique(_key(grid), return_inverse=True, return_counts=True)
-    mean = np.stack([np.bincount(place, points[:, k]) for k in range(3)], axis=-1) / counts[:, None]
-    share = np.bincount(place, values) / counts
+    mean = _means(points, place, counts)
+    share = _means(values.reshape(len(values), -1), place, counts).reshape(len(keys), *values.shape[1:])
     if flat:
-        return SurfacePoints(mean.astype(np.float32), np.tile(np.float32([0.0, -1.0, 0.0]), (len(mean), 1)),
-                             share.astype(np.float32))
+        return SurfacePoints(mean, np.tile(np.float32([0.0, -1.0, 0.0]), (len(mean), 1)), share)
     open_side = np.zeros(len(keys), bool)
     for step in OPEN_SIDES:
         open_side |= ~_occupied(keys, keys + _key(np.array(step)))
@@ -43,7 +47,15 @@ def surface_points(points, values, cell, flat=False):
     for step in NEIGHBOURS:
         normals -= _occupied(keys, seen + _key(step))[:, None] * (step / np.linalg.norm(step)).astype(np.float32)
     normals = _evened(seen, normals)
-    return SurfacePoints(mean[open_side].astype(np.float32), normals, share[open_side].astype(np.float32))
+    order = np.flatnonzero(open_side)
+    if within:
+        order = np.concatenate([order, np.flatnonzero(~open_side)])
+    return SurfacePoints(mean[order], normals, share[order])
+
+
+def _means(values, place, counts):
+    sums = [np.bincount(place, values[:, k], len(counts)) for k in range(values.shape[1])]
+    return (np.stack(sums, axis=-1) / counts[:, None]).astype(np.float32)
 
 
 def _evened(keys, normals):

@@ -94,7 +94,7 @@ FORBIDDEN = {
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
-IMPORT_NAMES = {"pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr"}
+IMPORT_NAMES = {"vtk": "vtkmodules", "pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr"}
 
 
 @functools.cache

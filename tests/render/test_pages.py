@@ -1,14 +1,9 @@
 """Interactive pages and reports: whole in themselves, harmless, and with the run in them."""
 
-import base64
-import json
-import re
-import zlib
-from html.parser import HTMLParser
-
 import numpy as np
 import pytest
-from synthetic_runs import slab_2d, slab_3d, weak_layer_3d
+from page_content import checked
+from synthetic_runs import slab_3d, weak_layer_3d
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
@@ -18,99 +13,6 @@ from snowmpm.render.surface_points import surface_points
 
 SMALL = (320, 160)
 HOSTILE = """</script><script>alert(1)</script><img src=x onerror="alert('2')">"""
-
-
-class Tags(HTMLParser):
-    """Start tags of a page with their attributes, and whether all are closed."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.found, self.open = [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attributes):
-        self.found.append((tag, dict(attributes)))
-        if tag not in ("meta", "img", "input", "br"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open and self.open.pop() == tag, (tag, self.getpos())
-
-
-def checked(path):
-    """The text of a page, after checking that it is well formed and loads nothing."""
-    text = path.read_text(encoding="utf-8")
-    tags = Tags(text)
-    assert tags.open == []
-    for tag, attributes in tags.found:
-        for name, value in attributes.items():
-            assert not name.startswith("on"), (tag, name)
-            if name == "href" and value.startswith("#"):
-                assert any(there.get("id") == value[1:] for _, there in tags.found), value  # a place of the page
-            elif name in ("src", "href", "data", "poster"):
-                assert value.startswith("data:"), (tag, value[:60])
-    assert "http-equiv" in text and "default-src 'none'" in text
-    assert not re.search(r"(https?:)?//[a-z0-9.-]+\\.[a-z]{2,}", re.sub(r"base64,[^\"]*", "", text), re.IGNORECASE)
-    assert "@import" not in text and "url(" not in text
-    return text
-
-
-def content(text):
-    """Header and arrays of an interactive page, read as its script reads them."""
-    head = json.loads(re.search(r'<script type="application/json">(.*?)</script>', text, re.DOTALL)[1])
-    packed = re.search(r'class="data">(.*?)</script>', text, re.DOTALL)[1]
-    data, at = zlib.decompress(base64.b64decode(packed)), 0
-
-    def take(kind, n):
-        nonlocal at
-        values = np.frombuffer(data, kind, n, at)
-        at += values.nbytes
-        return values
-
-    parts = {}
-    if head["terrain"]:
-        n, m = head["terrain"]["vertices"], head["terrain"]["facets"]
-        parts["ground"], parts["colours"] = take("<u2", 3 * n).reshape(-1, 3), take("u1", 3 * n).reshape(-1, 3)
-        parts["facets"] = take("<u4", 3 * m).reshape(-1, 3)
-    if head["solids"]:
-        take("<u4", 3 * head["solids"]["facets"])
-    parts["frames"] = []
-    for n in head["frames"]:
-        frame = take("<u2", 3 * n).reshape(-1, 3), take("i1", 3 * n).reshape(-1, 3), take("u1", n)
-        parts["frames"].append(frame)
-        if head["solids"]:
-            take("<u2", 3 * head["solids"]["vertices"])
-    assert at == len(data)
-    low, span = np.array(head["low"]), np.array(head["span"])
-    return head, parts, lambda places: low + span * places / 65535.0
-
-
-def test_page_holds_ground_and_snow_of_every_frame_where_they_are(tmp_path):
-    slab_3d(tmp_path, particles=5000, frames=3, cell=5.0, obstacles=True)
-    run = Run(tmp_path)
-    text = checked(render_page(run, tmp_path / "scene.html", camera="200,35"))
-    head, parts, place = content(text)
-    assert head["times"] == pytest.approx(run.times.tolist())
-    assert head["solids"]["facets"] == 12 + 128
-    ground = place(parts["ground"])
-    heights = run.terrain.vertices
-    assert heights[:, 2].min() - 1.0 <= ground[:, 2].min() and ground[:, 2].max() <= heights[:, 2].max() + 1.0
-    assert parts["facets"].max() < len(ground)
-    for i, (points, normals, _) in enumerate(parts["frames"]):
-        snow = run.frame(i).points
-        assert len(points) > 100
-        assert np.allclose(place(points).mean(axis=0), snow.mean(axis=0), atol=3.0)  # surface and all: not the same
-        assert np.allclose(np.linalg.norm(normals / 127.0, axis=1), 1.0, atol=0.03)
-    # What rests is white at the low end of the scale, what moves is not
-    assert parts["frames"][0][2].mean() < 20 < parts["frames"][1][2].mean()
-
-
-def test_page_of_a_section(tmp_path):
-    slab_2d(tmp_path, frames=3, obstacles=True)
-    text = checked(render_page(tmp_path, tmp_path / "scene.html"))
-    head, parts, place = content(text)
-    assert len(parts["frames"]) == 3 and head["camera"]["azimuth"] == pytest.approx(np.pi)
-    assert np.ptp(place(parts["frames"][0][0])[:, 1]) < 1e-3 * head["span"][0]
 
 
 def test_surface_is_what_is_seen_of_a_block():
