@@ -20,7 +20,8 @@ from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 
 FIGURES = Path(__file__).parent / "figures"
-CASES = [(0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05), (0.045, 0.0), (0.045, 0.02), (0.045, 0.05), (0.03, 0.02)]
+CASES = [(0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05), (0.045, 0.0), (0.045, 0.02), (0.045, 0.05),
+         (0.03, 0.02)]
 END, INTERVAL, CELL = 2.5, 0.05, 0.12
 LOADING = 30.0
 """Times the median of all steps: a step that takes longer loads kernels."""
@@ -41,7 +42,8 @@ def ran(dx, sleeping):
     spent, fields = np.array(spent), simulation.particles
     place, number = np.unique(np.floor(fields["position"][:, :-1] / CELL).astype(int), axis=0, return_inverse=True)
     mass = dict(zip(map(tuple, place), np.bincount(number.ravel(), fields["mass"]), strict=True))
-    row = {"dx": dx, "sleeping": sleeping, "particles": simulation.n_particles, "seconds": spent[spent < LOADING * np.median(spent)].sum(),
+    seconds = float(spent[spent < LOADING * np.median(spent)].sum())
+    row = {"dx": dx, "sleeping": sleeping, "particles": simulation.n_particles, "seconds": seconds,
            "asleep": float(np.mean([audit.get("asleep_share", 0.0) for audit in audits]))}
     return row, np.array([audit["front_distance"] for audit in audits]), mass
 
@@ -54,7 +56,7 @@ def computed():
         row["front"] = float(np.abs(front - reference[0]).mean())
         row["depth"] = sum(abs(mass.get(cell, 0.0) - reference[1].get(cell, 0.0)) for cell in {
             *mass, *reference[1]}) / sum(reference[1].values())
-        rows.append({key: f"{value:.4g}" if isinstance(value, float | np.floating) else value for key, value in row.items()})
+        rows.append({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()})
         print(rows[-1], flush=True)
     return rows
 
