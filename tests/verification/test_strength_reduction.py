@@ -58,11 +58,11 @@ def known(scene, way):
     raise AssertionError
 
 
-def within_a_step(scene, folder, way="tangent", rest=1.0):
-    """The reduction, whose factor of safety was compared with slices, and which began from a rest with this factor."""
+def within_a_step(scene, folder, way="tangent"):
+    """The reduction, whose factor of safety was compared with slices, and which began from a rest with full strength."""
     reduction = reduce_strength(scene, folder, way=way, step=STEP)
     assert abs(reduction.found.slides - known(scene, way)) < 1.01 * STEP
-    assert reduction.rest_factor == rest
+    assert reduction.rest_factor == 1.0
     return reduction
 
 
@@ -100,11 +100,13 @@ def test_slope_of_soil(changes, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("changes", "rest"), [({"solver.dx": 0.4}, 1.0), (SPH, 0.5)], ids=["mpm", "sph"])
-def test_slope_of_hypoplastic_soil(changes, rest, tmp_path):
-    """The slope row of Peng et al., its cohesion as Coulomb counts it. By SPH it creeps with its own strength, and
-    comes to rest with twice that."""
-    within_a_step(slope(SAND, **changes), tmp_path, rest=rest)
+@pytest.mark.parametrize("changes", [
+    pytest.param({"solver.dx": 0.4}, id="mpm"),
+    pytest.param(SPH, id="sph", marks=pytest.mark.xfail(
+        strict=True, reason="it creeps with its own strength and rests with twice that, from where it slides at 1.4"))])
+def test_slope_of_hypoplastic_soil(changes, tmp_path):
+    """The slope row of Peng et al., its cohesion as Coulomb counts it."""
+    within_a_step(slope(SAND, **changes), tmp_path)
 
 
 @pytest.mark.slow
