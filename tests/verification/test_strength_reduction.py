@@ -59,7 +59,7 @@ def known(scene, way):
 
 
 def within_a_step(scene, folder, way="tangent"):
-    """The reduction, whose factor of safety was compared with slices, and which began from a rest of its own strength."""
+    """The reduction, compared with slices; it began from a rest of the slope with its own strength."""
     reduction = reduce_strength(scene, folder, way=way, step=STEP)
     assert abs(reduction.found.slides - known(scene, way)) < 1.01 * STEP
     assert reduction.rest_factor == 1.0
