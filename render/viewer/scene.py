@@ -86,8 +86,9 @@ def viewer(run, view, frames=FRAMES, points=POINTS, letters=LETTERS):
         "start": _liveliest(run, chosen), "parts": parts.table,
     }
     title = escaped(view.title.replace("_", " "))
-    about = json.dumps(head, allow_nan=False).replace("<", "\\u003c")
-    return (f'<div class="viewer"><canvas aria-label="{title} in three dimensions"></canvas><svg></svg>\n'
+    # It holds names that users gave: nothing in it may open an element or read as a call
+    about = json.dumps(head, allow_nan=False).replace("<", "\\u003c").replace("(", "\\u0028")
+    return (f'<div class="viewer"><canvas aria-label="{title} in three dimensions"></canvas>\n'
             f'<div class="title">{title}</div><div class="said"></div><div class="legends"></div>\n'
             f'<div class="bar"></div>\n<script type="application/json">{about}</script>\n'
             f'<script type="text/plain" class="data">{parts.text()}</script></div>')

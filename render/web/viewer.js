@@ -13,7 +13,9 @@ async function showRun(root) {
   const data = unpack(head.parts, await inflated(part(".data").textContent));
   const stance = new Stance(head.camera, () => [canvas.clientWidth, canvas.clientHeight], head.reach);
   stance.fit(head.keep);
-  const draw = await paint(canvas, head, data), measure = new Measure(head, data, stance, part("svg"), said);
+  const marks = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  canvas.after(marks);
+  const draw = await paint(canvas, head, data), measure = new Measure(head, data, stance, marks, said);
   const shown = {frame: head.start, field: head.field, layer: -1, range: [0, 1], layerRange: [0, 1], cut: null};
   let asked = false, playing = false, due = 0;
 

@@ -5,7 +5,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from snowmpm.cli.options import Backend, Json, Quiet
@@ -106,6 +105,8 @@ def _check(name, **values):
 
 def _curves(curves, fitted, folder, name):
     """Table and picture of the tests; -> path of the picture."""
+    import numpy as np
+
     from snowmpm.micro.grains.fitting import predictions
     from snowmpm.render.grains_plot import GrainsCurve, render_grains
 

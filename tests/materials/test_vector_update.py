@@ -21,6 +21,7 @@ LAWS = {
     "faint Cam-Clay": changed(A, p0=10.0, hardening=10.0),
 }
 ELASTIC = EXAMPLES["elastic"]
+NEVER_YIELD = ("elastic", "neo-Hookean", "St. Venant-Kirchhoff")
 LEFT_TO_UPDATE = {"modified Cam-Clay": 0.15, "faint Cam-Clay": 0.02, "weak layer 2": 0.05, "DP softening": 0.5}
 """Largest share of ordinary steps that are beyond the straight line, where it is not 1 %: those that are many times the
 elastic range ask for more Newton steps, and a cohesion that softens asks for an exponential."""
@@ -102,7 +103,7 @@ def test_straight_line_serves_ordinary_steps(name, precision):
         for result in (found, expected)
     ]
     assert_same(law, *chosen, precision)
-    assert name in ("elastic", "DP softening") or (expected.iterations[served] > 0).mean() > 0.02
+    assert name in NEVER_YIELD or name == "DP softening" or (expected.iterations[served] > 0).mean() > 0.02
 
 
 @both_precisions
