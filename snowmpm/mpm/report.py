@@ -26,8 +26,8 @@ def report_functions(dim, real, basis):
 
     @ti.func
     def judge(x, velocity, grad_v, growth, h, tau, work, iterations):
-        """Report of one particle in a straight line, but for STRAIN, WAVE2 and BREAKING, which depend on
-        the law."""
+        """Report of one particle in a straight line, but for STRAIN, STRAINED, WAVE2 and BREAKING, which
+        depend on the law."""
         report = of_particle.judge(velocity, grad_v, growth, h, tau, work, iterations)
         distance = ti.cast(0.0, real)
         for a in ti.static(range(dim)):
@@ -56,4 +56,4 @@ def report_functions(dim, real, basis):
         active_nodes[b, 6] = reached
 
     return SimpleNamespace(judge=judge, excursion=excursion, store_active_nodes=store_active_nodes,
-                           add_row=of_particle.add_row)
+                           strained=of_particle.strained, add_row=of_particle.add_row)

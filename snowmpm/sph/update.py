@@ -43,6 +43,7 @@ from snowmpm.stepping.step_report import (
     EXCURSION,
     N_REPORT,
     STRAIN,
+    STRAINED,
     SUMMED,
     WAVE2,
     larger,
@@ -144,6 +145,7 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            one[STRAINED] = judged.strained(one[STRAIN])
             if ti.static(some_bonded):
                 one[BREAKING] = pack["breaks"][0][lane]
             one[EXCURSION] = 0.0

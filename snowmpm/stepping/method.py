@@ -13,6 +13,7 @@ from snowmpm.stepping.time_step import (
     BREAKING_SHARE,
     FLIGHT_LIMIT,
     SOAKED_SHARE,
+    STRAINED_SHARE,
     Extremes,
     stable_step,
     strained_cfl,
@@ -143,7 +144,8 @@ class Solver(Method):
         """-> (step for now [s], what limits it), with the margin of cfl; "breaking": elastic, but bonds break."""
         careful = self.cfl if self.breaking_cfl is None else self.breaking_cfl
         breaks = careful < self.cfl and self.extremes.breaking > self._many_break
-        elastic = careful if breaks else strained_cfl(self.cfl, careful, self.extremes.elastic_deviation)
+        elastic = careful if breaks else strained_cfl(self.cfl, careful, self.extremes.elastic_deviation,
+                                                          self.extremes.strained)
         dt, cause = self._step_at(elastic, self.advective_cfl or self.cfl)
         return dt, "breaking" if breaks and cause == "elastic" else cause
 
@@ -175,8 +177,10 @@ class Solver(Method):
         report = report.tolist()  # Python's numbers are several times faster, one by one
         if report[step_report.BAD]:
             self._fail(int(report[step_report.BAD]) - 1)
+        many_strained = step_report.PARTS * STRAINED_SHARE * max(self.particles.count, 1)
         self.extremes = Extremes(speed=report[step_report.SPEED2] ** 0.5, gradient=report[step_report.GRADIENT2] ** 0.5,
                                  elastic_deviation=report[step_report.STRAIN] ** 0.5,
+                                 strained=min(1.0, report[step_report.STRAINED] / many_strained),
                                  wave_speed=report[step_report.WAVE2] ** 0.5,
                                  breaking=int(report[step_report.BREAKING]))
         self.plastic_work += report[step_report.DISSIPATION]

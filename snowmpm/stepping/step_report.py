@@ -5,18 +5,21 @@ from types import SimpleNamespace
 
 import taichi as ti
 
-from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT
+from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT, LARGE_STRAIN, SMALL_STRAIN
 
-SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING = range(10)
+SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING, STRAINED = range(11)
 """Columns of a block's report: largest |v|^2, |grad v|^2 (less without stress), |be - I| of laws of constant stiffness
 and excursion (from the owner block [cells] on a grid; squared speed over that of all [m2/s2] in SPH); sums of plastic
 work [J] and of particles whose return map failed; index + 1 of a particle that is not finite or inverted; number of
 particles that yielded; largest squared wave speed of the laws that stiffen; number of particles that lost bonds and
-have some left."""
+have some left; what particles beyond SMALL_STRAIN count, in PARTS."""
 
-N_REPORT = 10
+N_REPORT = 11
 
-SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC, BREAKING)
+SUMMED = (DISSIPATION, UNCONVERGED, PLASTIC, BREAKING, STRAINED)
+
+PARTS = 256
+"""What a particle of LARGE_STRAIN counts in STRAINED: whole numbers have the same sum in any order."""
 
 FREE_SHARE = (DEFORMATION_LIMIT / FREE_LIMIT) ** 2
 """What the squared velocity gradient of a grain without stress counts."""
@@ -44,7 +47,7 @@ def particle_report(real):
 
     @ti.func
     def judge(velocity, grad_v, growth, h, tau, work, iterations):
-        """Report of one particle in a straight line, but for STRAIN, WAVE2, BREAKING and EXCURSION."""
+        """Report of one particle in a straight line, but for STRAIN, STRAINED, WAVE2, BREAKING and EXCURSION."""
         report = ti.Vector.zero(real, N_REPORT)
         report[SPEED2] = velocity.norm_sqr()
         report[GRADIENT2] = grad_v.norm_sqr() * ti.select(tau.norm_sqr() > 0.0, 1.0, FREE_SHARE)
@@ -56,6 +59,12 @@ def particle_report(real):
         return report
 
     @ti.func
+    def strained(strain2):
+        """STRAINED of a particle with this |be - I|^2: 0 at SMALL_STRAIN, PARTS from LARGE_STRAIN on."""
+        share = (ti.sqrt(strain2) - SMALL_STRAIN) / (LARGE_STRAIN - SMALL_STRAIN)
+        return ti.floor(PARTS * ti.max(0.0, ti.min(share, 1.0)))
+
+    @ti.func
     def add_row(reports: ti.template(), b, report: ti.template()):
         """Add row b to the report of all, which starts at zero."""
         for c in ti.static(range(N_REPORT)):
@@ -64,4 +73,4 @@ def particle_report(real):
             elif reports[b, c] > report[c]:
                 ti.atomic_max(report[c], reports[b, c])
 
-    return SimpleNamespace(judge=judge, add_row=add_row)
+    return SimpleNamespace(judge=judge, strained=strained, add_row=add_row)

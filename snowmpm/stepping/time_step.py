@@ -75,6 +75,10 @@ BREAKING_CFL = 0.4
 """The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a
 crack takes grows with the strain of a step. With 0.2 it is a third less, at twice the steps."""
 
+STRAINED_SHARE = 1e-3
+"""Of all particles that must be beyond LARGE_STRAIN, or twice as many halfway to it, before C falls as their largest
+strain says: a few squeezed grains of half a million leave the step alone. The wave of the largest keeps it stable."""
+
 BREAKING_SHARE = 1e-3
 """Of the particles that bonds held at the start: fewer that break are stragglers, and leave the step alone."""
 
@@ -99,6 +103,9 @@ class Extremes:
     """Largest |grad v| [1/s]; that of grains without stress counts DEFORMATION_LIMIT / FREE_LIMIT of it."""
     elastic_deviation: float = 0.0
     """Largest |be - I| [-]."""
+    strained: float = 1.0
+    """What all particles count beyond SMALL_STRAIN (1 each from LARGE_STRAIN on) over STRAINED_SHARE of their number,
+    at most 1."""
     wave_speed: float = 0.0
     """Largest wave speed of the laws that stiffen, at their present state [m/s]."""
     breaking: int = 0
@@ -122,10 +129,13 @@ def usual_cfl(critical):
     return USUAL_SHARE * critical
 
 
-def strained_cfl(usual, careful, deviation):
-    """C of the elastic limit at this largest |be - I|: from `usual` at SMALL_STRAIN to `careful` at LARGE_STRAIN."""
+def strained_cfl(usual, careful, deviation, strained=1.0):
+    """C of the elastic limit at this largest |be - I|: from `usual` at SMALL_STRAIN to `careful` at LARGE_STRAIN.
+
+    strained: the most of this way that it goes (`Extremes.strained`).
+    """
     share = (deviation - SMALL_STRAIN) / (LARGE_STRAIN - SMALL_STRAIN)
-    return usual + min(max(share, 0.0), 1.0) * (careful - usual)
+    return usual + min(max(share, 0.0), strained) * (careful - usual)
 
 
 def stable_step(dx, elastic, advective, wave_speed, extremes):

@@ -50,7 +50,7 @@ def steps_of_blocks(solver, waves):
     for b, row in enumerate(rows):
         wave = waves[material[start[b] : start[b + 1]]].max(initial=0.0)
         deviation = row[STRAIN] ** 0.5
-        elastic = strained_cfl(solver.cfl, solver.breaking_cfl, deviation)
+        elastic = strained_cfl(solver.cfl, solver.breaking_cfl, deviation, solver.extremes.strained)
         if many and row[BREAKING]:
             elastic = solver.breaking_cfl
         extremes = Extremes(row[SPEED2] ** 0.5, row[GRADIENT2] ** 0.5, deviation, row[WAVE2] ** 0.5)

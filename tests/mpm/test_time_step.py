@@ -87,6 +87,21 @@ def test_the_step_shortens_with_the_strain_and_never_jumps():
     assert strained_cfl(0.3, 0.3, 1.0) == 0.3
 
 
+@pytest.mark.parametrize(("squeezed", "way"), [(0, 0.0), (3, 3 / 6.4), (7, 1.0), (6400, 1.0)])
+def test_a_few_squeezed_grains_leave_the_step_alone(make_solver, squeezed, way):
+    """The first `squeezed` of 6400 particles have a strain beyond LARGE_STRAIN, and so many of 6.4 shorten C."""
+    solver = make_solver(2, 0.01, [0.0, 0.0], [0.4, 0.4], law=ICE)
+    table = solver.particles.table()
+    table[:squeezed, solver.particles.layout.columns("elastic")] = [-0.2, -0.2, -0.2, 0.0]
+    solver.particles.overwrite(table)
+    solver.step(1e-9)
+    extremes, careful = solver.extremes, solver.breaking_cfl
+    assert solver.particles.count == 6400 and extremes.strained == pytest.approx(way)
+    wave = ICE.wave_speed() * (np.sqrt(1.0 - 0.5 * np.log(1.0 - 0.2 * np.sqrt(3.0))) if squeezed else 1.0)
+    expected = (solver.cfl + way * (careful - solver.cfl)) * 0.01 / wave
+    assert solver.stable_dt()[0] == pytest.approx(expected, rel=1e-3)  # f32
+
+
 def block(velocity=0.0, **solver):
     """Elastic block above a floor that falls at `velocity` [m/s]; nothing else moves it."""
     material = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}

@@ -28,7 +28,7 @@ from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2
+from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, STRAINED, SUMMED, WAVE2
 
 
 def gather_kernel(layout, real, laws, atomic, flip, basis="quadratic", gradient="affine", affine=True,
@@ -102,7 +102,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
         volume = access.load(reals, places, p, at["volume"], 1)[0]
         report = judged.judge(x, velocity, L, growth, h, tau, work * volume, iterations)
         report[STRAIN], report[WAVE2], report[EXCURSION] = strain, wave2, judged.excursion(x, x)
-        report[BREAKING] = breaks
+        report[BREAKING], report[STRAINED] = breaks, judged.strained(strain)
         return report
 
     @taichi_kernel

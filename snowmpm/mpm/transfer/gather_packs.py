@@ -24,7 +24,17 @@ from snowmpm.particles.interface import CUT, interface_functions, lift_at
 from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
-from snowmpm.stepping.step_report import BAD, BREAKING, EXCURSION, N_REPORT, STRAIN, SUMMED, WAVE2, larger
+from snowmpm.stepping.step_report import (
+    BAD,
+    BREAKING,
+    EXCURSION,
+    N_REPORT,
+    STRAIN,
+    STRAINED,
+    SUMMED,
+    WAVE2,
+    larger,
+)
 
 
 @functools.cache
@@ -168,6 +178,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
             one[STRAIN] = h.norm_sqr()
             if ti.static(some_stiffen):
                 one[STRAIN], one[WAVE2] = pack["strain"][0][lane], pack["wave2"][0][lane]
+            one[STRAINED] = judged.strained(one[STRAIN])
             if ti.static(some_bonded):
                 one[BREAKING] = pack["breaks"][0][lane]
             used = lane < count
