@@ -296,6 +296,8 @@ class SortedParticles(ParticleStore, Particles):
         blocks = blocks or self.blocks
         owner_block = np.repeat(blocks.coordinates, np.diff(blocks.start), axis=0)
         cells = EDGE[self.dim] * owner_block + local
+        if not np.any(self._period):
+            return self.origin + self.dx * cells
         length = EDGE[self.dim] * self._period
         return self.origin + self.dx * np.where(length > 0, cells % np.maximum(length, 1), cells)
 

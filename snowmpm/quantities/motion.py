@@ -47,7 +47,8 @@ class Motion:
     def of(cls, mass: ArrayLike, velocity: ArrayLike, peak: float = 0.0, laid: float = 0.0) -> "Motion":
         """Of particles: mass (n,) [kg], velocity (n, dim) [m/s]; peak: the largest total momentum before [kg m/s];
         laid: mass that rests beside them [kg]."""
-        speed = np.sqrt((np.asarray(velocity, np.float64) ** 2).sum(axis=1))
+        velocity = np.asarray(velocity, np.float64)
+        speed = np.sqrt(np.einsum("ij,ij->i", velocity, velocity))
         mass = np.asarray(mass, np.float64)
         total, momentum = float(mass.sum()) + laid, float((mass * speed).sum())
         share = float(mass[speed > MOVING_SPEED].sum()) / total if total > 0.0 else 0.0

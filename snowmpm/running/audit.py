@@ -71,6 +71,11 @@ def _among(wanted, keys):
     return keys[np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)] == wanted
 
 
+def _squares(rows):
+    """Squared lengths of rows (n, k): several times as fast as sums of squares along the short axis."""
+    return np.einsum("ij,ij->i", rows, rows)
+
+
 class Audit:
     """History values of a solver against its state at the start.
 
@@ -132,8 +137,8 @@ class Audit:
     def _energies(self, fields, mass, v, x):
         solver = self._solver
         return {
-            "kinetic_energy": 0.5 * float(mass @ (v**2).sum(axis=1)),
-            "affine_energy": 0.5 * solver.second_moment() * float(mass @ (fields.velocity_gradient() ** 2).sum(axis=1)),
+            "kinetic_energy": 0.5 * float(mass @ _squares(v)),
+            "affine_energy": 0.5 * solver.second_moment() * float(mass @ _squares(fields.velocity_gradient())),
             "elastic_energy": fields.materials.elastic_energy(fields["material"], fields.kirchhoff(), fields.state(),
                                                               fields["volume"] / fields["J"]),
             "potential_energy": self._potential_energy(mass, x),
@@ -182,7 +187,7 @@ class Audit:
         if totals.contact_lines is not None:
             row["contact_lines"], row["contact_spared"] = totals.contact_lines, totals.contact_spared
         row["momentum_residual"] = self._momentum_residual(momentum, totals)
-        row["max_speed"] = float(np.sqrt((v**2).sum(axis=1).max(initial=0.0)))
+        row["max_speed"] = float(np.sqrt(_squares(v).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
         row.update(self.motion.row())
         if self._direction is not None:
@@ -218,7 +223,7 @@ class Audit:
     def _front(self, x, mass, identity):
         origins = self._solver.particles.origins
         start = (self._start if origins is None else origins)[identity]
-        moved = np.linalg.norm(x - start, axis=1) > self._moved
+        moved = _squares(x - start) > self._moved**2
         if not mass[moved].sum() > MOVED_SHARE * mass.sum():
             return 0.0, 0.0
         along, mass = self._along(x[moved]), mass[moved]

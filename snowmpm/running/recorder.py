@@ -262,7 +262,8 @@ class Recorder:
 
 def momentum_place(particles):
     """Plan position x, y [m] of the centre of momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
-    momentum = particles["mass"] * np.linalg.norm(particles["velocity"], axis=1)
+    velocity = particles["velocity"]
+    momentum = particles["mass"] * np.sqrt(np.einsum("ij,ij->i", velocity, velocity))
     total = float(momentum.sum())
     x, y = (momentum @ particles["position"][:, :2] / max(total, 1e-300)).tolist()
     return [x, y, total]
