@@ -35,16 +35,19 @@ from snowmpm.mpm.node_copy import copy_kernel
 from snowmpm.mpm.transfer.interpolation import interpolation
 from snowmpm.particles.blocks import EDGE, fields_of, keys_of
 from snowmpm.particles.store import accessors
+from snowmpm.water.drops import RainedPhases
 from snowmpm.water.particle_kernels import N_WATER, PRESSURE, SOLID, read_columns, water_kernels
-from snowmpm.water.phases import THETA, Phases
+from snowmpm.water.phases import THETA
 
 BAND = 0.02
 """Of the logarithm of how full nodes are: particles that lie anyhow show this much. As a source without end it would
 raise the pressure in soil that hardly lets it out."""
 
 
-class TwoVelocities(Phases):
-    """`Phases` of explicit MPM."""
+class TwoVelocities(RainedPhases):
+    """`RainedPhases` of explicit MPM."""
+
+    DROP_FIELD = 1
 
     _kept = None
 
@@ -66,6 +69,10 @@ class TwoVelocities(Phases):
         most = max(1.0, float(ratio.max(initial=1.0)))  # (1 - n) / n = J - 1
         stiff = solver.dim * self.bulk_modulus * (1.0 / self.density + (most - 1.0) / self.grains)
         self.wave_speed = float(np.sqrt(solver.materials.fastest_wave**2 + stiff))
+
+    def fullness(self, water):
+        """Volume at rest over that which the water takes now."""
+        return np.exp(-water[:, THETA])
 
     # ---- the step -------------------------------------------------------------------------------------------------
 

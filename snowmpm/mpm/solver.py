@@ -124,6 +124,8 @@ class MpmSolver(Solver):
                 self.sleep.before_step()
             if self.particles.strayed:
                 self.sort()
+            if self._phases:
+                self._phases.fall(self, dt)
             pushed = self._act(dt)
             if self.boundary.basal:
                 self.boundary.basal.update(self.particles)

@@ -6,7 +6,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import Rows, int_array, real_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
-from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, sort_kernels
+from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, fields_of, sort_kernels
 from snowmpm.particles.contract import Particles
 from snowmpm.particles.interface import CUT
 from snowmpm.particles.material_table import MaterialTable
@@ -159,7 +159,7 @@ class SortedParticles(ParticleStore, Particles):
         self.sorts += 1
 
     def add(self, population, numbers):
-        """Take in a `Population` of one velocity field, with numbers (n,) that no particle has yet. Those outside the
+        """Take in a `Population` with numbers (n,) that no particle has yet. Those outside the
         limits are removed and counted."""
         count, table, labels = self.count, self.table(), self.labels()
         total = count + len(numbers)
@@ -173,7 +173,9 @@ class SortedParticles(ParticleStore, Particles):
         block = np.repeat(self.blocks.coordinates, np.diff(self.blocks.start), axis=0)
         cells = np.concatenate([EDGE[self.dim] * block + table[:, self.layout.columns("position")].astype(float),
                                 (population.positions - self.origin) / self.dx])
-        blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period)
+        field = np.concatenate([np.repeat(fields_of(self.blocks.keys, self.dim), np.diff(self.blocks.start)),
+                                population.field])
+        blocks, order, local = BlockMap.from_cells(cells, self.dim, self._period, field)
         table = np.concatenate([table, added])[order]
         table[:, self.layout.columns("position")] = local
         new = np.column_stack([population.material, numbers]).astype(labels.dtype)
@@ -334,7 +336,7 @@ class SortedParticles(ParticleStore, Particles):
         if reals.shape[1:] != (self.layout.width,) or reals.dtype != self.numpy_dtype:
             raise InputError("the particles of the checkpoint carry other columns: it is from another version")
         starts = state["start"]
-        if not (len(reals) == len(state["labels"]) == starts[-1] <= self.capacity and (np.diff(starts) > 0).all()):
+        if not (len(reals) == len(state["labels"]) == starts[-1] and (np.diff(starts) > 0).all()):
             raise InputError("the particles of the checkpoint are not in the order of its blocks")
         labels, keys = state["labels"], state["keys"]
         if labels.shape != (len(reals), 2) or labels.dtype.kind not in "iu" or (labels < 0).any() or (
@@ -347,6 +349,8 @@ class SortedParticles(ParticleStore, Particles):
         near = (base >= -limit) & (base <= EDGE[self.dim] + limit)
         if not near.all() or len(keys) != len(starts) - 1 or (np.diff(keys) <= 0).any() or starts[0] != 0:
             raise InputError("the particles of the checkpoint are not in its blocks")
+        self._refuse_more(self.layout, len(reals))
+        self.make_room(len(reals))  # rain and laid snow may have come since time zero
         self.replace(reals, labels)
         self._rebuild_for(BlockMap(keys, np.diff(starts), self.dim, self._period), state["excursion"])
         self.sorts, self.mass = state["sorts"], state["mass"]

@@ -59,8 +59,6 @@ class SeepageSolver(Solver):
         bounds = np.array([lower, upper], float)
         self.walls = Walls([(axis, bounds[end, axis]) for axis, ends in enumerate(sides or [])
                             for end, name in enumerate(ends) if name in MIRRORS])
-        self.first_places = population.positions
-        """of the particles at the start, by number"""
         self.phases, self.contact_work, self.passes = phases, 0.0, 0
         self._grains = None
         self.spacing = dx * float(min(phases.porosity)) ** (1.0 / self.dim)
@@ -85,6 +83,10 @@ class SeepageSolver(Solver):
         if wet.any():
             self._move(dt, wet)
         self._advance_clock(dt, pushed)
+
+    def receive(self, population, numbers):
+        """Take in a `Population` with numbers (n,) that no particle has yet."""
+        self.particles.add(population, numbers)
 
     def _move(self, dt, wet):
         store, phases, g = self.particles, self.phases, self.gravity

@@ -11,7 +11,7 @@ from snowmpm.scenes.zone import within
 from snowmpm.schemes import TRANSFERS
 from snowmpm.setup.interface_refusals import refuse_interfaces
 
-OF_WATER = {"u_p": ("drainage",), "seepage": ("rain",)}
+OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
 """Events that a scheme of water has where its method may not have them for others."""
 
 
@@ -257,7 +257,7 @@ def _refuse_beside_two_velocities(scene):
         raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" beside water.scheme = "v_w"',
                             scene.source)
     for i, event in enumerate(scene.events):
-        if event.kind in ("rain", "drainage", "load"):
+        if event.kind in ("drainage", "load"):
             raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
                                 scene.source)
     for i, body in enumerate(scene.bodies):

@@ -68,6 +68,46 @@ def test_darcy_flow():
     assert N * mean == pytest.approx(2.5e-9 / 1.792e-3 * f / N, rel=1e-3)
 
 
+RAIN = {"kind": "rain", "rate": 40.0, "start": 0.1, "region": {"x": [0.2, 0.4]}}
+
+
+def rained(time, tub=(0.6, 0.4)):
+    """Dry soil, 0.2 m high and 0.4 m wide in a tub, on the right half of which it rains."""
+    return run_to(in_tub((0.4, 0.2), tub, {"permeability": 1e-8, "bulk_modulus": 1e5, "dry": ["block"]}, gravity=9.81,
+                         events=[RAIN]), time)
+
+
+def test_rain_falls_on_soil_and_runs_through_it():
+    """Whole drops of what rained, to 1e-10 in the balances of water and of momentum; the first run through the empty
+    pores below at K rho g / (mu n), to 1 %."""
+    simulation, lowest = rained(0.7), []
+    for time in (0.7, 1.1):
+        run_to(simulation, time)
+        lowest.append(simulation.particles["position"][phases(simulation), 1].min())
+    assert (lowest[0] - lowest[1]) / 0.4 == pytest.approx(1e-8 * 9810.0 / (1.792e-3 * N), rel=0.01)
+    row, fields, wet = simulation.audit(), simulation.particles, phases(simulation)
+    fell, drop = 40.0 * 0.2 * (simulation.time - 0.1), RHO_W * (0.5 * DX) ** 2
+    assert fell - 8 * drop < row["added_water"] <= fell + 1e-9
+    assert row["added_water"] == pytest.approx(wet.sum() * drop, rel=1e-12)
+    assert row["water_mass"] == pytest.approx(row["added_water"], rel=1e-12)
+    assert row["water_residual"] < 1e-10 and row["momentum_residual"] < 1e-9
+    assert np.abs(fields["position"][wet, 0] - 0.3).max() < 0.1 + 0.25 * DX
+    assert row["mass"] - row["water_mass"] == pytest.approx(1600.0 * 0.4 * 0.2, rel=1e-12) and (~wet).sum() == 128
+
+
+def test_rain_goes_on_after_a_resume_to_the_bit(tmp_path):
+    whole = rained(0.5)
+    assert whole.audit()["added_water"] > 0.0
+    checkpoint.save(whole, tmp_path / "one.npz")
+    other = Simulation(whole.scene)
+    checkpoint.restore(other, tmp_path / "one.npz")
+    for simulation, name in ((whole, "whole.npz"), (other, "other.npz")):
+        checkpoint.save(run_to(simulation, 0.9), tmp_path / name)
+    one, two = (read_archive(tmp_path / name)["simulation"] for name in ("whole.npz", "other.npz"))
+    assert_same(one, two)
+    assert_same(whole.audit(), other.audit())
+
+
 def consolidating(dx, bulk_modulus, T, wide=4):
     """Of a column under a load that its water carries at first, at T: largest error of the pressure over p_0, how far
     its top came down and comes down in the end [m], and the row of the audit."""
