@@ -50,8 +50,9 @@ class Solver(Method):
         self.materials = self.particles.materials
         self.gravity = np.asarray(gravity, float)
         self._gravity = real_array(self.gravity)
-        self.extremes = Extremes(float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)), 0.0,
-                                 *self.materials.first_extremes(population))
+        deviation, wave_speed = self.materials.first_extremes(population)
+        self.extremes = Extremes(speed=float(np.linalg.norm(population.velocities, axis=1).max(initial=0.0)),
+                                 elastic_deviation=deviation, wave_speed=wave_speed)
         self.time, self.steps, self.damping_factor = 0.0, 0, 1.0
         self._many_break = BREAKING_SHARE * self.materials.n_bonded(population.material)
         self._loaded, self.weight_impulse, self.momentum_gain = (np.zeros(self.dim) for _ in range(3))
@@ -145,7 +146,7 @@ class Solver(Method):
         careful = self.cfl if self.breaking_cfl is None else self.breaking_cfl
         breaks = careful < self.cfl and self.extremes.breaking > self._many_break
         elastic = careful if breaks else strained_cfl(self.cfl, careful, self.extremes.elastic_deviation,
-                                                          self.extremes.strained)
+                                                      self.extremes.strained)
         dt, cause = self._step_at(elastic, self.advective_cfl or self.cfl)
         return dt, "breaking" if breaks and cause == "elastic" else cause
 

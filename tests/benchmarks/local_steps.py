@@ -53,7 +53,8 @@ def steps_of_blocks(solver, waves):
         elastic = strained_cfl(solver.cfl, solver.breaking_cfl, deviation, solver.extremes.strained)
         if many and row[BREAKING]:
             elastic = solver.breaking_cfl
-        extremes = Extremes(row[SPEED2] ** 0.5, row[GRADIENT2] ** 0.5, deviation, row[WAVE2] ** 0.5)
+        extremes = Extremes(speed=row[SPEED2] ** 0.5, gradient=row[GRADIENT2] ** 0.5, elastic_deviation=deviation,
+                            wave_speed=row[WAVE2] ** 0.5)
         found.append(stable_step(solver.dx, elastic, solver.advective_cfl, max(wave, 1e-30), extremes))
     steps, causes = np.array([step for step, _ in found]), [cause for _, cause in found]
     return steps, causes, np.diff(start) + BLOCK, particles.blocks.coordinates
