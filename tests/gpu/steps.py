@@ -33,7 +33,7 @@ def state_after(scene, changes, steps, precision):
     fields = simulation.particles
     order, load = np.argsort(fields["id"]), fields["depth"] if simulation.scene.solver.in_plan else fields.kirchhoff()
     return {"position": fields["position"][order], "velocity": fields["velocity"][order], "load": load[order],
-            "plastic": np.array([simulation.solver.n_plastic])}
+            "plastic": np.array([getattr(simulation.solver, "n_plastic", 0)])}
 
 
 def main():
