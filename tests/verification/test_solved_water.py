@@ -6,6 +6,7 @@ import pytest
 from snowmpm.errors import SimulationError
 from snowmpm.running.simulation import Simulation
 from tests.support.soaked_column import C_V, column, consolidation, pressure_error, settlement
+from tests.support.water_masses import assert_masses_close, audited
 
 
 def drained(times, dx=0.1, dt=1e-3, time="quasi_static", **water):
@@ -32,6 +33,14 @@ def test_pressures_of_long_steps(dx, dt, attained):
     assert row["water_residual"] < 1e-13 and row["momentum_residual"] < 1e-9
     assert row["mass"] - row["water_mass"] == pytest.approx(1600.0 * 4.0 * dx, rel=1e-13)
     assert row["drained_water"] == pytest.approx(1000.0 * 4.0 * dx * settlement(simulation.particles), rel=0.01)
+
+
+@pytest.mark.parametrize("split", [{"split": "monolithic"}, {"split": "fixed_stress", "alpha": 0.5}])
+def test_masses_in_every_audit(split):
+    """Of snow and of water, while water drains."""
+    scene = column(0.1, solver={"implicit": {"time": "quasi_static", "dt": 1e-3}}, water=split)
+    rows = audited(Simulation(scene), 5e-3)
+    assert assert_masses_close(rows) == 6 and rows[-1]["drained_water"] > 0.0
 
 
 @pytest.mark.slow
