@@ -84,9 +84,11 @@ def test_the_split_agrees_with_the_monolithic_solution():
 
 
 def test_two_passes_with_the_modulus_of_confined_compression():
-    """But for what finite strains of 1e-3 add."""
-    (_, passes), = drained((2e-3,), split="fixed_stress", alpha=EXACT, tolerance=2e-3)
+    """But for what finite strains of 1e-3 add. No more are allowed, and one alone is told to be too few."""
+    (_, passes), = drained((2e-3,), split="fixed_stress", alpha=EXACT, tolerance=2e-3, iterations=2)
     assert passes <= 2
+    with pytest.raises(SimulationError, match=r"of the water in 1 passes: .* or water.iterations"):
+        list(drained((2e-3,), split="fixed_stress", alpha=2.0 * EXACT, tolerance=1e-6, iterations=1))
 
 
 def test_doubled_alpha_halves_what_is_left_a_pass():
