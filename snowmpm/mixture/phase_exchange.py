@@ -85,6 +85,7 @@ class PhaseExchange(FieldPairs):
     def begin(self, dt, pushed, gravity, held=False):
         """Of a step of dt [s] in which forces and gravity (dim,) [m/s2] act for the time `pushed` [s]; held: water goes
         with the grains, as by drag without end."""
+        self.held = held
         self._numbers[[DT, PUSHED]] = LASTING if held else dt, pushed
         self._numbers[GRAVITY : GRAVITY + len(gravity)] = gravity
 

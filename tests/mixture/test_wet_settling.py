@@ -7,7 +7,7 @@ from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive
 from snowmpm.running.simulation import Simulation
 from tests.support.same_runs import assert_same
-from tests.support.two_velocities import DX, in_tub, phases, run_to
+from tests.support.two_velocities import DX, in_tub, phases, run_to, scene
 from tests.support.water_masses import assert_masses_close, audited
 
 DEEP, G, BUOYANT = 0.4, 9.81, 2000.0 - 1000.0
@@ -50,11 +50,29 @@ def test_nothing_moves_afterwards(settled):
     """Grains that begin without stress fall until the water bears them; after settling they stay."""
     simulation, _, rows = settled
     assert assert_masses_close(rows) > 10 and rows[0]["water_mass"] == pytest.approx(400.0 * DEEP**2, rel=1e-10)
+    assert rows[0]["contact_work"] == rows[0]["water_work"] == 0.0 and rows[-1]["momentum_residual"] < 1e-10
     loose = run_to(soaked(), 0.05).audit()
     assert max(row["kinetic_energy"] for row in rows) < 0.02 * loose["kinetic_energy"]
     wet, now = phases(simulation), simulation.particles
     expected = 1000.0 * G * (DEEP - now["position"][wet, 1])
     np.testing.assert_allclose(now["pore_pressure"][wet], expected, atol=0.05 * 1000.0 * G * DEEP)
+
+
+@pytest.mark.parametrize("surface", [{"contact": "stick"}, {"contact": "slip", "friction": 0.6}])
+def test_water_stays_in_snow_on_a_slope(surface):
+    """It neither runs out nor along the ground, which holds it as it holds the grains; afterwards it begins to run."""
+    shape = {"kind": "layer", "bottom": 0.0, "top": 0.2, "region": {"x": [0.0, 0.5]}}
+    simulation = Simulation(scene((0.5, 0.2), {"permeability": 1e-8, "bulk_modulus": 4e5}, gravity=G,
+                                  domain={"min": [-0.5, -0.5], "max": [1.5, 0.5]},
+                                  terrain={"kind": "plane", "angle": 15.0, **surface},
+                                  bodies=[{"name": "layer", "material": "soil", "shape": shape}], **SETTLE))
+    wet, fields = phases(simulation), simulation.particles
+    places = fields["position"][np.argsort(fields["id"])]
+    n = len(places) // 2
+    np.testing.assert_allclose(places[n:], places[:n], atol=1e-3)  # water lies where its grains do
+    rest = np.abs(fields["velocity"][wet]).max()
+    later = run_to(simulation, 0.03).particles["velocity"][wet, 0].mean()
+    assert rest < 0.01 * (G * 0.2) ** 0.5 < later
 
 
 def test_goes_on_to_the_bit_without_settling_anew(tmp_path):
