@@ -39,8 +39,8 @@ NUMBERS = {
     # Wu, Wang and Alipour (2020), table 1: A (negative there), m1, m2
     "wu_fast_sand": ("kind collision_time constant_share square_share friction_angle poisson_ratio", "solid_to_gas",
                      0.0008, 0.5, 0.001, 30, 0),
-    # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; Scapozza (2004)
-    "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 3.45e7, 0.25, 30, 0, 1.258e4, 23.5),
+    # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; modulus: Bergfeld et al. (2023), by WEAC
+    "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 9.38e7, 0.25, 30, 0, 1.258e4, 23.5),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
@@ -108,7 +108,7 @@ def test_wet_snow_follows_the_formulas_of_its_sources():
     card = material_card("yamanoi_melt_forms")
     assert card.cohesion == pytest.approx(4.97e-4 * card.density**2.91, rel=1e-3)
     assert card.water_weakening == pytest.approx(0.235 * 100.0)
-    assert card.youngs_modulus == pytest.approx(1.873e5 * np.exp(0.0149 * card.density), rel=2e-3)
+    assert card.youngs_modulus == pytest.approx(6.5e9 * (card.density / 917.0) ** 4.4, rel=1e-3)
     wet = card.cohesion * card.strength_share(np.array([0.0, 0.05]))
     assert wet == pytest.approx([1.258e4, 3.885e3], rel=1e-3)
 
