@@ -197,7 +197,7 @@ class MpmSolver(Solver):
                            grid.contact.n_work, grid.asleep, *self._held)
 
             if self._phases:
-                grid.bodies.begin(dt, pushed, self.gravity)
+                grid.bodies.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
             self.meet_surfaces(dt)
             if self._phases:
                 self._phases.find_flow(self, to_tiles)

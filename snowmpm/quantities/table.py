@@ -74,7 +74,7 @@ HISTORY = (
     Quantity("water_mass", "water in the pores", "kg", "Mass of water in the particles; part of their mass.", AUDIT),
     Quantity("drained_water", "water that drained", "kg", "Mass of water that left through drained borders since the "
              "start, less what came in.", AUDIT),
-    Quantity("added_water", "water from rain", "kg", "Mass of water that rain added since the start.", AUDIT),
+    Quantity("added_water", "water from rain", "kg", "Mass of water that rain and melt added since the start.", AUDIT),
     Quantity("removed_water", "water that is gone", "kg", "The part of removed_mass that is water.", AUDIT),
     Quantity("water_residual", "water residual", "1", "What is left open of the balance of water, over its largest "
              "term.", AUDIT),

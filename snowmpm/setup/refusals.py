@@ -214,6 +214,9 @@ def _refuse_beside_water(scene):
     if seeps and scene.initial.stress == "geostatic":
         raise InputError.at("initial.stress", scene.initial.stress, 'does not go with water: "settle" finds the'
                             " effective stress", scene.source)
+    if seeps and scene.initial.relaxation == "static":
+        raise InputError.at("initial.relaxation", "static", 'must be "damped" beside water, whose weight and pressure'
+                            " the balance does not know", scene.source)
     if scene.initial.from_run is not None:
         raise InputError.at("initial.from", scene.initial.from_run, "does not go with water, which is not taken over",
                             scene.source)
@@ -253,10 +256,13 @@ def _refuse_beside_two_velocities(scene):
     if not TRANSFERS[solver.transfer].flip:
         raise InputError.at("solver.transfer", solver.transfer, 'must be "aflip" or "flip" beside water.scheme = "v_w",'
                             " which needs the velocity before the forces", scene.source)
-    if scene.initial.stress != "none":
-        raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" beside water.scheme = "v_w"',
-                            scene.source)
+    if scene.initial.stress not in ("none", "settle"):
+        raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" or "settle" beside'
+                            ' water.scheme = "v_w"', scene.source)
     for i, event in enumerate(scene.events):
+        if event.kind == "melt":
+            raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "rain"'
+                                f" with rate = {event.rate:.3g}", scene.source)
         if event.kind in ("drainage", "load"):
             raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
                                 scene.source)
