@@ -39,6 +39,9 @@ NUMBERS = {
     # Wu, Wang and Alipour (2020), table 1: A (negative there), m1, m2
     "wu_fast_sand": ("kind collision_time constant_share square_share friction_angle poisson_ratio", "solid_to_gas",
                      0.0008, 0.5, 0.001, 30, 0),
+    # Bui and Nguyen (2021), table 2; eta_c = 5
+    "bui_sensitive_clay": ("kind density youngs_modulus poisson_ratio friction_angle cohesion residual_cohesion"
+                           " softening_strain", "softening_cone", 2150, 25e6, 0.49, 0, 25e3, 1.5e3, 0.2),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
