@@ -41,6 +41,9 @@ NUMBERS = {
                      0.0008, 0.5, 0.001, 30, 0),
     # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; modulus: Bergfeld et al. (2023), by WEAC
     "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 9.38e7, 0.25, 30, 0, 1.258e4, 23.5),
+    # Bui and Nguyen (2021), table 2; eta_c = 5
+    "bui_sensitive_clay": ("kind density youngs_modulus poisson_ratio friction_angle cohesion residual_cohesion"
+                           " softening_strain", "softening_cone", 2150, 25e6, 0.49, 0, 25e3, 1.5e3, 0.2),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
