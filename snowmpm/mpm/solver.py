@@ -12,7 +12,7 @@ from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
-from snowmpm.mpm.dilation import CellDilation
+from snowmpm.mpm.dilation import CellDilation, shared_numbers
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -84,7 +84,7 @@ class MpmSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic, dilates=f_bar)
+            period=period, keep_block_of=self.atomic, shared=shared_numbers(f_bar, dim))
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
