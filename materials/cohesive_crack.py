@@ -231,7 +231,7 @@ class CohesiveCrack(Law):
         return (0.0,) * len(self.STATE)
 
     def yield_function(self, stress: ArrayLike, state: Array) -> Array:
-        """Largest principal stress less f_t where intact; by the traction on a crack, |t| of an open one [Pa]. NumPy."""
+        """Largest principal stress less f_t where intact; by the traction on a crack, |t| of an open one [Pa]."""
         stress, state = np.asarray(stress, float), np.asarray(state, float)
         values, vectors = np.linalg.eigh(unpack(state[..., NORMAL : NORMAL + 6]))
         n = vectors[..., -1]

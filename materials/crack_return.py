@@ -6,9 +6,9 @@
     opening, t_n > 0:   √(t_n² + t_s²/β²) <= T,  jump normal to it, dκ = √(du_n² + β² du_s²)
     pressed, t_n <= 0:  t_s + μ t_n <= β T,      jump in the plane, dκ = β du_s
 
-Hillerborg, Modéer and Petersson (1976), doi:10.1016/0008-8846(76)90007-7. κ is the effective jump of Ortiz and Pandolfi
-(1999), doi:10.1002/(SICI)1097-0207(19990330)44:9<1267::AID-NME486>3.0.CO;2-7: t · du = T dκ while it opens, so the crack
-takes G_f in every mode; pressed, friction takes its work besides.
+Hillerborg, Modéer and Petersson (1976), doi:10.1016/0008-8846(76)90007-7. κ is the effective jump of Ortiz and
+Pandolfi (1999), doi:10.1002/(SICI)1097-0207(19990330)44:9<1267::AID-NME486>3.0.CO;2-7: t · du = T dκ while it opens, so
+the crack takes G_f in every mode; pressed, friction takes its work besides.
 With ω = 1 the faces are free: an opening w must close before they press, and what presses slides with friction alone.
 
 The bulk unloads with the jump. An isotropic one of moduli M = K + 4G/3 and G, eqs. 107 to 109 of `CohesiveCrack`:

@@ -1,4 +1,6 @@
-"""One change of volume for all particles of a cell (F-bar) in explicit steps, against volumetric locking.
+"""One change of volume, or of shape too, for all particles of a cell in explicit steps.
+
+F-bar, against volumetric locking.
 
 As in steps that are solved for (`implicit.dilation`), with the cells between the knots of the spline:
 
@@ -7,6 +9,12 @@ As in steps that are solved for (`implicit.dilation`), with the cells between th
 v_p is the volume at the start of the step. Laws, and the volume of a particle, follow f_bar. Forces stay those of each
 particle's stress: where the particles of a cell have the same pressure, as they do who have shared their changes of
 volume, these are the forces of the mean. Coombs et al. 2018, doi:10.1016/j.cma.2018.01.010.
+
+With f_bar = "whole" the particles of a cell share the mean of grad v, weighted by volume, in the cells between nodes.
+The quadratic spline spreads an opening between two rows of nodes as a hat over two cells: two particles an axis have
+3/4 of it in the cell and 1/4 in each neighbour, which would crack too, or lock. Cells have means of 1/8, 3/4 and 1/8,
+and nodes can open one cell with all others at rest: a crack is one cell wide (`materials.cohesive_crack`). Means in the
+cells between knots would not see a zigzag of the nodes.
 
 A block adds up the cells that its own particles are in, one more on every side since they drift; then each cell is
 added up over the blocks that know it, always in the same order. No thread writes where another one does.

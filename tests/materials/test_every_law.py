@@ -13,9 +13,9 @@ from snowmpm.materials.elastic import elastic_trial, elastic_update
 
 CHUNK = 100_000
 UNREACHED = {
-    ("cracking", "float32_follows_float64"): "2.5e-5 of the modulus for 2e-6, 25 of 15 000 states: at onset the plane is"
-    " a principal direction, known to round-off over the gap of the principal strains, and the step that cracks it takes"
-    " the stress across that plane alone",
+    ("cracking", "float32_follows_float64"): "2.5e-5 of the modulus for 2e-6, 25 of 15 000 states: at onset the plane"
+    " is a principal direction, known to round-off over the gap of the principal strains, and the step that cracks it"
+    " takes the stress across that plane alone",
 }
 """(example, check): what is asked and not reached, and why."""
 
