@@ -131,8 +131,9 @@ class CohesiveCrack(Law):
     band     cohesion that fades linearly with the jump, then friction between its faces (crack_return.py)
 
     Keys: f_t `strength`, G_f `fracture_energy`, β `shear_ratio` (strength in shear over f_t), μ from
-    `friction_angle`, H `length`. H is the size of the cell in MPM and the spacing of particles in SPH (`on_grid`); so
-    a crack that runs along one row of them takes G_f per area on every grid. Rows larger than
+    `friction_angle`, H `length`. H is the size of the cell in MPM and the spacing of particles in SPH (`on_grid`): a
+    crack in one row of them takes G_f per area on every grid. In MPM that asks for `solver.f_bar = "whole"`; in SPH it
+    was not measured. Rows larger than
 
         2 G_f min(M, G/β²) / f_t²,    M = K + 4G/3
 

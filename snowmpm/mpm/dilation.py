@@ -1,8 +1,7 @@
-"""One change of volume, or of shape too, for all particles of a cell in explicit steps.
+"""One change of volume (F-bar), or of volume and shape, for all particles of a cell in explicit steps.
 
-F-bar, against volumetric locking.
-
-As in steps that are solved for (`implicit.dilation`), with the cells between the knots of the spline:
+Against volumetric locking, as in steps that are solved for (`implicit.dilation`), with the cells between the knots of
+the spline:
 
     f_bar = (j_bar / j)^(1/dim) f,    j_bar = sum_p v_p j_p / sum_p v_p,    j = det f,  f = I + dt grad v
 
@@ -36,11 +35,6 @@ from snowmpm.particles.store import accessors
 SPARE = 1.25
 
 
-def shared_numbers(f_bar, dim):
-    """How many numbers the particles of a cell share by the option `f_bar`: det f, the whole of f, or none."""
-    return dim * dim if f_bar == "whole" else int(f_bar)
-
-
 class CellDilation:
     """The cells of an `MpmSolver`, whose particles have a column `dilation`."""
 
@@ -50,7 +44,7 @@ class CellDilation:
         self._kernels = dilation_kernels(layout, runtime.DTYPES[precision][0], basis, gradient, flip)
 
     def find(self, particles, grid, dt):
-        """Leave j_bar - 1 of its cell with each particle, from the velocities of the nodes, for a step of dt [s]."""
+        """Leave with each particle what those of its cell share in a step of dt [s], by the velocities of the nodes."""
         n, numbers = max(1, len(particles.blocks)) * self._cells, 1 + particles.layout.dilation_size
         if self._sums is None or self._sums.shape[0] < n:
             self._sums = ti.ndarray(ti.types.vector(numbers, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))

@@ -12,7 +12,7 @@ from snowmpm.mpm.boundary import Boundary
 from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
-from snowmpm.mpm.dilation import CellDilation, shared_numbers
+from snowmpm.mpm.dilation import CellDilation
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -23,6 +23,7 @@ from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
@@ -58,7 +59,7 @@ class MpmSolver(Solver):
         sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
         be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
         velocity fields are those of grains and of water, by a transfer with FLIP. f_bar: the particles of a cell change
-        their volume as one (`mpm.dilation`).
+        their volume as one, "whole": deform as one (`mpm.dilation`).
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)

@@ -10,9 +10,8 @@ from snowmpm.errors import InputError, did_you_mean
 from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.materials import LAWS
-from snowmpm.mpm.dilation import shared_numbers
 from snowmpm.particles.blocks import EDGE, coordinates_of, places_of
-from snowmpm.particles.store import IDENTITY, Layout
+from snowmpm.particles.store import IDENTITY, Layout, shared_numbers
 
 KEPT = "initial.npz"
 """File of a run folder with the state from the other run, so that the run can continue without it."""
