@@ -167,9 +167,10 @@ class Solver(Spec):
     sleeping: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0
     """mpm: share e of sqrt(gravity dx) below which snow is calm [-]: blocks of it are left out of the step until
     something wakes them (0.01 is usual); 0: no snow sleeps"""
-    f_bar: Annotated[bool, Field(strict=True)] = False
+    f_bar: Annotated[bool, Field(strict=True)] | Literal["whole"] = False
     """mpm: the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow
-    that keeps the volume; of steps that are solved for: implicit.f_bar"""
+    that keeps the volume; of steps that are solved for: implicit.f_bar. "whole": they deform as one, so that a crack
+    of cohesive_crack opens in one row of cells"""
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)

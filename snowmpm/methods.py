@@ -67,7 +67,7 @@ class Capabilities:
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
     f_bar: bool = False
-    """the particles of a cell change their volume as one in explicit steps (`snowmpm.mpm.dilation`)"""
+    """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False

@@ -23,7 +23,7 @@ def demands(scene, later=False):
     if scene.solver.sleeping > 0.0:
         yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
     if scene.solver.f_bar:
-        yield "f_bar", True, "solver.f_bar", True
+        yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -177,7 +177,8 @@ def _refuse_f_bar(scene):
         beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
                   "solver.sleeping": scene.solver.sleeping > 0.0}
         if found := [name for name, there in beside.items() if there]:
-            raise InputError.at("solver.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
+            raise InputError.at("solver.f_bar", scene.solver.f_bar, f"must be false beside {' and '.join(found)}",
+                                scene.source)
     if not (scene.solver.implicit and scene.solver.implicit.f_bar):
         return
     pressing = any(force.kind == "pressure" for force in scene.forces)
