@@ -1,7 +1,7 @@
 """Smoothing lengths that follow the particles, and the one length of each pair (Bui & Nguyen 2021, section 2.4).
 
-The rate dh/dt = -(h / d rho) drho/dt (their Eq. 44; Benz 1990, doi:10.1007/978-94-009-0519-1_16) keeps h^d rho, and so
-h over the spacing of the particles. Here that is
+The rate dh/dt = -(h / d rho) drho/dt (their Eq. 44, after Benz 1990) keeps h^d rho, and so h
+over the spacing of the particles. Here that is
 
     h_i = s_i h,   s_i = (V_i / dx^d)^(1/d)
 
@@ -23,7 +23,13 @@ from snowmpm.sph.row_writing import LARGEST_GROWTH
 from snowmpm.sph.smoothing import KERNELS
 
 LEAST = 0.5
-"""Of s: dummies that take no part have no volume."""
+"""Of s, in compression; dummies that take no part have no volume at all. The stable step goes with s: waves cross a
+shorter length sooner."""
+
+
+def least(lengths):
+    """The least s of a pair."""
+    return 1.0 if lengths == "constant" else LEAST
 
 
 def largest(lengths, dim):

@@ -24,7 +24,7 @@ from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.courant import critical_cfl, usual_cfl
 from snowmpm.sph.extrapolation import Extrapolation, extrapolation_kernel
 from snowmpm.sph.forces import Forces
-from snowmpm.sph.lengths import largest
+from snowmpm.sph.lengths import largest, least
 from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import Operators
 from snowmpm.sph.order import order_kernel
@@ -63,7 +63,7 @@ class SphSolver(Solver):
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
         self.width = width or (1 if runtime.fine_grained() else LANES)
-        self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
+        self.critical_cfl = least(scheme.lengths) * critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
         self.usual_cfl = usual_cfl(self.critical_cfl)
         self.cfl = cfl or self.usual_cfl
