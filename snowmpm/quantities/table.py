@@ -25,6 +25,11 @@ HISTORY = (
     Quantity("momentum_x", "momentum along x", "kg m/s", "Sum of m v along x.", AUDIT),
     Quantity("momentum_y", "momentum along y", "kg m/s", "Sum of m v along y.", AUDIT),
     Quantity("momentum_z", "momentum along z", "kg m/s", "Sum of m v along z, upwards.", AUDIT),
+    Quantity("angular_momentum", "angular momentum", "kg m2/s", "Of the snow in 2-D, about its centre of mass at the "
+             "start, from x towards z. Not in a periodic domain.", AUDIT),
+    *(Quantity(f"angular_momentum_{axis}", f"angular momentum about {axis}", "kg m2/s", "Of the snow in 3-D, about an "
+               f"axis along {axis} through its centre of mass at the start. Not in a periodic domain.", AUDIT)
+      for axis in "xyz"),
     Quantity("kinetic_energy", "kinetic energy", "J", "Sum of m v² / 2 over the particles.", AUDIT),
     Quantity("affine_energy", "affine energy", "J", "Kinetic energy of the motion within particles (affine transfers).",
              AUDIT),
