@@ -21,13 +21,15 @@ HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is l
 HOLLOWS = ((2.5, 0.30), (7.0, 0.25), (18.0, 0.15))  # widths in those of the surface, and the darkening at each
 
 
-def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None):
+def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None, in_crumbs=True):
     """Picture (height, width, 3) in linear light: `ground` with the particles at `points` (n, 3) over it.
 
     spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or None for plain snow
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
+    in_crumbs  False: loose particles as they are, not taken apart
     """
-    points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
+    if in_crumbs:
+        points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
     number, front, radius_px, radius = seen_snow(ground, camera, points, spacing)
     hit = number >= 0
     if not hit.any():

@@ -97,6 +97,9 @@ def render(
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
     ] = "picture",
+    quality: Annotated[
+        str, typer.Option(metavar="NAME", help='"full", or "preview": coarser, in a fifth of the time.')
+    ] = "full",
     quiet: Quiet = False,
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
@@ -117,7 +120,8 @@ def render(
         others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
                   "--from": begin, "--to": end, "--every": every if every != 1 else None,
                   "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
-                  "--ground": ground if ground != "auto" else None}
+                  "--ground": ground if ground != "auto" else None,
+                  "--quality": quality if quality != "full" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if beside:
@@ -129,9 +133,9 @@ def render(
     choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
                "plain": plain}
     alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
-             "ground": ground if ground != "auto" else None}
+             "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None}
     if second and any(alone.values()):
-        raise InputError("--camera-path, --ground and --pass: not with two runs side by side")
+        raise InputError("--camera-path, --ground, --pass and --quality: not with two runs side by side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 
