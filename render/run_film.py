@@ -27,6 +27,7 @@ from snowmpm.render.passes import checked_pass, sky_of, with_alpha
 from snowmpm.render.quality import Quality
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
+from snowmpm.render.sheet import sheet_of
 from snowmpm.render.snow import SNOW, draw_snow, seen_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.timing import Timing, pace_in_words
@@ -183,7 +184,7 @@ class _View:
         self.spacing = particle_spacing(run)
         self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
-        self.quality = Quality()
+        self.quality, self.as_sheet = Quality(), False
 
     @property
     def most_points(self):
@@ -219,6 +220,11 @@ class _View:
         spacing = particle_spacing(self.run, frame.time) * thin ** (1.0 / 3.0)
         if "depth" in frame.fields:
             depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
+            if self.as_sheet and fine is None and len(points):
+                shown = np.tile(SNOW, (len(points), 1)) if colours is None else colours
+                sheet = sheet_of(points, np.nan_to_num(depth.ravel()), spacing, shown, self.relief.height)
+                if sheet is not None:
+                    return frame.time, (*sheet, None)
             each = None if fine is None else np.where(depth.ravel() > 0.0, spacing, min(spacing, fine))
             points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
             spacing = spacing if each is None else each
@@ -245,7 +251,7 @@ class SpaceView(_View):
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
-        self.action, self.relief = action, relief
+        self.action, self.relief, self.as_sheet = action, relief, relief is not None
         self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
         self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
