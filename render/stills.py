@@ -36,7 +36,8 @@ def render_stills(run: Run, output: PathLike, count: int = 6, *, size: tuple[int
     rows = -(-count // columns)
     cell = tuple((side - GAP * (n - 1)) // n for side, n in zip(size, (columns, rows), strict=True))
     view = view_of(run, checked_size(cell, even=False), **choices)
-    times = np.linspace(*_span(run, begin, end), count)
+    first, last = _span(run, begin, end)
+    times = np.linspace(first, last, count)
     sheet = Image.new("RGB", (columns * (cell[0] + GAP) - GAP, rows * (cell[1] + GAP) - GAP), (255, 255, 255))
     for k, time in enumerate(times):
         if progress:
