@@ -218,9 +218,10 @@ class _View:
         identity = frame.fields["id"][good] if "id" in frame.fields else None
         points = frame.points[good]
         spacing = particle_spacing(self.run, frame.time) * thin ** (1.0 / 3.0)
-        if "depth" in frame.fields:
+        if "depth" in frame.fields and len(points):
             depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
-            if self.as_sheet and fine is None and len(points):
+            # Particles in three dimensions, before or after a hand-over, have a depth of zero
+            if self.as_sheet and fine is None and np.mean(depth > 0.0) > 0.5:
                 shown = np.tile(SNOW, (len(points), 1)) if colours is None else colours
                 sheet = sheet_of(points, np.nan_to_num(depth.ravel()), spacing, shown, self.relief.height)
                 if sheet is not None:

@@ -73,7 +73,7 @@ def test_a_thin_tail_does_not_show_its_columns(tmp_path):
     record = {"particle_spacing": SPACING, "scene_name": "tail"}
     with RunWriter(tmp_path, provenance=record, terrain=(ground, np.array([[0, 1, 2], [0, 2, 3]])), dimension=3) as out:
         for t in (0.0, 1.0):
-            out.frame(t, points, {"depth": depth})
+            out.frame(t, points, {"depth": depth * (t == 0.0)})
     view = view_of(Run(tmp_path), (480, 270), "snow")
     view.plain = True
     x, y, _ = view.camera.project(points)
@@ -87,4 +87,6 @@ def test_a_thin_tail_does_not_show_its_columns(tmp_path):
         grey = view.picture(0).astype(float).mean(axis=-1) - light.encode(view.ground.light).astype(float).mean(axis=-1)
         rough[sheet] = (grey - ndimage.gaussian_filter(grey, 6.0))[inside].std()
         assert grey[inside].mean() > 1.0  # it is seen
+    view.as_sheet = True
+    assert view._frame(1)[1][2] is None  # after a hand-over: particles
     assert rough[True] < 0.2 * rough[False]
