@@ -19,7 +19,6 @@ from snowmpm.io import Run
 FOLDER = Path(__file__).parent / "early_runs"
 NAMES = ("slab_of_first_day", "slab_and_house", "saw_test", "columns")
 FLOWS = tuple(name for name in NAMES if name != "saw_test")
-SLOWLY = [pytest.param(name, marks=pytest.mark.slow if name != "slab_and_house" else ()) for name in NAMES]
 
 SUMMARIES = {
     "slab_of_first_day": {"mass": 14649.294912815094, "momentum_x": 92652.89921927001, "front": 10.523284081618012},
@@ -67,7 +66,8 @@ def test_info_names_scene_and_frames(early, name):
     assert known["complete"] is True
 
 
-@pytest.mark.parametrize("name", SLOWLY)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
 def test_they_are_plotted_and_drawn(early, name, tmp_path):
     plot, picture, page = (tmp_path / file for file in ("plot.png", "picture.png", "page.html"))
     said("plot", early[name], "-o", plot)
