@@ -18,6 +18,7 @@ from snowmpm.render.report import render_report
 from snowmpm.render.run_film import render_run
 from snowmpm.render.saw_test_compare import ComparedSawTest, render_saw_tests
 from snowmpm.render.saw_test_plot import render_saw_test
+from snowmpm.render.stills import render_stills
 from snowmpm.render.strength_plot import SlipPicture, StrengthCurve, render_strength
 from snowmpm.render.strip import notes_of, render_strip
 from snowmpm.render.thalweg_plot import render_thalweg
@@ -35,5 +36,5 @@ PLOTS: dict[str, Callable[[Run, Path], Path]] = {
 __all__ = ["PLOTS", "ComparedRun", "ComparedSawTest", "Comparison", "ElementCurves", "SlipPicture", "StrengthCurve",
            "notes_of", "render_before_after", "render_comparison", "render_compression", "render_element",
            "render_history", "render_map", "render_map_film", "render_page", "render_pair", "render_report",
-           "render_run", "render_saw_test", "render_saw_tests", "render_strength", "render_strip", "render_thalweg",
-           "render_thalweg_time"]
+           "render_run", "render_saw_test", "render_saw_tests", "render_stills", "render_strength", "render_strip",
+           "render_thalweg", "render_thalweg_time"]

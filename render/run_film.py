@@ -24,8 +24,10 @@ from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.passes import checked_pass, sky_of, with_alpha
+from snowmpm.render.quality import Quality
 from snowmpm.render.relief import build_relief
 from snowmpm.render.section import Profile, draw_section
+from snowmpm.render.sheet import sheet_of
 from snowmpm.render.snow import SNOW, draw_snow, seen_snow
 from snowmpm.render.solid import draw_solids, nearby, placed
 from snowmpm.render.timing import Timing, pace_in_words
@@ -43,7 +45,7 @@ def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
-    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto"
+    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -64,6 +66,8 @@ def render_run(
                metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
     ground     of runs in 3-D: "winter", under snow, which the flow sweeps away; "summer"; by default "auto": winter
                where snow moves on a slope
+    quality    "full", or "preview": a fifth of the time, with a third of the pixels each way and, in 3-D, a quarter of
+               the particles, for a look at time, colours and camera
     The clock of a film says how much faster than real time it is. Raises InputError for a run without frames, an
     unknown field or camera, another ending of `output`.
     """
@@ -71,8 +75,10 @@ def render_run(
     timing = timing or Timing(fps)
     size = checked_wishes(output, size, time, timing, run)
     checked_pass(layer, output_kind(output), run.dimension)
+    if quality != "full" and layer != "picture":
+        raise InputError.at("quality", quality, f'goes without pass = "{layer}", which is for compositing')
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path, ground)
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality)
     view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
@@ -126,10 +132,12 @@ def check_drawable(run):
         raise InputError(f"{run.path}: no frame with particles to draw")
 
 
-def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True):
+def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True,
+            quality="full"):
     """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
     pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
+    quality = Quality.named(quality)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
@@ -140,9 +148,10 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
     if run.dimension == 2:
         if ground not in GROUNDS:
             raise InputError.not_in("ground", ground, GROUNDS)
-        return SectionView(run, size, color, camera or "auto")
+        return SectionView(run, size, color, camera or "auto", quality=quality)
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
-    return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn)
+    return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
+                     quality=quality)
 
 
 def nearest_frame(run, time):
@@ -175,6 +184,7 @@ class _View:
         self.spacing = particle_spacing(run)
         self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
+        self.quality, self.as_sheet = Quality(), False
 
     @property
     def most_points(self):
@@ -193,6 +203,10 @@ class _View:
         """(time, what the drawing functions take of frame `i`: points, spacing, colours, identity)."""
         frame = self.fields_of(i)
         good = np.isfinite(frame.points).all(axis=1)
+        thin = 1 if "depth" in frame.fields or self.run.dimension == 2 else self.quality.share(self.most_points)
+        if thin > 1:
+            # The same ones in every frame, where they are known
+            good &= frame.fields.get("id", np.arange(len(good))) % thin == 0
         if self.cut:
             good &= self.cut.shown(frame)
         colours = None
@@ -203,9 +217,15 @@ class _View:
             colours = self.table[np.round(255 * share).astype(int)]
         identity = frame.fields["id"][good] if "id" in frame.fields else None
         points = frame.points[good]
-        spacing = particle_spacing(self.run, frame.time)
-        if "depth" in frame.fields:
+        spacing = particle_spacing(self.run, frame.time) * thin ** (1.0 / 3.0)
+        if "depth" in frame.fields and len(points):
             depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
+            # Particles in three dimensions, before or after a hand-over, have a depth of zero
+            if self.as_sheet and fine is None and np.mean(depth > 0.0) > 0.5:
+                shown = np.tile(SNOW, (len(points), 1)) if colours is None else colours
+                sheet = sheet_of(points, np.nan_to_num(depth.ravel()), spacing, shown, self.relief.height)
+                if sheet is not None:
+                    return frame.time, (*sheet, None)
             each = None if fine is None else np.where(depth.ravel() > 0.0, spacing, min(spacing, fine))
             points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
             spacing = spacing if each is None else each
@@ -223,14 +243,16 @@ class SpaceView(_View):
     """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
     def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto",
-                 drawn=True):
+                 drawn=True, quality=None):
         """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
-        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`."""
+        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`;
+        quality: a `Quality`."""
         super().__init__(run, size, color)
+        self.quality = quality or self.quality
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
         relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
-        self.action, self.relief = action, relief
+        self.action, self.relief, self.as_sheet = action, relief, relief is not None
         self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
         self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
         facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
@@ -238,7 +260,7 @@ class SpaceView(_View):
         self.side = emptier_side(self.camera, action)
         self.cover = snow_cover(run, relief, self.spacing, ground)
         # Half of the time of a page would go into a picture of the ground that it does not show
-        self.ground = draw_ground(relief, self.camera, self.sun, cover=self.cover) if drawn else None
+        self.ground = self._drawn_ground(self.quality.camera(self.camera)) if drawn else None
         if cutaway:
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
 
@@ -253,8 +275,10 @@ class SpaceView(_View):
         if self.layer_drawn == "transparent":
             return with_alpha(*(draw_snow(self._behind(i, camera, sky_of(brightness)), camera, self.sun, *snow)
                                 for brightness in (0.0, 1.0)))
-        ground = self._behind(i, camera)
-        overlay = Overlay(light.encode(draw_snow(ground, camera, self.sun, *snow)))
+        seen = self.quality.camera(camera)
+        ground = self._behind(i, seen)
+        picture = light.encode(draw_snow(ground, seen, self.sun, *snow, in_crumbs=self.quality.crumbs))
+        overlay = Overlay(self.quality.enlarged(picture, camera.size))
         if self.plain:
             return overlay.picture()
         self._legend(overlay, time, self.side)
@@ -270,17 +294,21 @@ class SpaceView(_View):
 
     def _behind(self, i, camera, sky=light.sky):
         """`Ground` with the solids of frame `i`, as a camera sees them."""
-        known = camera is self.camera and sky is light.sky
-        ground = self.ground if known else draw_ground(self.relief, camera, self.sun, sky, self.cover)
+        known = self.path is None and sky is light.sky
+        ground = self.ground if known else self._drawn_ground(camera, sky)
         return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *placed(self.run, i))
+
+    def _drawn_ground(self, camera, sky=light.sky):
+        return draw_ground(self.relief, camera, self.sun, sky, self.cover)
 
 
 class SectionView(_View):
     """Plane-strain runs: the section, and an inset with the whole of it when the view is close."""
 
-    def __init__(self, run, size, color, camera, track=None):
-        """track: the moving view, by default that of the run (`tracking.plan_track`)."""
+    def __init__(self, run, size, color, camera, track=None, quality=None):
+        """track: the moving view, by default that of the run (`tracking.plan_track`); quality: a `Quality`."""
         super().__init__(run, size, color)
+        self.quality = quality or self.quality
         if camera not in ("auto", "side"):
             raise InputError.at("camera", camera, "must be auto or side for a run in two dimensions")
         self.profile = Profile.of(run.terrain)
@@ -290,7 +318,7 @@ class SectionView(_View):
         """(height, width, 3) uint8 of frame `i`."""
         time, snow = self._frame(i)
         camera, snow = self.track.camera(i), (*snow, placed(self.run, i))
-        overlay = Overlay(light.encode(draw_section(self.profile, camera, *snow)))
+        overlay = Overlay(self._section(camera, snow))
         if self.plain:
             return overlay.picture()
         side = "right" if self.track.falls_left else "left"
@@ -306,11 +334,15 @@ class SectionView(_View):
         whole = self.track.overview((width, height))
         top = overlay.px(20)
         left = self.size[0] // 2 - width // 2 if self.track.falls_left else self.size[0] - width - top
-        overlay.inset(light.encode(draw_section(self.profile, whole, *snow)), (left, top))
+        overlay.inset(self._section(whole, snow), (left, top))
         half = 0.5 * np.array(self.size) / camera.scale
         x, y, _ = whole.project(camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]]))
         x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
         overlay.rectangle([x[0], y[0], x[1], y[1]])
+
+    def _section(self, camera, snow):
+        picture = draw_section(self.profile, self.quality.camera(camera), *snow)
+        return self.quality.enlarged(light.encode(picture), camera.size)
 
 
 def piled(points, depth, spacing, *others):

@@ -55,7 +55,7 @@ class Shadow:
         eye = middle[0] * axes[0] + middle[1] * axes[1] + (local[:, 2].min() - 100.0 * radius) * axes[2]
         camera = Camera(eye, axes, scale, size, perspective=False)
         x, y, depth = camera.project(points)
-        _, front = splat_balls(x, y, depth, radius, np.full(len(x), radius * scale), size)
+        _, front = splat_balls(x, y, depth, radius, np.full(len(x), radius * scale), size, closed=False)
         return cls(camera, front, BIAS * radius)
 
     def lit(self, points):

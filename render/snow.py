@@ -21,19 +21,24 @@ HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is l
 HOLLOWS = ((2.5, 0.30), (7.0, 0.25), (18.0, 0.15))  # widths in those of the surface, and the darkening at each
 
 
-def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None):
+def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None, in_crumbs=True):
     """Picture (height, width, 3) in linear light: `ground` with the particles at `points` (n, 3) over it.
 
-    spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or None for plain snow
+    spacing   [m] between particles, one or (n,);  colours (n, 3) in linear light, or (n, 4) of a sheet with
+    its opacity, or None for plain snow
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
+    in_crumbs  False: loose particles as they are, not taken apart
     """
-    points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
+    sheet = colours is not None and colours.shape[1] == 4
+    if in_crumbs and not sheet:
+        points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
     number, front, radius_px, radius = seen_snow(ground, camera, points, spacing)
     hit = number >= 0
     if not hit.any():
         return ground.light.copy()
     width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
-    shadow = Shadow.of(points, radius, sun)
+    # What is see-through has no shadow
+    shadow = Shadow.of(points[colours[:, 3] > 0.5] if sheet else points, radius, sun)
     picture = _shaded_ground(ground, shadow)
     window = _window(hit, int(8.0 * width) + 4)
     number, front, hit, behind = number[window], front[window], hit[window], ground.depth[window]
@@ -48,13 +53,17 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None)
     shade *= 1.0 - (1.0 - openness)[..., None] * HIDDEN
     seen = number[hit]
     albedo = np.zeros((*hit.shape, 3), np.float32)
-    albedo[hit] = SNOW if colours is None else colours[seen]
+    albedo[hit] = SNOW if colours is None else colours[seen, :3]
     if colours is not None:
         albedo = _even(albedo, hit, 0.5 * width)
     if identity is not None:
         albedo[hit] *= grain(identity[seen])[:, None]
     lit = albedo * shade
-    picture[window] = _compose(picture[window], lit, hit, width)
+    opacity = None
+    if sheet:
+        opacity = np.zeros(hit.shape, np.float32)
+        opacity[hit] = colours[seen, 3]
+    picture[window] = _compose(picture[window], lit, hit, width, opacity)
     return picture
 
 
@@ -196,11 +205,13 @@ def grain(identity):
     return (0.95 + 0.08 * (mixed & np.uint32(1023)).astype(np.float32) / 1023.0).astype(np.float32)
 
 
-def _compose(behind, lit, hit, width):
-    """Snow over what is behind it, with soft edges and a soft shadow around."""
+def _compose(behind, lit, hit, width, through=None):
+    """Snow over what is behind it, with soft edges and a soft shadow around; through (height, width): its opacity."""
     cover = blur(hit, 0.6)
     snow = np.stack([blur(lit[..., k], 0.6) for k in range(3)], axis=-1)
     opacity = np.clip(1.25 * cover, 0.0, 1.0)[..., None]
-    shadow = blur(hit, 2.0 + 1.5 * width)
+    if through is not None:
+        opacity = opacity * (blur(through, width) / np.maximum(blur(hit, width), 1e-6))[..., None]
+    shadow = blur(hit if through is None else through, 2.0 + 1.5 * width)
     shadow = 1.0 - 0.3 * np.clip(shadow, 0.0, 1.0)[..., None] * ~hit[..., None]
     return behind * shadow * (1.0 - opacity) + snow / np.maximum(cover, 1e-6)[..., None] * opacity

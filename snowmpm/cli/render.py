@@ -97,6 +97,13 @@ def render(
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
     ] = "picture",
+    quality: Annotated[
+        str, typer.Option(metavar="NAME", help='"full", or "preview": coarser, in a fifth of the time.')
+    ] = "full",
+    stills: Annotated[
+        int | None, typer.Option(metavar="N", help="So many moments, evenly over time, on one sheet (.jpg or .png;"
+                                 " RUN/stills.jpg by default; --size is that of the sheet).")
+    ] = None,
     quiet: Quiet = False,
 ):
     """Draw a run to a film, a picture or an interactive page; or two runs side by side.
@@ -117,8 +124,16 @@ def render(
         others = {"RUN2": beside, "--time": time, "--cutaway": cutaway, "--plain": plain, "--speed": speed,
                   "--from": begin, "--to": end, "--every": every if every != 1 else None,
                   "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
-                  "--ground": ground if ground != "auto" else None}
+                  "--ground": ground if ground != "auto" else None,
+                  "--quality": quality if quality != "full" else None, "--stills": stills}
         _draw_page(opened, output, color, camera, quiet, others)
+        return
+    if stills is not None:
+        others = {"RUN2": beside, "--time": time, "--plain": plain, "--speed": speed, "--camera-path": camera_path,
+                  "--every": every if every != 1 else None, "--pass": layer if layer != "picture" else None}
+        _refuse(others, "a sheet of stills")
+        draw(opened, output or opened.path.with_name("stills.jpg"), quiet, count=stills, size=shape, begin=begin,
+             end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality)
         return
     if beside:
         second = Run(beside)
@@ -129,9 +144,9 @@ def render(
     choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
                "plain": plain}
     alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
-             "ground": ground if ground != "auto" else None}
+             "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None}
     if second and any(alone.values()):
-        raise InputError("--camera-path, --ground and --pass: not with two runs side by side")
+        raise InputError("--camera-path, --ground, --pass and --quality: not with two runs side by side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 
@@ -140,24 +155,31 @@ def _draw_page(run, output, color, camera, quiet, others):
     """Write an interactive page and print its path; others: {option: value} that a page refuses where given."""
     from snowmpm.render import render_page
 
-    given = [name for name, value in others.items() if value not in (None, False)]
-    if given:
-        raise InputError(f"{', '.join(given)}: not with an interactive page, which shows one run at any time")
+    _refuse(others, "an interactive page, which shows one run at any time")
     with stage("writing the page"):
         written = render_page(run, output, color=color, camera=camera)
     if not quiet:
         print(written)
 
 
+def _refuse(others, what):
+    """Raises InputError for options that were given; others: {option: value}."""
+    given = [name for name, value in others.items() if value not in (None, False)]
+    if given:
+        raise InputError(f"{', '.join(given)}: not with {what}")
+
+
 def draw(run, target, quiet=False, beside=None, **choices):
-    """Draw a run, or two side by side, to `target`; print and return the path."""
-    from snowmpm.render import render_pair, render_run
+    """Draw a run, two side by side, or a `count` of stills to `target`; print and return the path."""
+    from snowmpm.render import render_pair, render_run, render_stills
 
     with stage("drawing", unit="pictures") as now:
         def progress(done, total):
             now.done, now.total = done, total
 
-        if beside is None:
+        if "count" in choices:
+            written = render_stills(run, target, progress=progress, **choices)
+        elif beside is None:
             written = render_run(run, target, progress=progress, **choices)
         else:
             written = render_pair(run, beside, target, progress=progress, **choices)

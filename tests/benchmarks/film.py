@@ -1,6 +1,6 @@
 """Time of a film: processor seconds a picture, and seconds a picture by several threads, of a run that is there.
 
-    python tests/benchmarks/film.py RUN [--pictures 6] [--sizes 1280x720 1920x1080] [--threads 1 2]
+    python tests/benchmarks/film.py RUN [--pictures 6] [--sizes 1280x720 1920x1080] [--threads 1 2] [--quality preview]
 
 Each size: the median over pictures spread over the run, drawn one by one; then all of them by each number of threads,
 in turn, twice. The encoder is left out. The last line names machine, cores and versions.
@@ -24,12 +24,14 @@ def main():
     parser.add_argument("--sizes", nargs="+", default=["1280x720", "1920x1080"])
     parser.add_argument("--threads", nargs="*", type=int, default=[1, 2])
     parser.add_argument("--camera", help="Spares the choice of one.")
+    parser.add_argument("--quality", default="full", help="Or preview.")
     choice = parser.parse_args()
     run = Run(choice.run)
     frames = [int(i) for i in np.unique(np.linspace(0, len(run) - 1, choice.pictures).round())]
     for size in choice.sizes:
         begun = time.process_time()
-        view = view_of(run, tuple(int(side) for side in size.split("x")), camera=choice.camera)
+        view = view_of(run, tuple(int(side) for side in size.split("x")), camera=choice.camera,
+                       quality=choice.quality)
         print(f"{size}, {run.n_points(0):,} particles: view {time.process_time() - begun:.1f} processor s", flush=True)
         view.picture(frames[0])
         each = []
