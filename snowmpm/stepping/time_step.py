@@ -77,9 +77,10 @@ crack takes grows with the strain of a step. With 0.2 it is a third less, at twi
 
 STRAINED_SHARE = 0.02
 """Of all particles that must be beyond LARGE_STRAIN, or twice as many halfway to it, before C falls as their largest
-strain says; fewer let it fall in proportion. Snow that squeezes through a gully leaves the step alone: with a thousandth
-instead, an avalanche takes 1.16 times as many steps, and its run-out differs by 0.7 %, its maps of peak depth and
-pressure by 3 and 4 %, as they do between any two lengths of the step. The wave of the largest keeps it stable."""
+strain says; fewer let it fall in proportion. Snow that squeezes through a gully leaves the step alone: with a
+thousandth instead, an avalanche takes 1.16 times as many steps, and its run-out differs by 0.7 %, its maps of peak
+depth and pressure by 3 and 4 %, as they do between any two lengths of the step. The wave of the largest keeps it
+stable."""
 
 BREAKING_SHARE = 1e-3
 """Of the particles that bonds held at the start: fewer that break are stragglers, and leave the step alone."""
