@@ -195,7 +195,8 @@ def _refuse_averaged_hat(scene):
     for key, solver in solvers.items():
         if BASES[solver.kernel].box:
             beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
-                      "solver.f_bar": solver.f_bar, "switch": scene.switch, "zone": scene.zone}
+                      "solver.f_bar": solver.f_bar, "switch": scene.switch, "zone": scene.zone,
+                      'initial.relaxation = "static"': scene.initial.relaxation == "static"}
             if found := [name for name, there in beside.items() if there]:
                 raise InputError.at(f"{key}.kernel", solver.kernel,
                                     f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)

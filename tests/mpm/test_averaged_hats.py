@@ -86,7 +86,16 @@ def test_a_run_goes_on_to_the_bit_and_its_momentum_is_accounted_for(kernel, tmp_
     ({"f_bar": True}, 'must be "quadratic" or "cubic" beside solver.f_bar'),
     ({"method": "sph"}, 'needs solver.method = "mpm"')])
 def test_what_was_not_compared_is_refused_in_two_lines(keys, words):
+    _refused(words, keys)
+
+
+def test_balances_without_time_are_refused():
+    _refused('must be "quadratic" or "cubic" beside initial.relaxation = "static"', {},
+             initial={"stress": "settle", "relaxation": "static"}, gravity=given.G, terrain=given.ground("mpm"))
+
+
+def _refused(words, keys, **changes):
     chosen = {"kernel": "gimp", "gradient": "shape", "transfer": "flip", **keys}
     with pytest.raises(InputError) as refusal:
-        Simulation(given.scene("mpm", solver=chosen))
+        Simulation(given.scene("mpm", solver=chosen, **changes))
     assert words in str(refusal.value) and len(str(refusal.value).splitlines()) <= 2
