@@ -28,8 +28,9 @@ class Rod:
     """State of a rod.
 
     x, v (n + 1, 3): nodes; plastic (n, 3): phi^p in space; broken (n,); moments (n, 3) [N m] of the hinges, from the
-    foot; held (3,) [N s]: impulse that clamp, damping and ground gave; largest_moment [N m] at the foot so far. met (n + 1, 3)
-    [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None: theirs.
+    foot; held (3,) [N s]: impulse that clamp, damping and ground gave; largest_moment [N m] at the foot so far.
+    met (n + 1, 3) [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None:
+    theirs.
     """
 
     met = None

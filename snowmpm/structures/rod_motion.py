@@ -84,8 +84,8 @@ def rod_kernel():
         put(nodes, n, INNER, inner)
 
     @taichi_kernel
-    def move(nodes: ti.types.ndarray(), hinges: ti.types.ndarray(), numbers: ti.types.ndarray(), ground: ti.types.ndarray(),
-             count: int):
+    def move(nodes: ti.types.ndarray(), hinges: ti.types.ndarray(), numbers: ti.types.ndarray(),
+             ground: ti.types.ndarray(), count: int):
         ti.loop_config(serialize=True)
         for _ in range(1):
             n, h = hinges.shape[0], numbers[SUBSTEP]
