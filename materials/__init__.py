@@ -9,6 +9,7 @@ from pydantic import Field
 
 from .anticrack_cam_clay import AnticrackCamClay
 from .cohesive_cam_clay import CohesiveCamClay
+from .cohesive_crack import CohesiveCrack
 from .critical_state_hypoplastic import CriticalStateHypoplastic
 from .drucker_prager import DruckerPrager
 from .elastic import Elastic
@@ -37,6 +38,7 @@ Material = Annotated[
     Elastic
     | NeoHookean
     | StVenantKirchhoff
+    | CohesiveCrack
     | VonMises
     | DruckerPrager
     | SofteningCone
@@ -61,6 +63,7 @@ __all__ = [
     "LAWS",
     "AnticrackCamClay",
     "CohesiveCamClay",
+    "CohesiveCrack",
     "CriticalStateHypoplastic",
     "DruckerPrager",
     "Elastic",

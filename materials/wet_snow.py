@@ -62,10 +62,11 @@ class WetSnow(DruckerPrager):
         c(θ, κ) = c(κ) exp(−a θ)
 
     The form is that of hardness and shear frame tests, whose logarithm falls linearly with the water content: Izumi &
-    Akitaya (1985), doi:10.3189/1985AoG6-1-267-268; Yamanoi & Endo (2002), Seppyo 64, 443-451. Friction stays. Water
-    also acts by its pressure and its weight, which the water in the pores adds (`snowmpm.water`).
+    Akitaya (1985), doi:10.3189/1985AoG6-1-267-268; Yamanoi & Endo (2002), Seppyo 64, 443-451, with a = 23.5 of shear
+    frames (card `yamanoi_melt_forms`). Friction stays. Water also acts by its pressure and its weight, which the water
+    in the pores adds (`snowmpm.water`).
     Deviation: the cohesion comes back when the snow drains, but what softening took of it does not. Stiffness does not
-    change with the water.
+    change with the water: no published form of it was found.
     """
 
     STATE: ClassVar[tuple[StateVariable, ...]] = (PLASTIC_STRAIN, GAP, LIQUID_WATER)

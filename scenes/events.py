@@ -1,5 +1,5 @@
-"""Events that act on a body, or on the water in the snow, at a given time: a saw cut, a load, a removal, rain, a border
-that begins to drain."""
+"""Events that act on a body, or on the water in the snow, at a given time: a saw cut, a load, a removal, rain, melt, a
+border that begins to drain."""
 
 from typing import Annotated, ClassVar, Literal
 
@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from snowmpm.scenes.regions import PlanBox
 from snowmpm.scenes.space import Vector, require_dimension
 from snowmpm.scenes.spec import NonNegative, Positive, Spec, check_period, refuse
+from snowmpm.water.melting import melt_rate
 
 
 class Cut(Spec):
@@ -73,14 +74,11 @@ class Remove(Spec):
     """[s]"""
 
 
-class Rain(Spec):
-    """Rain or melt water, which the surface of the snow takes up; what it cannot hold runs off."""
+class _Wetting(Spec):
+    """Water that comes to the surface of the snow for a while."""
 
     NEEDS: ClassVar = "water"
     """what a method must be capable of (`snowmpm.methods.Capabilities`)"""
-    kind: Literal["rain"]
-    rate: Positive
-    """mass of water per plan area and time [kg/m2/s]: 1 mm/h is 2.8e-4"""
     start: NonNegative = 0.0
     """[s]"""
     stop: Positive | None = None
@@ -92,6 +90,29 @@ class Rain(Spec):
     def _ends_after_it_starts(self):
         check_period(self.start, self.stop)
         return self
+
+
+class Rain(_Wetting):
+    """Rain, which the surface of the snow takes up; what it cannot hold runs off."""
+
+    kind: Literal["rain"]
+    rate: Positive
+    """mass of water per plan area and time [kg/m2/s]: 1 mm/h is 2.8e-4"""
+
+
+class Melt(_Wetting):
+    """Melt of the surface of the snow by a flux of energy E: water of the mass E / L per plan area and time, L =
+    `snowmpm.water.melting.LATENT_HEAT`, comes to the highest snow of each column. The grains keep their mass: what has
+    melted must be little of what they hold. The snow is at 0 °C; nothing freezes again."""
+
+    kind: Literal["melt"]
+    energy_flux: Positive
+    """that melts, per plan area: what the surface gains by radiation, air and rain [W/m2]; 100 W/m2 melt 1.1 mm/h"""
+
+    @property
+    def rate(self) -> float:
+        """mass of water per plan area and time [kg/m2/s]"""
+        return melt_rate(self.energy_flux)
 
 
 class Drainage(Spec):
@@ -114,4 +135,4 @@ class Drainage(Spec):
         return self
 
 
-Event = Annotated[Cut | Load | Remove | Rain | Drainage, Field(discriminator="kind")]
+Event = Annotated[Cut | Load | Remove | Rain | Melt | Drainage, Field(discriminator="kind")]

@@ -8,7 +8,7 @@ from snowmpm.materials import LAWS
 from snowmpm.methods import METHODS
 from snowmpm.quantities.particle_fields import UNITS
 from snowmpm.scenes.shapes import check_corners
-from snowmpm.scenes.space import AXES, TABLE, TEXT, Vector, by_type, dimension
+from snowmpm.scenes.space import AXES, NUMBER, TABLE, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
 from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS, misfit
 
@@ -50,6 +50,12 @@ class Sph(Spec):
     smoothing: Annotated[Number, Field(ge=1.0, le=2.5)] = 1.5
     """smoothing length h over dx [-]; kernels reach 2 h, the Gaussian 3 h; 1.2 gives 3 to 7 % more height in
     the middle of a heap of sand, 1.0 the right stiffness of a thin elastic body; both ring more behind shocks"""
+    lengths: Literal["constant", "mean", "harmonic"] = "constant"
+    """smoothing lengths that follow the volume of the particles, h (V / dx^d)^(1/d), for flows that disperse; mean,
+    harmonic: of the two lengths of a pair, which conserves momentum. Lists of neighbours are up to twice as long"""
+    volumes: Literal["follow", "constant"] = "follow"
+    """of particles in all sums: follow their deformation, or constant as published with hypoplastic sand, whose law
+    knows no density. Not beside variable lengths"""
     gradient: Literal["balanced", "corrected", "plain"] = "balanced"
     """of velocities; balanced: conjugate to the sum of forces, so that volumes follow the density of particles;
     corrected: exact for linear fields, at free surfaces too, but particles crowd in flow; plain: uncorrected kernel
@@ -75,8 +81,14 @@ class Sph(Spec):
     artificial_stress: NonNegative = 0.0
     """epsilon of a repulsion in proportion to tension, against clumping [-]: 0.5 to 0.8, with a viscosity; it does not
     reduce a uniform tension"""
-    artificial_stress_power: Annotated[Number, Field(ge=1.0, le=8.0, multiple_of=0.5)] = 4.0
-    """n of the artificial stress, which falls with the distance as W(r)^n [-]"""
+    artificial_stress_power: Annotated[
+        Annotated[Number, Field(ge=1.0, le=8.0), NUMBER] | Annotated[Literal["kernel"], TEXT], by_type(NUMBER, TEXT)
+    ] = 4.0
+    """n of the artificial stress, which falls with the distance as W(r)^n [-]; kernel: W(0) / W(dx), 2.55 of the cubic
+    spline at a smoothing of 1.2"""
+    artificial_stress_form: Literal["principal", "pressure"] = "principal"
+    """principal: along each principal axis in tension; pressure: of the mean tension alone, cheaper in 3-D and weaker,
+    with an epsilon of about 0.9"""
     regularisation: Literal["none", "shepard", "mls", "diffusion"] = "none"
     """smoothing of elastic strains, and so of stresses, against noise: mean over neighbours (shepard) or linear fit
     (mls), both every regularisation_interval steps, or diffusion in every step; it blurs layers"""
@@ -96,6 +108,8 @@ class Sph(Spec):
         if self.artificial_stress > 0.0 and self.viscosity == 0.0:
             raise refuse("needs a viscosity above 0, without which it is unstable", "artificial_stress",
                          self.artificial_stress)
+        if self.volumes == "constant" and self.lengths != "constant":
+            raise refuse('must be "constant" where volumes are: lengths follow them', "lengths", self.lengths)
         return self
 
 
@@ -169,9 +183,10 @@ class Solver(Spec):
     sleeping: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0
     """mpm: share e of sqrt(gravity dx) below which snow is calm [-]: blocks of it are left out of the step until
     something wakes them (0.01 is usual); 0: no snow sleeps"""
-    f_bar: Annotated[bool, Field(strict=True)] = False
+    f_bar: Annotated[bool, Field(strict=True)] | Literal["whole"] = False
     """mpm: the particles of a cell change their volume as one, against volumetric locking: nu above 0.45, plastic flow
-    that keeps the volume; of steps that are solved for: implicit.f_bar"""
+    that keeps the volume; of steps that are solved for: implicit.f_bar. "whole": they deform as one, so that a crack
+    of cohesive_crack opens in one row of cells"""
     sph: Sph = Field(default_factory=Sph)
     """of method = "sph" """
     depth: Depth = Field(default_factory=Depth)

@@ -89,6 +89,8 @@ class SeepingWater(Spec):
     axes of the scene [-]; below a half of the true one it does not settle"""
     tolerance: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
     """fixed_stress: water left without place over that of the first pass [-] at which a step is solved"""
+    iterations: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 100
+    """fixed_stress: passes in a step at most; one that takes more is made in halves"""
     permeability: KnownPermeability
     """intrinsic permeability [m2]: a number, a raster { file = "..." }, or a table with law = "calonne" (snow) or
     "kozeny_carman" (grains) and grain_size [m]; times 5.5e6 it is the hydraulic conductivity at 0 °C [m/s]"""

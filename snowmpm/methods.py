@@ -69,7 +69,7 @@ class Capabilities:
     averaged_hats: bool = False
     """bases of `schemes.BASES` with a box, for comparison"""
     f_bar: bool = False
-    """the particles of a cell change their volume as one in explicit steps (`snowmpm.mpm.dilation`)"""
+    """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False

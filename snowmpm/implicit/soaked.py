@@ -134,4 +134,5 @@ def solve_in_turn(balance, linear, rules, coupling, pores, start):
         trial = solved.trial
         residuals = residuals + solved.residuals
     raise NotConverged(f"the fixed-stress split left {left / max(first, noise):.1e} of the first residual of the water"
-                       f" in {passes} passes: take water.split = \"monolithic\", or a larger water.alpha")
+                       f" in {passes} passes: take water.split = \"monolithic\", or a larger water.alpha or"
+                       " water.iterations")

@@ -41,6 +41,9 @@ DT, PUSHED, GRAINS, WATER, GRAVITY = range(5)
 DRAG = GRAVITY + 3
 """The number at which the rows of `drag_table` begin."""
 
+LASTING = 1e30
+"""Time [s] after which drag has taken all slip."""
+
 TABLE = 257
 """Entries of the drag by porosity, 0 to 1."""
 
@@ -79,9 +82,11 @@ class PhaseExchange(FieldPairs):
         self._wet, self._wet_cut, self._n_wet = int_array(rows), int_array(chunk_bounds(np.ones(len(wet)))), len(wet)
         self._part = real_array(np.zeros((max(1, len(wet)), 1)))
 
-    def begin(self, dt, pushed, gravity):
-        """Of a step of dt [s] in which forces and gravity (dim,) [m/s2] act for the time `pushed` [s]."""
-        self._numbers[[DT, PUSHED]] = dt, pushed
+    def begin(self, dt, pushed, gravity, held=False):
+        """Of a step of dt [s] in which forces and gravity (dim,) [m/s2] act for the time `pushed` [s]; held: water goes
+        with the grains, as by drag without end."""
+        self.held = held
+        self._numbers[[DT, PUSHED]] = LASTING if held else dt, pushed
         self._numbers[GRAVITY : GRAVITY + len(gravity)] = gravity
 
     def apply_contact(self, grid, dx):

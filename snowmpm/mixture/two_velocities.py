@@ -15,6 +15,9 @@ densely by a tenth. Where the nodes have more water than theta says, W / R e^the
 R that the grains leave between walls (`mixture.room`), theta falls by the logarithm of that in the time sqrt(dx / g),
 so that it spreads; of W / R, theta counts where it is below 0, and what is below `BAND` is not told from noise.
 
+While an initial state settles, water goes with the grains and keeps its pressure, so that the skeleton comes to rest
+under its buoyant weight.
+
 The step is explicit in the pressure, and follows waves in undrained snow, swelling along all axes:
 
     c² = c_skeleton² + dim K_w (1 / rho_w + (1 - n) / (n rho_g))
@@ -115,13 +118,14 @@ class TwoVelocities(RainedPhases):
         own, (growth, n, filling) = water[wet], self._flow[wet].T
         grown, n = dt * growth, np.clip(n, LEAST_POROSITY, 1.0)
         self.budget.work += float((volume * (1.0 + own[:, SOLID]) * own[:, PRESSURE]) @ grown)
-        cell = self._cells(store, rows[wet, columns["position"]], wet)
-        held = np.bincount(cell, volume)
-        theta = (np.bincount(cell, volume * (own[:, THETA] + grown / n)) / held)[cell]
-        filled = np.maximum((np.bincount(cell, volume * filling) / held)[cell], 1e-3)
-        packed = np.log(filled) + np.minimum(theta, 0.0)
-        theta -= dt * np.sqrt(np.linalg.norm(solver.gravity) / solver.dx) * np.maximum(packed - BAND, 0.0)
-        own[:, THETA], own[:, PRESSURE] = theta, self.bulk_modulus * np.maximum(-theta, 0.0)
+        if solver.damping_factor == 1.0:  # pressures hold while an initial state settles
+            cell = self._cells(store, rows[wet, columns["position"]], wet)
+            held = np.bincount(cell, volume)
+            theta = (np.bincount(cell, volume * (own[:, THETA] + grown / n)) / held)[cell]
+            filled = np.maximum((np.bincount(cell, volume * filling) / held)[cell], 1e-3)
+            packed = np.log(filled) + np.minimum(theta, 0.0)
+            theta -= dt * np.sqrt(np.linalg.norm(solver.gravity) / solver.dx) * np.maximum(packed - BAND, 0.0)
+            own[:, THETA], own[:, PRESSURE] = theta, self.bulk_modulus * np.maximum(-theta, 0.0)
         own[:, SOLID] = 1.0 / n - 1.0
         water[wet] = own
         fill_kernel(store.layout, real)(

@@ -1,12 +1,19 @@
-"""One change of volume for all particles of a cell (F-bar) in explicit steps, against volumetric locking.
+"""One change of volume (F-bar), or of volume and shape, for all particles of a cell in explicit steps.
 
-As in steps that are solved for (`implicit.dilation`), with the cells between the knots of the spline:
+Against volumetric locking, as in steps that are solved for (`implicit.dilation`), with the cells between the knots of
+the spline:
 
     f_bar = (j_bar / j)^(1/dim) f,    j_bar = sum_p v_p j_p / sum_p v_p,    j = det f,  f = I + dt grad v
 
 v_p is the volume at the start of the step. Laws, and the volume of a particle, follow f_bar. Forces stay those of each
 particle's stress: where the particles of a cell have the same pressure, as they do who have shared their changes of
 volume, these are the forces of the mean. Coombs et al. 2018, doi:10.1016/j.cma.2018.01.010.
+
+With f_bar = "whole" the particles of a cell share the mean of grad v, weighted by volume, in the cells between nodes.
+The quadratic spline spreads an opening between two rows of nodes as a hat over two cells: two particles an axis have
+3/4 of it in the cell and 1/4 in each neighbour, which would crack too, or lock. Cells have means of 1/8, 3/4 and 1/8,
+and nodes can open one cell with all others at rest: a crack is one cell wide (`materials.cohesive_crack`). Means in the
+cells between knots would not see a zigzag of the nodes.
 
 A block adds up the cells that its own particles are in, one more on every side since they drift; then each cell is
 added up over the blocks that know it, always in the same order. No thread writes where another one does.
@@ -37,10 +44,10 @@ class CellDilation:
         self._kernels = dilation_kernels(layout, runtime.DTYPES[precision][0], basis, gradient, flip)
 
     def find(self, particles, grid, dt):
-        """Leave j_bar - 1 of its cell with each particle, from the velocities of the nodes, for a step of dt [s]."""
-        n = max(1, len(particles.blocks)) * self._cells
+        """Leave with each particle what those of its cell share in a step of dt [s], by the velocities of the nodes."""
+        n, numbers = max(1, len(particles.blocks)) * self._cells, 1 + particles.layout.dilation_size
         if self._sums is None or self._sums.shape[0] < n:
-            self._sums = ti.ndarray(ti.types.vector(2, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
+            self._sums = ti.ndarray(ti.types.vector(numbers, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
         kernels, of_particles = self._kernels, (particles.reals, particles.slot_offset, particles.start)
         kernels.add(*of_particles, grid.tiles, self._sums, dt, particles.dx, particles.chunk_bounds)
         kernels.join(self._sums, grid.first_tile, grid.tiles_at, grid.node_chunk_bounds)
@@ -49,13 +56,18 @@ class CellDilation:
     @property
     def bytes(self):
         """Of the sums."""
-        return 0 if self._sums is None else 2 * self._sums.shape[0] * (4 if self.precision == "f32" else 8)
+        if self._sums is None:
+            return 0
+        return self._sums.element_shape[0] * self._sums.shape[0] * (4 if self.precision == "f32" else 8)
 
 
 @functools.cache
-def even_functions(dim, real):
-    """Taichi functions `growth(A)`, det(I + A) - 1 to round-off of A, and `evened(L, wanted, dt)`, the velocity
-    gradient with which a step's det f is 1 + wanted."""
+def even_functions(dim, real, size):
+    """Taichi functions of what the particles of a cell share, `size` numbers: `shared(L, dt)`, which is averaged, and
+    `evened(L, mean, dt)`, the velocity gradient of a particle with the mean in its place.
+
+    size 1: det f - 1, dim * dim: the velocity gradient.
+    """
 
     @ti.func
     def growth(A):
@@ -69,7 +81,13 @@ def even_functions(dim, real):
         return result
 
     @ti.func
-    def evened(L, wanted, dt):
+    def shared(L, dt):
+        if ti.static(size == 1):
+            return ti.Vector([growth(dt * L)])
+        return ti.Vector([L[i, j] for i in ti.static(range(dim)) for j in ti.static(range(dim))])
+
+    @ti.func
+    def of_volume(L, wanted, dt):
         A = dt * L
         own = growth(A)
         more = (wanted - own) / ti.max(1.0 + own, 1e-3)
@@ -78,7 +96,16 @@ def even_functions(dim, real):
         swell = share * more * (1.0 + ti.static(0.5 * (1.0 / dim - 1.0)) * more)
         return L + (swell / dt) * (ti.Matrix.identity(real, dim) + A)
 
-    return SimpleNamespace(growth=growth, evened=evened)
+    @ti.func
+    def evened(L, mean, dt):
+        result = L
+        if ti.static(size == 1):
+            result = of_volume(L, mean[0], dt)
+        else:
+            result = ti.Matrix([[mean[i * dim + j] for j in range(dim)] for i in range(dim)])
+        return result
+
+    return SimpleNamespace(shared=shared, evened=evened)
 
 
 @functools.cache
@@ -89,21 +116,22 @@ def dilation_kernels(layout, real, basis, gradient, flip):
     shape, wide = gradient == "shape", edge + 2
     grid = interpolation(dim, real, basis, not shape, shape, flip)
     of_node = grid.of_node
-    even = even_functions(dim, real)
-    pair = ti.types.vector(2, real)
+    size = layout.dilation_size
+    even = even_functions(dim, real, size)
+    of_cell = ti.types.vector(size + 1, real)  # sums of volume times what is shared, and of volumes
 
     @ti.func
     def cell_of(x, b):
         """Where the cell of a particle of block b lies among the sums."""
         cell = 0
         for a in ti.static(range(dim)):
-            own = ti.floor(x[a] - ti.static(reach), ti.i32) + 1
+            own = ti.floor(x[a] - ti.static(reach if size == 1 else 0.0), ti.i32) + 1
             cell = cell * wide + ti.max(0, ti.min(wide - 1, own))
         return b * ti.static(wide**dim) + cell
 
     @taichi_kernel
     def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
-            tiles: ti.types.ndarray(dtype=of_node, ndim=1), sums: ti.types.ndarray(dtype=pair, ndim=1), dt: real,
+            tiles: ti.types.ndarray(dtype=of_node, ndim=1), sums: ti.types.ndarray(dtype=of_cell, ndim=1), dt: real,
             dx: real, chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
@@ -111,7 +139,7 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                 places = access.places(reals, slot_offset)
                 for b in range(begin, end):
                     for c in range(ti.static(wide**dim)):
-                        sums[b * ti.static(wide**dim) + c] = pair(0.0)
+                        sums[b * ti.static(wide**dim) + c] = of_cell(0.0)
                     for p in range(start[b], start[b + 1]):
                         x = access.load(reals, places, p, at["position"], dim)
                         address, f, w, dw = grid.locate(x, b)
@@ -120,7 +148,11 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                         volume = access.load(reals, places, p, at["volume"], 1)[0]
                         volume *= access.load(reals, places, p, at["volume_ratio"], 1)[0]
                         cell = cell_of(x, b)
-                        sums[cell] = sums[cell] + volume * pair([even.growth(dt * L), 1.0])
+                        shared, more = even.shared(L, dt), of_cell(0.0)
+                        for k in ti.static(range(size)):
+                            more[k] = volume * shared[k]
+                        more[size] = volume
+                        sums[cell] = sums[cell] + more
 
     @ti.func
     def part(c, packed):
@@ -135,19 +167,19 @@ def dilation_kernels(layout, real, basis, gradient, flip):
         return ti.select(inside == 1, place, -1)
 
     @taichi_kernel
-    def join(sums: ti.types.ndarray(dtype=pair, ndim=1), first_tile: ti.types.ndarray(), tiles_at: ti.types.ndarray(),
-             chunk_bounds: ti.types.ndarray()):
+    def join(sums: ti.types.ndarray(dtype=of_cell, ndim=1), first_tile: ti.types.ndarray(),
+             tiles_at: ti.types.ndarray(), chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
                 for n in range(begin, end):
                     for c in range(ti.static(edge**dim)):
-                        total = pair(0.0)
+                        total = of_cell(0.0)
                         for k in range(first_tile[n], first_tile[n + 1]):
                             place = part(c, tiles_at[k, 1])
                             if place >= 0:
                                 total += sums[tiles_at[k, 0] * ti.static(wide**dim) + place]
-                        if total[1] > 0.0:
+                        if total[size] > 0.0:
                             for k in range(first_tile[n], first_tile[n + 1]):
                                 place = part(c, tiles_at[k, 1])
                                 if place >= 0:
@@ -155,7 +187,7 @@ def dilation_kernels(layout, real, basis, gradient, flip):
 
     @taichi_kernel
     def spread(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
-               sums: ti.types.ndarray(dtype=pair, ndim=1), chunk_bounds: ti.types.ndarray()):
+               sums: ti.types.ndarray(dtype=of_cell, ndim=1), chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
@@ -163,6 +195,7 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                 for b in range(begin, end):
                     for p in range(start[b], start[b + 1]):
                         cell = sums[cell_of(access.load(reals, places, p, at["position"], dim), b)]
-                        access.store(reals, places, p, at["dilation"], ti.Vector([cell[0] / cell[1]]))
+                        mean = ti.Vector([cell[k] / cell[size] for k in ti.static(range(size))])
+                        access.store(reals, places, p, at["dilation"], mean)
 
     return SimpleNamespace(add=add, join=join, spread=spread)

@@ -23,6 +23,7 @@ from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.sorted_particles import SortedParticles
+from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
 from snowmpm.stepping import step_report
 from snowmpm.stepping.contract import Workload
@@ -58,7 +59,7 @@ class MpmSolver(Solver):
         sleeping: e of `mpm.sleep`, below which snow is calm; 0: none sleeps. expected: how many particles there will
         be, of a solver that receives some. phases: `mixture.two_velocities.TwoVelocities` of a population whose
         velocity fields are those of grains and of water, by a transfer with FLIP. f_bar: the particles of a cell change
-        their volume as one (`mpm.dilation`).
+        their volume as one, "whole": deform as one (`mpm.dilation`).
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
@@ -84,7 +85,7 @@ class MpmSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=STENCILS[kernel].drift_limit, second_moment=self.second_moment(),
-            period=period, keep_block_of=self.atomic, dilates=f_bar)
+            period=period, keep_block_of=self.atomic, shared=shared_numbers(f_bar, dim))
         self._begin(population, gravity)
         self._serial = runs_serially(PARTICLE_TIME[dim] * max(expected, len(population.volumes)))
         self._phases = phases
@@ -197,7 +198,7 @@ class MpmSolver(Solver):
                            grid.contact.n_work, grid.asleep, *self._held)
 
             if self._phases:
-                grid.bodies.begin(dt, pushed, self.gravity)
+                grid.bodies.begin(dt, pushed, self.gravity, held=self.damping_factor < 1.0)
             self.meet_surfaces(dt)
             if self._phases:
                 self._phases.find_flow(self, to_tiles)

@@ -40,6 +40,11 @@ COPY_TIME = 2e-8
 """Of a particle on one thread [s], about."""
 
 
+def shared_numbers(f_bar, dim):
+    """How many numbers the particles of a cell share by the option `f_bar`: det f, the whole of f, or none."""
+    return dim * dim if f_bar == "whole" else int(f_bar)
+
+
 @dataclass(frozen=True)
 class Layout:
     """Which reals a particle carries and where.
@@ -48,7 +53,8 @@ class Layout:
     (be - I), stress: Kirchhoff stress [Pa], both symmetric (4 numbers in plane strain, 6 in 3-D); state: the law's
     internal variables; volume_ratio: J = det F; volume: reference volume [m3]; water: what pores hold
     (`water.particle_kernels`), its mass per reference volume [kg/m3] first; interface: of points that carry a layer
-    without cells (`particles.interface`); dilation: change of volume of a particle's cell in a step (`mpm.dilation`).
+    without cells (`particles.interface`); dilation: change of volume, or velocity gradient, of a
+    particle's cell in a step (`mpm.dilation`).
     """
 
     dim: int

@@ -10,7 +10,7 @@ PREFIXED = ("Pa", "J", "N", "W", "N m", "J/m", "N/m", "N s", "N s/m")
 """Units that take k, M or G."""
 
 
-EXTENSIVE = ("J", "N", "kg", "kg m/s", "N s", "N m")
+EXTENSIVE = ("J", "N", "kg", "kg m/s", "kg m2/s", "N s", "N m")
 """Units of amounts, which grow with the width of a model."""
 
 

@@ -25,6 +25,11 @@ HISTORY = (
     Quantity("momentum_x", "momentum along x", "kg m/s", "Sum of m v along x.", AUDIT),
     Quantity("momentum_y", "momentum along y", "kg m/s", "Sum of m v along y.", AUDIT),
     Quantity("momentum_z", "momentum along z", "kg m/s", "Sum of m v along z, upwards.", AUDIT),
+    Quantity("angular_momentum", "angular momentum", "kg m2/s", "Of the snow in 2-D, about its centre of mass at the "
+             "start, from x towards z. Not in a periodic domain.", AUDIT),
+    *(Quantity(f"angular_momentum_{axis}", f"angular momentum about {axis}", "kg m2/s", "Of the snow in 3-D, about an "
+               f"axis along {axis} through its centre of mass at the start. Not in a periodic domain.", AUDIT)
+      for axis in "xyz"),
     Quantity("kinetic_energy", "kinetic energy", "J", "Sum of m v² / 2 over the particles.", AUDIT),
     Quantity("affine_energy", "affine energy", "J", "Kinetic energy of the motion within particles (affine transfers).",
              AUDIT),
@@ -74,7 +79,7 @@ HISTORY = (
     Quantity("water_mass", "water in the pores", "kg", "Mass of water in the particles; part of their mass.", AUDIT),
     Quantity("drained_water", "water that drained", "kg", "Mass of water that left through drained borders since the "
              "start, less what came in.", AUDIT),
-    Quantity("added_water", "water from rain", "kg", "Mass of water that rain added since the start.", AUDIT),
+    Quantity("added_water", "water from rain", "kg", "Mass of water that rain and melt added since the start.", AUDIT),
     Quantity("removed_water", "water that is gone", "kg", "The part of removed_mass that is water.", AUDIT),
     Quantity("water_residual", "water residual", "1", "What is left open of the balance of water, over its largest "
              "term.", AUDIT),

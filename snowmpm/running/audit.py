@@ -162,7 +162,8 @@ class Audit:
         momentum = mass @ v
         names = ["momentum_x", "momentum_z"] if frame.dim == 2 else ["momentum_x", "momentum_y", "momentum_z"]
         energies = self._energies(fields, mass, v, x)
-        row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)), **energies}
+        row = {"mass": float(mass.sum()), **dict(zip(names, momentum.tolist(), strict=True)),
+               **self._angular_momentum(fields, mass, x, v), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
         row["force_work"] = forcing.force_work if forcing else 0.0
@@ -212,6 +213,27 @@ class Audit:
         return {"water_mass": now, "drained_water": budget.drained, "added_water": budget.added,
                 "removed_water": removed["water"], "water_residual": budget.residual(now, removed["water"]),
                 "water_work": budget.work + budget.carried_energy + budget.carried_mass * lift}
+
+    def _angular_momentum(self, fields, mass, x, v):
+        """About the centre of mass at the start [kg m2/s], with what the affine motion of particles has,
+
+            L = sum m (x - x_0) x v + m D (C_ba - C_ab)
+
+        In 2-D from x towards z. Where snow leaves at one side and comes back at the other there is none.
+        """
+        solver = self._solver
+        if solver.particles.repeats.any():
+            return {}
+        dim, arm, D = solver.frame.dim, x - self._reference, solver.second_moment()
+        turns = {"angular_momentum": (0, 1)} if dim == 2 else {
+            f"angular_momentum_{axis}": pair for axis, pair in zip("xyz", ((1, 2), (2, 0), (0, 1)), strict=True)}
+        C = fields.velocity_gradient() if D else None
+        found = {}
+        for name, (a, b) in turns.items():
+            found[name] = float(mass @ (arm[:, a] * v[:, b] - arm[:, b] * v[:, a]))
+            if D:
+                found[name] += D * float(mass @ (C[:, b * dim + a] - C[:, a * dim + b]))
+        return found
 
     def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""

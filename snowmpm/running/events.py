@@ -8,7 +8,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.running.event import Event
-from snowmpm.running.water_events import Drainage, Rain
+from snowmpm.running.water_events import Drainage, Wetting
 from snowmpm.saw_test.saw import Saw
 
 
@@ -162,15 +162,15 @@ def _removal(spec, body, dx):
     return Remove(spec, body)
 
 
-def _rain(spec, body, dx):
-    return Rain(spec, body)
+def _wetting(spec, body, dx):
+    return Wetting(spec, body)
 
 
 def _drainage(spec, body, dx):
     return Drainage(spec, body)
 
 
-MAKERS = {"cut": _cut, "load": _load, "remove": _removal, "rain": _rain, "drainage": _drainage}
+MAKERS = {"cut": _cut, "load": _load, "remove": _removal, "rain": _wetting, "melt": _wetting, "drainage": _drainage}
 """Constructor of each kind of event, from its table, the index of its body, None without one, and dx [m]."""
 
 

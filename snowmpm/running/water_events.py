@@ -1,12 +1,12 @@
-"""Events that act on the water in the snow: rain, and borders that begin or cease to let water out."""
+"""Events that act on the water in the snow: rain, melt, and borders that begin or cease to let water out."""
 
 import numpy as np
 
 from snowmpm.running.event import Event
 
 
-class Rain(Event):
-    """Rain on the highest snow of each column under the sky, in the steps that begin while it falls."""
+class Wetting(Event):
+    """Rain on, or melt of, the highest snow of each column under the sky, in the steps that begin while it lasts."""
 
     def apply(self, simulation):
         spec, water, time = self._spec, simulation.solver.water, simulation.time
@@ -18,7 +18,7 @@ class Rain(Event):
             water.rain[self] = spec.rate, self._inside
 
     def _inside(self, plan):
-        """Which of the places plan (k, dim - 1) [m] it falls on."""
+        """Which of the places plan (k, dim - 1) [m] it wets."""
         inside, region = np.ones(len(plan), bool), self._spec.region
         for bounds, along in zip(() if region is None else (region.x, region.y), plan.T, strict=False):
             if bounds is not None:

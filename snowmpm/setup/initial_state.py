@@ -24,7 +24,8 @@ def stress_from_weight(model):
         load, normals = overburden(shapes, population.positions, model.body_of, query, model.first_gravity,
                                    scene.solver.dx, spacing)
     given = scene.initial.lateral_pressure
-    k0 = np.array([law.lateral_pressure if given is None else given for law in model.laws])[population.material]
+    of_laws = [law.lateral_pressure if given is None else given for law in model.laws]
+    k0 = np.array([*of_laws, 0.0])[population.material]  # particles of water, the last material, get no stress
     tau = geostatic_stress(population.positions, load, normals, model.first_gravity, k0)
     _give_stress(model, tau)
 

@@ -34,7 +34,8 @@ def pore_water(model):
                       any(not obstacle.still for obstacle in obstacles),
                       [name for name, boundary in sides.items() if boundary == "open"])
     if spec.solved:
-        return SolvedWater(fluid, _permeability(model), outlets, Coupling(spec.split, spec.alpha, spec.tolerance))
+        coupling = Coupling(spec.split, spec.alpha, spec.tolerance, spec.iterations)
+        return SolvedWater(fluid, _permeability(model), outlets, coupling)
     solver = scene.solver
     share = SHARE[solver.gradient, TRANSFERS[solver.transfer].affine] if spec.split == "semi_implicit" else 0.0
     return PoreWater(fluid, _permeability(model), outlets, share)

@@ -25,7 +25,7 @@ def demands(scene, later=False):
     if BASES[scene.solver.kernel].box:
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
     if scene.solver.f_bar:
-        yield "f_bar", True, "solver.f_bar", True
+        yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -180,7 +180,8 @@ def _refuse_f_bar(scene):
         beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
                   "solver.sleeping": scene.solver.sleeping > 0.0}
         if found := [name for name, there in beside.items() if there]:
-            raise InputError.at("solver.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
+            raise InputError.at("solver.f_bar", scene.solver.f_bar, f"must be false beside {' and '.join(found)}",
+                                scene.source)
     if not (scene.solver.implicit and scene.solver.implicit.f_bar):
         return
     pressing = any(force.kind == "pressure" for force in scene.forces)
@@ -231,6 +232,9 @@ def _refuse_beside_water(scene):
     if seeps and scene.initial.stress == "geostatic":
         raise InputError.at("initial.stress", scene.initial.stress, 'does not go with water: "settle" finds the'
                             " effective stress", scene.source)
+    if seeps and scene.initial.relaxation == "static":
+        raise InputError.at("initial.relaxation", "static", 'must be "damped" beside water, whose weight and pressure'
+                            " the balance does not know", scene.source)
     if scene.initial.from_run is not None:
         raise InputError.at("initial.from", scene.initial.from_run, "does not go with water, which is not taken over",
                             scene.source)
@@ -270,10 +274,13 @@ def _refuse_beside_two_velocities(scene):
     if not TRANSFERS[solver.transfer].flip:
         raise InputError.at("solver.transfer", solver.transfer, 'must be "aflip" or "flip" beside water.scheme = "v_w",'
                             " which needs the velocity before the forces", scene.source)
-    if scene.initial.stress != "none":
-        raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" beside water.scheme = "v_w"',
-                            scene.source)
+    if scene.initial.stress not in ("none", "settle"):
+        raise InputError.at("initial.stress", scene.initial.stress, 'must be "none" or "settle" beside'
+                            ' water.scheme = "v_w"', scene.source)
     for i, event in enumerate(scene.events):
+        if event.kind == "melt":
+            raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "rain"'
+                                f" with rate = {event.rate:.3g}", scene.source)
         if event.kind in ("drainage", "load"):
             raise InputError.at(f"events.{i}.kind", event.kind, 'does not go with water.scheme = "v_w": take "u_p"',
                                 scene.source)

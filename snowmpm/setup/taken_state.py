@@ -11,7 +11,7 @@ from snowmpm.io import checkpoint
 from snowmpm.io.archive import read_archive, write_archive
 from snowmpm.materials import LAWS
 from snowmpm.particles.blocks import EDGE, coordinates_of, places_of
-from snowmpm.particles.store import IDENTITY, Layout
+from snowmpm.particles.store import IDENTITY, Layout, shared_numbers
 
 KEPT = "initial.npz"
 """File of a run folder with the state from the other run, so that the run can continue without it."""
@@ -152,7 +152,7 @@ def _particles(solver, dim, options):
     dim: dimension; options: solver table of the scene there. Columns are `COLUMNS`, in float64.
     """
     reals = solver["reals"].astype(np.float64)
-    dilation = int(options.get("f_bar", False))
+    dilation = shared_numbers(options.get("f_bar", False), dim)
     layout = Layout(dim, reals.shape[1] - Layout(dim, 0, dilation_size=dilation).width, dilation_size=dilation)
     owner_block = np.repeat(coordinates_of(places_of(solver["keys"], dim), dim), np.diff(solver["start"]), axis=0)
     columns = {name: reals[:, layout.columns(name)] for name in COLUMNS}

@@ -29,9 +29,9 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
+from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
-from snowmpm.sph.smoothing import KERNELS
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 
 STEEPEST = 1.5
@@ -42,12 +42,12 @@ LEAST_SHARE = 1e-3
 
 
 @functools.cache
-def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved_rows, serial):
+def extrapolation_kernel(layout, real, width, kernel, radius, lengths, form, walls, moved_rows, serial):
     """Kernel that fills the rows of dummies: `source` rows, or with moved_rows the velocity of `moved` rows alone.
     serial: by one thread."""
     dim, at, n_stress, pairs = layout.dim, layout.at, layout.n_stress, layout.pairs
     pair = pair_functions(layout)
-    weight, _ = KERNELS[kernel].functions(radius, dim)
+    smooth = kernel_functions(kernel, radius, lengths, dim)
     columns = (("x", dim), ("n", dim), ("sum", 1), ("sum_x", dim), ("sum_v", dim), ("sum_S", n_stress), ("rho", 1),
                ("z", 1), ("least", 1))
 
@@ -77,9 +77,12 @@ def extrapolation_kernel(layout, real, width, kernel, radius, form, walls, moved
                 Sj = pair.symmetric(pair.force(sign, row))
                 if ti.static(form in ("density", "corrected")):
                     Sj *= rho * rho
+            b = ti.cast(1.0, real)
+            if ti.static(smooth.varies):  # dummies lie a spacing apart
+                b = smooth.narrowing(ti.cast(1.0, real), smooth.own(Vj))
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
-                near = Vj * weight(ti.sqrt(d.norm_sqr()))
+                near = Vj * smooth.weight(ti.sqrt(d.norm_sqr()), b)
                 pack["sum"][0][lane] += near
                 for a in ti.static(range(dim)):
                     pack["sum_x"][a][lane] -= near * d[a]

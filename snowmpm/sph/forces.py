@@ -8,6 +8,15 @@ from snowmpm.sph.smoothing import KERNELS
 from snowmpm.sph.tallies import Tallies
 
 
+def power(scheme, dim):
+    """n of the artificial stress; "kernel": W(0) / W(dx), as published (Bui & Nguyen 2021, section 3.4)."""
+    chosen, kernel = scheme.artificial_stress_power, KERNELS[scheme.kernel]
+    if chosen != "kernel":
+        return float(chosen)
+    radius = kernel.reach * scheme.smoothing
+    return float(kernel.weight(0.0, radius, dim) / kernel.weight(1.0, radius, dim))
+
+
 class Forces:
     """On the particles of one solver."""
 
@@ -19,8 +28,8 @@ class Forces:
         layout = rows.layout
         self._kick = momentum_kernel(
             layout, DTYPES[precision][0], width, scheme.kernel,
-            KERNELS[scheme.kernel].reach * scheme.smoothing, scheme.momentum,
-            round(2.0 * scheme.artificial_stress_power) if layout.tension else 2, scheme.walls, scheme.barrier,
+            KERNELS[scheme.kernel].reach * scheme.smoothing, scheme.lengths, scheme.momentum,
+            power(scheme, layout.dim) if layout.tension else 1.0, scheme.walls, scheme.barrier,
             scheme.confining_pressure > 0.0, scheme.quadratic_viscosity > 0.0, serial)
         self._tallies = None
 

@@ -30,6 +30,7 @@ from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane
 from snowmpm.sph.candidates import SURFACE
+from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.neighbours import BLOCK, COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.smoothing import KERNELS
@@ -38,26 +39,28 @@ from snowmpm.sph.viscosity import viscosity_functions
 
 
 @functools.cache
-def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls, barrier, confined, viscous, serial):
+def momentum_kernel(layout, real, width, kernel, radius, lengths, form, power, walls, barrier, confined, viscous,
+                    serial):
     """Kernel for a `RowLayout` and `width` lanes.
 
-    kernel, radius [cells]: the smoothing; form: of the sum; half_power: 2 n of the artificial stress; walls: how dummy
-    particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there is a
-    confining pressure, a quadratic viscosity; serial: by one thread.
+    kernel, radius [cells], lengths: the smoothing; form: of the sum; power: n of the artificial stress; walls: how
+    dummy particles get their stress; barrier: whether walls stop what comes too close; confined, viscous: whether there
+    is a confining pressure, a quadratic viscosity; serial: by one thread.
     """
     dim, at, n_stress, n_force = layout.dim, layout.at, layout.n_stress, len(layout.force_pairs)
     mask = layout.row_mask
     pair = pair_functions(layout)
-    weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    smooth, half_power = kernel_functions(kernel, radius, lengths, dim), round(2.0 * power)
     viscosity = viscosity_functions(radius / KERNELS[kernel].reach, viscous)
+    weight_of, _ = KERNELS[kernel].functions(radius, dim)
     w_spacing = float(KERNELS[kernel].weight(1.0, radius, dim))
-    even = KERNELS[kernel].lattice_share(radius, dim, 0.5 * half_power) if layout.tension else 0.0
+    even = KERNELS[kernel].lattice_share(radius, dim, power) if layout.tension else 0.0
     w_self = float(KERNELS[kernel].weight(0.0, radius, dim))
     surface_forces, n_tally = surface_functions(dim, real, width, barrier), tally_width(dim)
     columns = (("x", dim), ("v", dim), ("S", n_force), ("R", n_stress * layout.tension),
                ("D", n_stress * layout.ordered), ("m", 1), ("V", 1), ("z", 1),
                ("ratio", 1), ("f", dim), ("inner", dim), ("wall", dim), ("earlier", dim), ("normal", dim),
-               ("wall_v", dim), ("share", 1), ("height", 1), ("cover", 1), ("edge", dim))
+               ("wall_v", dim), ("share", 1), ("height", 1), ("cover", 1), ("edge", dim), ("s", int(smooth.varies)))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, source: ti.template()):
@@ -77,6 +80,8 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             pack["m"][0][lane], pack["V"][0][lane], pack["z"][0][lane] = row[at["m"]], row[at["V"]], row[at["z"]]
             pack["ratio"][0][lane] = row[at["V"]] / row[at["m"]]
             pack["cover"][0][lane] = 0.0
+            if ti.static(smooth.varies):
+                pack["s"][0][lane] = smooth.own(row[at["V"]])
 
     @ti.func
     def add_run(pack: ti.template(), into: ti.template(), seen: ti.template(), c, begin, end, source: ti.template(),
@@ -97,6 +102,7 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             if ti.static(layout.ordered):
                 Dj = pair.tensor(sign, row, at["D"])
             mj, Vj, zj = row[at["m"]], row[at["V"]], row[at["z"]]
+            sj = smooth.own(Vj) if ti.static(smooth.varies) else ti.cast(1.0, real)
             nj, uj, depth = xj * 0.0, xj * 0.0, xj[0] * 0.0
             if ti.static(dummies):
                 frame = frames[j - first_dummy]
@@ -104,8 +110,10 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
             for lane in range(width):
                 d = read_lane(pack["x"], lane) - xj
                 r2 = d.norm_sqr()
-                r = ti.sqrt(r2)
-                F = slope_over_r(r)
+                r, b = ti.sqrt(r2), ti.cast(1.0, real)
+                if ti.static(smooth.varies):
+                    b = smooth.narrowing(pack["s"][0][lane], sj)
+                F = smooth.slope_over_r(r, b)
                 ratio = pack["ratio"][0][lane]
                 Si = read_lane(pack["S"], lane)
                 sum_S = Si + Sj
@@ -117,15 +125,25 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                 if ti.static(form in ("volume", "difference")):
                     pair_mass = Vj * ratio
                 closing, z = (read_lane(pack["v"], lane) - vj).dot(d), pack["z"][0][lane] + zj
+                if ti.static(smooth.varies):  # h s in place of h
+                    closing *= b
+                    r2 *= b * b
                 viscous_pressure = viscosity.artificial(closing, r2, Vj, mj, ratio, z, alpha, beta)
                 if ti.static(layout.ordered and not dummies):
                     orderly = 0.5 * d.dot(pair.times(read_lane(pack["D"], lane) + Dj, d))
+                    if ti.static(smooth.varies):
+                        orderly *= b
                     viscous_pressure += viscosity.disorder(closing - orderly, r2, Vj, ratio, z, gamma)
                 if ti.static(layout.tension):
-                    f = ti.sqrt(weight(r) / w_spacing) if ti.static(half_power % 2 == 1) else weight(r) / w_spacing
+                    f = weight_over_spacing(r * b)
                     amplified = f
-                    for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
-                        amplified *= f
+                    if ti.static(2.0 * power == half_power):
+                        f = ti.sqrt(f) if ti.static(half_power % 2 == 1) else f
+                        amplified = f
+                        for _ in ti.static(range((half_power if half_power % 2 == 1 else half_power // 2) - 1)):
+                            amplified *= f
+                    else:
+                        amplified = ti.pow(f, power)
                     stress_term += (amplified - even) * pair.times(read_lane(pack["R"], lane) + Rj, d)
                 force = F * (pair_mass * stress_term - viscous_pressure * d)
                 for a in ti.static(range(dim)):
@@ -138,14 +156,21 @@ def momentum_kernel(layout, real, width, kernel, radius, form, half_power, walls
                         pack["normal"][a][lane] += near * nj[a]
                         pack["wall_v"][a][lane] += near * uj[a]
                 if ti.static(confined):
-                    pack["cover"][0][lane] += Vj * weight(r)
+                    pack["cover"][0][lane] += Vj * smooth.weight(r, b)
                     for a in ti.static(range(dim)):
                         pack["edge"][a][lane] += Vj * F * d[a]
 
     @ti.func
+    def weight_over_spacing(r):
+        return weight_of(r) / w_spacing
+
+    @ti.func
     def confine(pack: ti.template(), pressure, threshold):
         for lane in range(width):
-            covered = pack["cover"][0][lane] - pack["V"][0][lane] * w_self
+            own = pack["V"][0][lane] * w_self
+            if ti.static(smooth.varies):
+                own /= pack["s"][0][lane] ** dim
+            covered = pack["cover"][0][lane] - own
             confining = ti.select(covered < threshold, 2.0 * pressure * pack["ratio"][0][lane], 0.0)
             for a in ti.static(range(dim)):
                 pack["inner"][a][lane] += confining * pack["edge"][a][lane]

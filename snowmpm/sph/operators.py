@@ -27,9 +27,9 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES, plain_compilation
 from snowmpm.materials.packs import read_lane
+from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
-from snowmpm.sph.smoothing import KERNELS
 
 SLOPES = ("gradient", "corrected_gradient", "plain_laplacian", "laplacian")
 FILTERS = ("coverage", "shepard", "mls")
@@ -43,15 +43,15 @@ def results(kind, dim):
 
 
 @functools.cache
-def operator_kernel(layout, real, width, kernel, radius, kind, parity):
+def operator_kernel(layout, real, width, kernel, radius, lengths, kind, parity):
     """Kernel that applies the operator `kind` over the particles and their mirror images.
 
-    width: lanes of a pack; kernel, radius [cells]: the smoothing. parity: for each field the axes whose mirror turns
-    its sign. Dummies have no values, and do not count.
+    width: lanes of a pack; kernel, radius [cells], lengths: the smoothing. parity: for each field the axes whose
+    mirror turns its sign. Dummies have no values, and do not count.
     """
     dim, n_fields = layout.dim, len(parity)
     pair, serial = pair_functions(layout), runs_serially()
-    weight, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    smooth = kernel_functions(kernel, radius, lengths, dim)
     columns = (("x", dim), ("f", n_fields), ("m0", 1), ("m1", dim), ("m2", dim * dim), ("b0", n_fields),
                ("b1", n_fields * dim), ("V", 1))
 
@@ -78,8 +78,10 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
                     fj[q] *= sign[a]
             for lane in range(width):
                 d = xj - read_lane(pack["x"], lane)
-                r = ti.sqrt(d.norm_sqr())
-                w = Vj * weight(r) if ti.static(kind in FILTERS) else -Vj * slope_over_r(r)
+                r, b = ti.sqrt(d.norm_sqr()), ti.cast(1.0, real)
+                if ti.static(smooth.varies):
+                    b = smooth.narrowing(smooth.own(pack["V"][0][lane]), smooth.own(Vj))
+                w = Vj * smooth.weight(r, b) if ti.static(kind in FILTERS) else -Vj * smooth.slope_over_r(r, b)
                 pack["m0"][0][lane] += w
                 for a in ti.static(range(dim)):
                     pack["m1"][a][lane] += w * d[a]
@@ -111,7 +113,10 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
             elif ti.static(kind == "laplacian"):
                 out[row, q] = 2.0 * (b0 - m1.dot(back @ b1)) / ti.max(m2.trace() / dim, 1e-20)
             elif ti.static(kind == "coverage"):
-                out[row, q] = m0 - pack["V"][0][lane] * weight(ti.cast(0.0, real))
+                V, b = pack["V"][0][lane], ti.cast(1.0, real)
+                if ti.static(smooth.varies):
+                    b = 1.0 / smooth.own(V)
+                out[row, q] = m0 - V * smooth.weight(ti.cast(0.0, real), b)
             elif ti.static(kind == "shepard"):
                 out[row, q] = pack["f"][q][lane] + b0 / ti.max(m0, 1e-20)
             else:
@@ -162,12 +167,12 @@ def operator_kernel(layout, real, width, kernel, radius, kind, parity):
 class Operators:
     """Operators with one smoothing kernel, on the particles of a solver and their present neighbours."""
 
-    def __init__(self, rows, near, first_dummy, precision, width, kernel, radius):
-        """rows: `Rows`; near: `Neighbourhood`; first_dummy: row from which on there are no values; kernel, radius
-        [cells]: the smoothing; width: lanes of a pack."""
+    def __init__(self, rows, near, first_dummy, precision, *smoothing):
+        """rows: `Rows`; near: `Neighbourhood`; first_dummy: row from which on there are no values; smoothing: lanes of
+        a pack, kernel, radius [cells], lengths."""
         self._rows, self._near, self._first_dummy = rows, near, first_dummy
         self._real, self._numpy_real = DTYPES[precision]
-        self._smoothing = width, kernel, radius
+        self._smoothing = smoothing
 
     def of(self, kind, values, parity=None):
         """Apply one operator to k fields on the particles, and return the result as a NumPy array.

@@ -8,26 +8,26 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
+from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.moment import inverse_function
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.row_writing import row_functions
-from snowmpm.sph.smoothing import KERNELS
 
 
 @functools.cache
-def row_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilon=0.0):
+def row_kernels(layout, row_layout, real, laws, kernel, radius, lengths, form, tension, volumes):
     """`write_rows(...)`, which fills the rows, and `correct(...)`, which makes their S what a `full` layout wants.
 
-    epsilon: of the artificial stress.
+    tension, volumes: as `row_functions` takes them.
     """
     dim, sym_size, access, at = layout.dim, layout.sym_size, accessors(layout), layout.offsets
     pair, inverse = pair_functions(row_layout), inverse_function(dim, real)
-    _, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    smooth = kernel_functions(kernel, radius, lengths, dim)
     stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
     particle = response_functions(layout, real, laws)
-    store_row = row_functions(layout, row_layout, real, form, epsilon)
+    store_row = row_functions(layout, row_layout, real, form, tension, volumes)
 
     @taichi_kernel
     def write_rows(reals: ti.types.ndarray(), slot_offset: int, material: ti.types.ndarray(),
@@ -69,8 +69,10 @@ def row_kernels(layout, row_layout, real, laws, kernel, radius, form, epsilon=0.
                     c, end = runs[k * most_runs + q, 0], k * capacity + runs[k * most_runs + q, 1]
                     for e in range(begin, end):
                         row = source[entries[e]]
-                        d = pair.place(signs, c, row) - x
-                        K -= row[row_layout.at["V"]] * slope_over_r(ti.sqrt(d.norm_sqr())) * d.outer_product(d)
+                        d, V, b = pair.place(signs, c, row) - x, row[row_layout.at["V"]], ti.cast(1.0, real)
+                        if ti.static(smooth.varies):
+                            b = smooth.narrowing(smooth.own(source[i][row_layout.at["V"]]), smooth.own(V))
+                        K -= V * smooth.slope_over_r(ti.sqrt(d.norm_sqr()), b) * d.outer_product(d)
                     begin = end
                 back, S = inverse(K), ti.Matrix.zero(real, dim, dim)
                 for a in ti.static(range(dim)):

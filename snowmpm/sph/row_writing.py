@@ -12,12 +12,22 @@ around it."""
 
 
 @functools.cache
-def row_functions(layout, row_layout, real, form, epsilon):
+def row_functions(layout, row_layout, real, form, tension, volumes):
     """Taichi function `store_row(...)`, which writes what particle i shows its neighbours to row i of `source`.
 
-    form: of the momentum sum, which determines the measure of S; epsilon: factor of the artificial stress.
+    form: of the momentum sum, which determines the measure of S; tension: factor and form of the artificial stress;
+    volumes: "follow" J, or are "constant" in all sums.
     """
     dim, at, entries = layout.dim, row_layout.at, row_layout.entries
+    epsilon, kind = tension
+
+    @ti.func
+    def artificial_pressure(p):
+        """R = -epsilon <-p> I, of the mean tension -p (Bui & Nguyen 2021, Eq. 118)."""
+        R = ti.Vector.zero(real, row_layout.n_stress)
+        for a in ti.static(range(dim)):
+            R[a] = -epsilon * ti.max(0.0, -p)
+        return R
 
     @ti.func
     def artificial_stress(S):
@@ -44,6 +54,8 @@ def row_functions(layout, row_layout, real, form, epsilon):
         """
         row = ti.Vector.zero(real, row_layout.source_width)
         J = ti.min(ratio, LARGEST_GROWTH)
+        if ti.static(volumes == "constant"):
+            J = ratio * 0.0 + 1.0
         scale = J / (density * density) if ti.static(form in ("density", "corrected")) else 1.0 / J
         for a in ti.static(range(dim)):
             row[at["x"] + a], row[at["v"] + a] = x[a], v[a]
@@ -61,7 +73,11 @@ def row_functions(layout, row_layout, real, form, epsilon):
             for k in ti.static(range(row_layout.n_stress)):
                 row[at["S"] + k] = S[k]
         if ti.static(row_layout.tension):
-            R = artificial_stress(S)
+            R = ti.Vector.zero(real, row_layout.n_stress)
+            if ti.static(kind == "pressure"):
+                R = artificial_pressure(-scale * (tau[0] + tau[1] + tau[2]) / 3.0)
+            else:
+                R = artificial_stress(S)
             for k in ti.static(range(row_layout.n_stress)):
                 row[at["R"] + k] = R[k]
         if ti.static(row_layout.ordered):

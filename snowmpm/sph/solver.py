@@ -24,6 +24,7 @@ from snowmpm.sph.boundary import Boundary
 from snowmpm.sph.courant import critical_cfl, usual_cfl
 from snowmpm.sph.extrapolation import Extrapolation, extrapolation_kernel
 from snowmpm.sph.forces import Forces
+from snowmpm.sph.lengths import largest, least
 from snowmpm.sph.neighbourhood import Neighbourhood
 from snowmpm.sph.operators import Operators
 from snowmpm.sph.order import order_kernel
@@ -62,7 +63,7 @@ class SphSolver(Solver):
         self.dim = dim = len(origin)
         self.dx, self.precision, self.scheme = dx, precision, scheme
         self.width = width or (1 if runtime.fine_grained() else LANES)
-        self.critical_cfl = critical_cfl(scheme.viscosity, scheme.disorder_damping)
+        self.critical_cfl = least(scheme.lengths) * critical_cfl(scheme.viscosity, scheme.disorder_damping)
         self.scheme_name = f"sph ({scheme.kernel} kernel, smoothing {scheme.smoothing:g}, {dim}-D)"
         self.usual_cfl = usual_cfl(self.critical_cfl)
         self.cfl = cfl or self.usual_cfl
@@ -74,7 +75,8 @@ class SphSolver(Solver):
         self.particles = SortedParticles(
             population, laws, dx=dx, precision=precision, origin=frame.origin, limits=frame.limits(period),
             gravity=gravity, drift_limit=1.0, second_moment=0.0, period=period)
-        self.boundary = Boundary(frame, self.radius, terrain=terrain, terrain_contact=terrain_contact,
+        self.reach = self.radius * largest(scheme.lengths, dim)
+        self.boundary = Boundary(frame, self.reach, terrain=terrain, terrain_contact=terrain_contact,
                                  terrain_friction=terrain_friction, sides=sides, obstacles=obstacles, period=period,
                                  first_row=self.particles.capacity)
         self.surfaces = self.boundary.surfaces
@@ -99,14 +101,15 @@ class SphSolver(Solver):
         self.rows = Rows(layout, self.precision, store.capacity + dummies.count)
         self._speeds = real_array([law.wave_speed() for law in self.materials.laws])
         serial = runs_serially(PARTICLE_TIME[self.dim] * store.count)
-        smoothing = self.width, scheme.kernel, self.radius
+        smoothing = self.width, scheme.kernel, self.radius, scheme.lengths
+        tension = scheme.artificial_stress, scheme.artificial_stress_form
         of_particles = store.layout, layout, real, self.materials.functions
         self._update = update_kernel(*of_particles, *smoothing, scheme.momentum, scheme.gradient,
-                                     scheme.artificial_stress, serial)
+                                     tension, scheme.volumes, serial)
         self._row_cache = RowCache(self.rows, store, row_kernels(
-            *of_particles, *smoothing[1:], scheme.momentum, scheme.artificial_stress), self._speeds, self.dx)
+            *of_particles, *smoothing[1:], scheme.momentum, tension, scheme.volumes), self._speeds, self.dx)
         self._order = order_kernel(store.layout)
-        self._near = Neighbourhood(self.boundary, self.rows, self.precision, self.width, self.radius)
+        self._near = Neighbourhood(self.boundary, self.rows, self.precision, self.width, self.reach)
         self._forces = Forces(self.rows, self._near, self.boundary, scheme, gravity=self._gravity, dx=self.dx,
                               precision=self.precision, width=self.width, serial=serial)
         self._extrapolation = Extrapolation(self.rows, self._near, self.boundary, self._gravity, self.dx, [

@@ -32,11 +32,11 @@ from snowmpm.particles.law_packs import law_functions, most_held
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.response import response_functions
 from snowmpm.particles.store import accessors
+from snowmpm.sph.lengths import kernel_functions
 from snowmpm.sph.moment import inverse_function
 from snowmpm.sph.neighbours import COUNT, FIRST
 from snowmpm.sph.pairs import pair_functions
 from snowmpm.sph.row_writing import row_functions
-from snowmpm.sph.smoothing import KERNELS
 from snowmpm.stepping.step_report import (
     BAD,
     BREAKING,
@@ -52,27 +52,30 @@ from snowmpm.stepping.step_report import (
 
 
 @functools.cache
-def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, gradient, epsilon, serial):
+def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths, form, gradient, tension,
+                  volumes, serial):
     """`update(...)`, the second half of a step, and the sum of its reports.
 
-    gradient: "balanced", "corrected" or "plain"; epsilon: of the artificial stress; serial: by one thread.
+    gradient: "balanced", "corrected" or "plain"; tension, volumes: as `row_functions` takes them; serial: by one
+    thread.
     """
     dim, sym_size, mask = layout.dim, layout.sym_size, row_layout.row_mask
     access, at = accessors(layout), layout.offsets
     pair = pair_functions(row_layout)
-    _, slope_over_r = KERNELS[kernel].functions(radius, dim)
+    smooth = kernel_functions(kernel, radius, lengths, dim)
     stiffnesses = [law.stiffness for law in laws]
     stiffens = [function is not None for function in stiffnesses]
     some_stiffen, some_bonded = any(stiffens), any(law.bonds is not None for law in laws)
     judged, particle = particle_report(real), response_functions(layout, real, laws)
     apply_laws = law_functions(layout, real, laws, width)
-    store_row, inverse = row_functions(layout, row_layout, real, form, epsilon), inverse_function(dim, real)
+    store_row, inverse = row_functions(layout, row_layout, real, form, tension, volumes), inverse_function(dim, real)
     symmetric = [(a, b) for a in range(dim) for b in range(a, dim)]
     number = {**{(a, b): k for k, (a, b) in enumerate(symmetric)}, **{(b, a): k for k, (a, b) in enumerate(symmetric)}}
     columns = (("x", dim), ("v", dim), ("sums", dim * dim), ("K", len(symmetric)), ("L", dim * dim), ("A", dim * dim),
                ("h", sym_size), ("tau", sym_size), ("state", layout.state_size), ("ratio", 1), ("volume", 1),
                ("growth", 1), ("strain", 1), ("wave2", 1), ("breaks", 1), ("most", N_REPORT),
-               ("back", dim * dim * row_layout.full), ("held", most_held(laws, sym_size, width)))
+               ("back", dim * dim * row_layout.full), ("held", most_held(laws, sym_size, width)),
+               ("s", int(smooth.varies)))
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, moved: ti.template()):
@@ -85,6 +88,8 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
             write_lane(pack["state"], lane, access.load(reals, places, p, at["state"], layout.state_size))
             write_lane(pack["ratio"], lane, access.load(reals, places, p, at["volume_ratio"], 1))
             write_lane(pack["volume"], lane, access.load(reals, places, p, at["volume"], 1))
+            if ti.static(smooth.varies):
+                pack["s"][0][lane] = smooth.own(row[2 * dim])
         for lane in range(width):
             for k in ti.static(range(dim * dim)):
                 pack["sums"][k][lane] = 0.0
@@ -98,10 +103,14 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, form, g
         for e in range(begin, end):
             row = moved[entries[e] & mask]
             xj, vj, Vj = pair.place(reals, c, row), pair.vector(sign, row, dim), row[2 * dim]
+            sj = smooth.own(Vj) if ti.static(smooth.varies) else ti.cast(1.0, real)
             for lane in range(width):
                 d = xj - read_lane(pack["x"], lane)
                 dv = vj - read_lane(pack["v"], lane)
-                near = -Vj * slope_over_r(ti.sqrt(d.norm_sqr()))
+                b = ti.cast(1.0, real)
+                if ti.static(smooth.varies):
+                    b = smooth.narrowing(pack["s"][0][lane], sj)
+                near = -Vj * smooth.slope_over_r(ti.sqrt(d.norm_sqr()), b)
                 for a in ti.static(range(dim)):
                     for b in ti.static(range(dim)):
                         pack["sums"][a * dim + b][lane] += near * dv[a] * d[b]

@@ -79,9 +79,11 @@ BREAKING_CFL = 0.4
 """The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a
 crack takes grows with the strain of a step. With 0.2 it is a third less, at twice the steps."""
 
-STRAINED_SHARE = 1e-3
+STRAINED_SHARE = 0.02
 """Of all particles that must be beyond LARGE_STRAIN, or twice as many halfway to it, before C falls as their largest
-strain says: a few squeezed grains of half a million leave the step alone. The wave of the largest keeps it stable."""
+strain says; fewer let it fall in proportion. Snow that squeezes through a gully leaves the step alone: with a thousandth
+instead, an avalanche takes 1.16 times as many steps, and its run-out differs by 0.7 %, its maps of peak depth and
+pressure by 3 and 4 %, as they do between any two lengths of the step. The wave of the largest keeps it stable."""
 
 BREAKING_SHARE = 1e-3
 """Of the particles that bonds held at the start: fewer that break are stragglers, and leave the step alone."""

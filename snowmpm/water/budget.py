@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass
 
 @dataclass
 class Budget:
-    """Water [kg]: at the start, drained through faces (negative where it came in), added by rain. work [J] of the pore
-    pressure on the skeleton; carried_energy [J] and carried_mass [kg]: energy, from the height 0, and mass that the
-    skeleton gained as water flowed through it."""
+    """Water [kg]: at the start, drained through faces (negative where it came in), added by rain and melt. work [J] of
+    the pore pressure on the skeleton; carried_energy [J] and carried_mass [kg]: energy, from the height 0, and mass
+    that the skeleton gained as water flowed through it."""
 
     start: float = 0.0
     drained: float = 0.0

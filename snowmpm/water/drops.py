@@ -33,9 +33,11 @@ class RainedPhases(Phases):
         labels = store.labels()
         grains = labels[:, 0] != self.material
         self.spacing = float(np.median(store.column("volume")[grains, 0])) ** (1.0 / solver.dim)
-        self.owed, self._first = {}, np.empty((store.count, solver.dim))
-        self._first[labels[:, 1]] = store.positions()
-        self._keep(np.zeros((0, solver.dim)))
+        self.owed = {}
+        if self.fallen is None:  # places of the start, also where it settles before time zero
+            self._first = np.empty((store.count, solver.dim))
+            self._first[labels[:, 1]] = store.positions()
+            self._keep(np.zeros((0, solver.dim)))
 
     def fall(self, solver, dt):
         """Rain of a step of dt [s]: whole particles of water, on the highest grains or the pool of each column in plan,

@@ -23,10 +23,10 @@ class Coupling:
     """way: "monolithic" or "fixed_stress"; of the latter, alpha over 1 / K_dr, tolerance of |r| over its first value,
     and the most passes."""
 
-    way: str = "monolithic"
-    alpha: float = 1.0
-    tolerance: float = 1e-6
-    passes: int = 100
+    way: str
+    alpha: float
+    tolerance: float
+    passes: int
 
 
 class SolvedWater(PoreWater):

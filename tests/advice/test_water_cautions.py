@@ -16,7 +16,7 @@ def said(**changes):
     model = build(scene)
     found = cautions(SceneFacts(scene, model, model.solver()))
     return {caution.key: str(caution) for caution in found
-            if caution.entry in ("undrained_step", "soaked_step") or caution.key.startswith("water")
+            if caution.entry in ("undrained_step", "soaked_step") or caution.key.startswith(("water", "events"))
             or "drained" in caution.says}
 
 
@@ -41,6 +41,14 @@ def test_drainage_within_a_cell():
 def test_flow_beyond_darcy():
     coarse = {"law": "kozeny_carman", "grain_size": 0.02}
     assert "Reynolds" in said(water={"permeability": coarse}, gravity=9.81)["water.permeability"]
+
+
+def test_melt_that_the_grains_would_miss():
+    """They keep their mass: 1600 kg/m3 in cells of 0.1 m."""
+    event = {"kind": "melt", "energy_flux": 3.334e5, "start": 1.0, "stop": 16.0}
+    assert said(events=[event], end_time=100.0) == {}
+    text = said(events=[{**event, "stop": 21.0}], end_time=100.0)["events.0.energy_flux"]
+    assert "20 kg/m2 melt, 12 % of the ice" in text
 
 
 def budget(scene):

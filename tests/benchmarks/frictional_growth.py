@@ -14,7 +14,7 @@ import matplotlib
 import numpy as np
 
 import snowmpm
-from snowmpm.materials import MohrCoulomb
+from snowmpm.materials import CriticalStateHypoplastic, MohrCoulomb, SolidToGas
 from snowmpm.study.atlas.granular import mu_of_i
 from snowmpm.study.problems.frictional_growth import growth_rate
 from snowmpm.study.problems.granular_slab import granular
@@ -25,6 +25,10 @@ from matplotlib import pyplot as plt
 HERE = Path(__file__).parent
 SOIL = {"density": 1500.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 FRICTIONAL = granular(np.arcsin(0.5))
+SAND = {"density": 1500.0, "youngs_modulus": 1e6, "reference_pressure": 5e3, "poisson_ratio": 0.0,
+        "friction_angle": 30.0, "least_void_ratio": 0.5, "critical_void_ratio_limit": 0.55,
+        "critical_void_ratio_drop": 0.25, "density_effect": 0.2, "void_ratio": 0.79}
+"""Near its critical state, 0.8 without pressure."""
 
 LAWS = {
     "Drucker-Prager": FRICTIONAL,
@@ -34,6 +38,8 @@ LAWS = {
     "mu(I), grains of 2 mm": mu_of_i(0.002),
     "mu(I), 10 mm": mu_of_i(0.01),
     "mu(I), 30 mm": mu_of_i(0.03),
+    "hypoplastic, critical state": CriticalStateHypoplastic(**SAND),
+    "two stresses, solid to gas": SolidToGas(**SAND, collision_time=8e-4),
 }
 
 

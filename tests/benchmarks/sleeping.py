@@ -1,6 +1,7 @@
 """What sleeping snow saves in whole scenes, and what it changes: the same scene with it and without, in turns.
 
     python tests/benchmarks/sleeping.py [NAME ...] [-o FILE] [--sleeping 0.01 0.02]
+    python tests/benchmarks/sleeping.py --bound RUN [RUN ...] [--sleeping 0.02 0.05]
 
 NAME: a library scene or a scene file. Both simulations of a scene advance by a frame in turns, in one process and on
 one thread; what is compared is the processor time of their steps, audits left out. A row with cfl_factor 0.8 and
@@ -11,6 +12,10 @@ late_ratio: the same of the last fifth of the frames; asleep: mean and last shar
 of the front [m] and over dx; kinetic: largest difference of the kinetic energy over its peak; depth: sum of the
 differences of the depth in plan at the end, in cells of 2 dx, over that of all; slept_energy [J]; residual: of the
 momentum.
+
+--bound: what sleep could save at best in a scene that was run without it, from the speeds in its frames: no more can
+sleep than the mass slower than e sqrt(g dx). It leaves out that velocity gradients, neighbours and bonds that break
+keep snow awake, and what looking for calm blocks costs.
 """
 
 import argparse
@@ -20,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm import open_run
 from snowmpm.compiler import runtime
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
@@ -84,14 +90,31 @@ def compared(name, settings, tolerance, cfl=1.0):
             "residual_plain": plain[-1]["momentum_residual"]}
 
 
+def bound(run, tolerance):
+    """(1 / (1 - s), s of the last fifth of the frames): s, the share of the mass slow enough to sleep, each frame
+    counted by the steps up to it."""
+    scene = run.scene
+    calm = tolerance * np.sqrt(scene["gravity"] * scene["solver"]["dx"])
+    shares = np.array([(np.linalg.norm(frame.fields["velocity"], axis=1) < calm).mean() for frame in run])
+    steps = np.diff(run.history["steps"], prepend=0.0)[: len(shares)]
+    return 1.0 / (1.0 - np.average(shares, weights=steps)), shares[-max(1, len(shares) // 5) :].mean()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", default=list(CASES))
     parser.add_argument("-o", "--output", type=Path, default=TABLE)
     parser.add_argument("--sleeping", type=float, nargs="*", default=[0.02])
     parser.add_argument("--set", action="append", default=[], help="key=number for every scene")
+    parser.add_argument("--bound", type=Path, nargs="*", default=[], metavar="RUN")
     parser.add_argument("--harmless", action="store_true", help="with the row of shorter steps")
     options = parser.parse_args()
+    for path in options.bound:
+        for tolerance in options.sleeping:
+            best, late = bound(open_run(path), tolerance)
+            print(f"{path}: e = {tolerance:g}: at best {best:.2f} times; {late:.0%} slow enough in the last fifth")
+    if options.bound:
+        return
     runtime.start("cpu", threads=1)
     more = {key: float(value) for key, value in (one.split("=") for one in options.set)}
     rows = []

@@ -42,6 +42,7 @@ LAWS = {
     "elastic": m.Elastic(**SLAB),
     "neo_hookean": m.NeoHookean(**SLAB),
     "st_venant_kirchhoff": m.StVenantKirchhoff(**SLAB),
+    "cohesive_crack": m.CohesiveCrack(**SLAB, strength=3e3, fracture_energy=1.0, friction_angle=30.0, length=0.05),
     "von_mises": m.VonMises(**SLAB, yield_stress=2e4),
     "drucker_prager": m.DruckerPrager(**SAND),
     "drucker_prager, softening": m.DruckerPrager(**SAND, cohesion=1e4, softening_strain=0.1),

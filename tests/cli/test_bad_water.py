@@ -7,6 +7,7 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 SEEPING, MIXED = str(DOCS / "rain_on_slope.toml"), str(DOCS / "dam_break_two_phases.toml")
 MOVING, SLUSH = "slush_dam_2d", "slushflow"
+SOLVED, AT_REST = str(DOCS / "terzaghi_column.toml"), str(DOCS / "rockfill_dam.toml")
 
 
 @pytest.mark.parametrize(("scene", "setting"), [
@@ -14,6 +15,10 @@ MOVING, SLUSH = "slush_dam_2d", "slushflow"
     (SEEPING, "water.porosity=-0.1"), (SEEPING, "materials.snow.density=917"),
     (MOVING, "water.permeability=0"), (MOVING, "water.permeability=-1e-9"), (MOVING, "water.grain_density=400"),
     (MOVING, "materials.snow.density=917"),
+    (SOLVED, "water.permeability=0"), (SOLVED, "water.permeability=-1e-9"), (SOLVED, "water.porosity=1.2"),
+    (SOLVED, "water.porosity=-0.1"), (SOLVED, "water.porosity=0"),
+    (AT_REST, "water.permeability=0"), (AT_REST, "water.permeability=-1e-9"), (AT_REST, "water.grain_density=1000"),
+    (AT_REST, "materials.rockfill.density=2600"),
     (SLUSH, "water.porosity=1.2"), (SLUSH, "water.porosity=-0.1"), (SLUSH, "materials.snow.density=917"),
     (MIXED, "water.drag.permeability=0"), (MIXED, "water.grain_density=900"), (MIXED, "materials.debris.density=2500"),
 ])

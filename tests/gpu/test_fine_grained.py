@@ -43,7 +43,7 @@ def steps(tmp_path_factory):
 @pytest.mark.parametrize("case", CASES)
 def test_both_kinds_of_kernels_agree(steps, case, way, precision):
     expected, found = steps("packs", precision), steps(way, precision)
-    for key in ("position", "velocity", "stress"):
+    for key in ("position", "velocity", "load"):
         a, b = expected[f"{case}/{key}"], found[f"{case}/{key}"]
         assert a.shape == b.shape
         assert np.abs(a - b).max() <= GROWTH[way, precision] * np.abs(a).max(), key

@@ -12,8 +12,10 @@ import pytest
 
 from snowmpm.compiler.runtime import _has_cuda
 from snowmpm.particles.store import Layout
+from tests.gpu.test_fine_grained import GROWTH
 
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "mpm_step.py"
+EVERY_FIGURE = BENCHMARK.with_name("gpu.py")
 MOST_NS = 2.0
 """Least that issue and design accept of a step, per particle; they aim at 1."""
 
@@ -30,6 +32,18 @@ def test_cost_and_memory_of_a_step(n, tmp_path):
     print(row)
     assert float(row["least"]) <= MOST_NS
     assert float(row["bytes"]) <= 160 + 60  # a particle's own, and its share of the grid in dense snow
+
+
+@pytest.mark.slow
+def test_every_figure_can_be_rehearsed_on_a_cpu(tmp_path):
+    path = tmp_path / "gpu.csv"
+    subprocess.run([sys.executable, str(EVERY_FIGURE), "--rehearse", "-o", str(path)], check=True)
+    with open(path, encoding="utf-8", newline="") as file:
+        *steps, agreement = csv.DictReader(file)
+    assert [(row["case"], row["way"]) for row in steps] == [(case, way) for case in ("mpm", "sph", "depth")
+                                                            for way in ("packs", "fine")]
+    assert all(float(row["ns"]) >= float(row["least"]) > 0.0 for row in steps)
+    assert float(agreement["apart"]) < GROWTH["fine", "f32"]
 
 
 @pytest.mark.xfail(strict=True, reason="Taichi counts the entries of an array with 32 bits: 59.6 million particles in "

@@ -8,13 +8,15 @@ from hypoplastic_laws import DENSE, FAST
 from hypoplastic_laws import SAND as LINEAR
 from parameter_sets import W1, W2, A, B, C, changed
 
-from snowmpm.materials import LAWS, Elastic, NeoHookean, StomakhinSnow, StVenantKirchhoff, WetSnow
+from snowmpm.materials import LAWS, CohesiveCrack, Elastic, NeoHookean, StomakhinSnow, StVenantKirchhoff, WetSnow
 from snowmpm.materials.critical_state import CriticalStateLaw
 
 EXAMPLES = {
     "elastic": Elastic(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
     "neo-Hookean": NeoHookean(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
     "St. Venant-Kirchhoff": StVenantKirchhoff(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3),
+    "cracking": CohesiveCrack(density=250.0, youngs_modulus=3e6, poisson_ratio=0.3, strength=3e3, fracture_energy=0.1,
+                              shear_ratio=1.2, friction_angle=30.0, length=0.01),
     "modified Cam-Clay": B,
     "cohesive Cam-Clay": A,
     "soft Cam-Clay": C,

@@ -155,6 +155,8 @@ def elastic_inside(law, n=COUNT, seed=0):
     if law.stiffness is not None or not np.allclose(back, strain[:1], rtol=1e-6):
         return  # its stress is another function of the strain
     state = steps.state.copy()
+    for first in law.TENSORS:  # which turn with the step
+        state[:, first : first + 6] = result.state[:, first : first + 6]
     if law.RATE_DEPENDENT:
         state = np.where([variable.unit == "1/s" for variable in law.STATE], 0.0, state)  # the strength at rest
     apart = np.abs(unpack(steps.h)).max(axis=(1, 2)) == 0.0  # with a gap to close first

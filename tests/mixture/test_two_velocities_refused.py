@@ -51,7 +51,11 @@ shape = { kind = "layer", bottom = 0.0, top = 0.4, region = { x = [0.0, 1.0] } }
     ({"solver.precision": "f32"}, "solver.precision"),
     ({"solver.method": "sph"}, "water.scheme"),
     ({"solver.method": "implicit"}, "water.scheme"),
-    ({"initial.stress": "settle"}, "initial.stress"),
+    ({"initial.stress": "geostatic"}, "initial.stress"),
+    ({"initial.stress": "isotropic", "initial.pressure": 1e3}, "initial.stress"),
+    ({"initial.stress": "settle", "initial.relaxation": "static"}, "initial.relaxation"),
+    ({"events": [{"kind": "melt", "energy_flux": 3334.0}]}, 'does not go with water.scheme = "v_w": take "rain" with'
+                                                            " rate = 0.01"),
     ({"terrain.contact": "separate", "terrain.friction": {"law": "voellmy", "mu": 0.2, "xi": 1e3}}, "terrain.friction"),
     ({"events": [{"kind": "drainage", "border": "ground", "becomes": "drained"}]}, "events.0.kind"),
     ({"solver.sleeping": 0.1}, "solver.sleeping"),

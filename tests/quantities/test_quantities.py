@@ -45,7 +45,7 @@ def test_what_is_computed_is_in_the_table():
     from snowmpm.running import audit as diagnostics
 
     assert units_of(HISTORY) == diagnostics.UNITS and units_of(RASTERS) == maps.UNITS
-    assert set(diagnostics.UNITS.values()) <= {"kg", "kg m/s", "J", "1", "m/s", "m", "s"}
+    assert set(diagnostics.UNITS.values()) <= {"kg", "kg m/s", "kg m2/s", "J", "1", "m/s", "m", "s"}
 
 
 def test_classes_are_the_same_for_all_runs_but_small_models():

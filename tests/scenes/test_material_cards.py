@@ -39,6 +39,11 @@ NUMBERS = {
     # Wu, Wang and Alipour (2020), table 1: A (negative there), m1, m2
     "wu_fast_sand": ("kind collision_time constant_share square_share friction_angle poisson_ratio", "solid_to_gas",
                      0.0008, 0.5, 0.001, 30, 0),
+    # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; modulus: Bergfeld et al. (2023), by WEAC
+    "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 9.38e7, 0.25, 30, 0, 1.258e4, 23.5),
+    # Bui and Nguyen (2021), table 2; eta_c = 5
+    "bui_sensitive_clay": ("kind density youngs_modulus poisson_ratio friction_angle cohesion residual_cohesion"
+                           " softening_strain", "softening_cone", 2150, 25e6, 0.49, 0, 25e3, 1.5e3, 0.2),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
@@ -100,6 +105,15 @@ def test_derived_numbers_of_the_sources():
     assert slope.tensile_apex == pytest.approx(5e3, rel=2e-8)
     np.testing.assert_allclose(slope.coefficients, (-83.3, -264.9, -781.3, -255.2), atol=0.051)  # table 1
     np.testing.assert_allclose(material_card("peng_sand").coefficients, (-55.6, -171.2, -540.9, -170.9), atol=0.051)
+
+
+def test_wet_snow_follows_the_formulas_of_its_sources():
+    card = material_card("yamanoi_melt_forms")
+    assert card.cohesion == pytest.approx(4.97e-4 * card.density**2.91, rel=1e-3)
+    assert card.water_weakening == pytest.approx(0.235 * 100.0)
+    assert card.youngs_modulus == pytest.approx(6.5e9 * (card.density / 917.0) ** 4.4, rel=1e-3)
+    wet = card.cohesion * card.strength_share(np.array([0.0, 0.05]))
+    assert wet == pytest.approx([1.258e4, 3.885e3], rel=1e-3)
 
 
 def test_ice_is_the_average_of_its_crystals():

@@ -56,6 +56,7 @@ ROD = {"name": "post", "shape": {"kind": "box", "min": [0.7, 0.0], "max": [0.8, 
     ({"domain.boundary.x_max": "separate"}, "domain.boundary.x_max"),
     ({"bodies.0.velocity": [1.0, 0.0]}, "bodies.0.velocity"),
     ({"events": [{"kind": "drainage", "border": "ground", "becomes": "drained"}]}, "events.0.kind"),
+    ({"events": [{"kind": "melt", "energy_flux": 100.0}]}, "events.0.kind"),
     ({"forces": [{"kind": "pressure", "value": 1e4}]}, "forces.0.kind"),
     ({"damping": {"coefficient": 1.0}}, "damping.coefficient"),
 ])

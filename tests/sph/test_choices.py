@@ -85,3 +85,22 @@ def test_artificial_stress_takes_nothing_from_a_uniform_tension(dim):
     left = solver.particles.positions()[:, 0] < 6 * DX
     momentum = solver.particles.masses()[left] @ solver.particles.column("velocity")[left, 0]
     assert momentum / (1e-6 * tension * (across * DX) ** (dim - 1)) == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("volumes", "seen"), [("follow", 1.5), ("constant", 1.0)])
+def test_volumes_in_sums(volumes, seen):
+    """Of particles that have grown by half and stayed where they are: what others see of them."""
+    positions, volume = lattice([0.0, 0.0], [8 * DX, 8 * DX], DX, 1)
+    solver = solver_of(positions, volume, dx=DX, scheme={"volumes": volumes})
+    solver.sort()
+    before = solver.operate("coverage", positions[:, 0])
+    table = solver.particles.table()
+    table[:, solver.particles.layout.columns("volume_ratio")] = 1.5
+    solver.particles.overwrite(table)
+    solver.sort()
+    np.testing.assert_allclose(solver.operate("coverage", positions[:, 0]), seen * before, rtol=1e-12)
+
+
+def test_lengths_follow_no_constant_volumes():
+    with pytest.raises(ValueError, match='must be "constant" where volumes are'):
+        Sph(volumes="constant", lengths="mean")

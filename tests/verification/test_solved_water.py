@@ -6,6 +6,7 @@ import pytest
 from snowmpm.errors import SimulationError
 from snowmpm.running.simulation import Simulation
 from tests.support.soaked_column import C_V, column, consolidation, pressure_error, settlement
+from tests.support.water_masses import assert_masses_close, audited
 
 
 def drained(times, dx=0.1, dt=1e-3, time="quasi_static", **water):
@@ -32,6 +33,14 @@ def test_pressures_of_long_steps(dx, dt, attained):
     assert row["water_residual"] < 1e-13 and row["momentum_residual"] < 1e-9
     assert row["mass"] - row["water_mass"] == pytest.approx(1600.0 * 4.0 * dx, rel=1e-13)
     assert row["drained_water"] == pytest.approx(1000.0 * 4.0 * dx * settlement(simulation.particles), rel=0.01)
+
+
+@pytest.mark.parametrize("split", [{"split": "monolithic"}, {"split": "fixed_stress", "alpha": 0.5}])
+def test_masses_in_every_audit(split):
+    """Of snow and of water, while water drains."""
+    scene = column(0.1, solver={"implicit": {"time": "quasi_static", "dt": 1e-3}}, water=split)
+    rows = audited(Simulation(scene), 5e-3)
+    assert assert_masses_close(rows) == 6 and rows[-1]["drained_water"] > 0.0
 
 
 @pytest.mark.slow
@@ -75,9 +84,11 @@ def test_the_split_agrees_with_the_monolithic_solution():
 
 
 def test_two_passes_with_the_modulus_of_confined_compression():
-    """But for what finite strains of 1e-3 add."""
-    (_, passes), = drained((2e-3,), split="fixed_stress", alpha=EXACT, tolerance=2e-3)
+    """But for what finite strains of 1e-3 add. No more are allowed, and one alone is told to be too few."""
+    (_, passes), = drained((2e-3,), split="fixed_stress", alpha=EXACT, tolerance=2e-3, iterations=2)
     assert passes <= 2
+    with pytest.raises(SimulationError, match=r"of the water in 1 passes: .* or water.iterations"):
+        list(drained((2e-3,), split="fixed_stress", alpha=2.0 * EXACT, tolerance=1e-6, iterations=1))
 
 
 def test_doubled_alpha_halves_what_is_left_a_pass():

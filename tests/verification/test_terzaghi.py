@@ -6,6 +6,7 @@ import pytest
 from snowmpm.running.simulation import Simulation
 from tests.support.soaked_column import C_V, consolidation, pressure_error, settlement
 from tests.support.soaked_column import column as scene_of
+from tests.support.water_masses import assert_masses_close, audited
 
 
 def consolidating(times, dx=0.025, **changes):
@@ -65,6 +66,13 @@ def test_budgets(usual):
         assert abs(row["energy_remainder"]) < 0.03 * abs(row["water_work"])
         np.testing.assert_allclose(particles["porosity"], 1.0 - 0.6 / particles["J"], rtol=1e-13)
         np.testing.assert_allclose(particles["saturation"], 1.0, atol=1e-5)  # p / K_w
+
+
+@pytest.mark.parametrize("split", ["semi_implicit", "explicit"])
+def test_masses_in_every_audit(split):
+    """Of snow and of water, while water drains."""
+    rows = audited(Simulation(scene_of(0.1, water={"split": split, "bulk_modulus": 2.2e8})), 0.01)
+    assert assert_masses_close(rows) > 10 and rows[-1]["drained_water"] > 0.0
 
 
 def test_coarse_column():

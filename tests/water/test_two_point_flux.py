@@ -75,6 +75,18 @@ def test_layers_in_series():
     assert flux[bottom].sum() == pytest.approx(-expected, rel=1e-9)
 
 
+def test_heat_of_a_source():
+    """Sunlight in a layer between cold ends: u = s z (h - z) / (2 c), off by s dx² / (8 c); all heat leaves."""
+    n, dx, c, s = 16, 0.05, 0.3, 40.0
+    cells, _ = column(n)
+    ends = cells.border_axis == 1
+    u, flux = diffuse(cells, dx, np.full(n, -5.0), 1e12, volume=np.full(n, dx**2), capacity=6e5, conductivity=c,
+                      held=ends, source=s)
+    z = dx * (np.arange(n) + 0.5)
+    np.testing.assert_allclose(u, s * z * (n * dx - z) / (2.0 * c) + s * dx**2 / (8.0 * c), rtol=1e-6)
+    assert flux.sum() == pytest.approx(s * n * dx**2, rel=1e-6)
+
+
 def harmonic_error(n):
     """Largest error of u = sin(pi x) sinh(pi z) / sinh(pi), harmonic, on the unit square."""
     index = np.stack(np.meshgrid(np.arange(n), np.arange(n), indexing="ij"), axis=-1).reshape(-1, 2)

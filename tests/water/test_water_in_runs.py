@@ -100,6 +100,17 @@ def test_water_settles_with_the_snow():
     assert simulation.audit()["water_residual"] < 1e-13
 
 
+def test_melt_is_rain_of_the_latent_heat():
+    """A flux of energy E gives the water of E / L, 333.4 kJ for each kilogram, at the same places."""
+    times = {"start": 0.005, "stop": 0.03, "region": {"x": [0.0, 1.6]}}
+    rows = []
+    for wetting in ({"kind": "melt", "energy_flux": 5.0 * 333.4e3}, {"kind": "rain", "rate": 5.0}):
+        simulation = to(Simulation(load_scene(SCENE, {"events": [{**wetting, **times}]})), 0.04)
+        rows.append(simulation.audit())
+    assert_same(*rows)
+    assert rows[0]["added_water"] == pytest.approx(5.0 * 1.1 * 0.025, rel=0.12) and rows[0]["water_residual"] < 1e-10
+
+
 @pytest.mark.parametrize(("changes", "key"), [
     ({"water.permeability": 0.0}, "water.permeability"),
     ({"water.permeability": -1e-9}, "water.permeability"),
@@ -112,6 +123,11 @@ def test_water_settles_with_the_snow():
     ({"solver.precision": "f32"}, "solver.precision"),
     ({"solver.method": "sph", "events": []}, "water.scheme"),
     ({"initial.stress": "geostatic"}, "initial.stress"),
+    ({"initial.stress": "settle", "initial.relaxation": "static"}, "initial.relaxation"),
+    ({"events": [{"kind": "melt", "energy_flux": 0.0}]}, "events.0.energy_flux"),
+    ({"events": [{"kind": "melt", "energy_flux": -1.0}]}, "events.0.energy_flux"),
+    ({"events": [{"kind": "melt", "rate": 1.0}]}, "events.0.energy_flux"),
+    ({"events": [{"kind": "melt", "energy_flux": 1.0, "start": 2.0, "stop": 1.0}]}, "events.0.stop"),
     ({"water.pressure": 1e3}, "water.pressure"),
     ({"water.sides": {"y_min": "drained"}}, "water.sides.y_min"),
     ({"events.0.rate": -1.0}, "events.0.rate"),
@@ -128,9 +144,10 @@ def test_what_is_refused(changes, key):
 
 
 def test_rain_needs_water(tmp_path):
-    """Rain on a scene without the table `[water]`."""
+    """Rain on, or melt in, a scene without the table `[water]`."""
     text = SCENE.read_text()
     (tmp_path / "dry.toml").write_text(text[: text.index("[water]")])
-    with pytest.raises(InputError, match=r"events.0.kind.*needs water") as refusal:
-        load_scene(tmp_path / "dry.toml")
-    assert len(str(refusal.value).splitlines()) <= 2
+    for changes in ({}, {"events": [{"kind": "melt", "energy_flux": 100.0}]}):
+        with pytest.raises(InputError, match=r"events.0.kind.*needs water") as refusal:
+            load_scene(tmp_path / "dry.toml", changes)
+        assert len(str(refusal.value).splitlines()) <= 2

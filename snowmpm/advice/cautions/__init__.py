@@ -3,6 +3,7 @@
 from snowmpm.advice.cautions import (  # noqa: F401
     bending,
     contacts,
+    cracks,
     deep_release,
     ground_friction,
     interfaces,

@@ -13,6 +13,9 @@ SQUEEZED, ENOUGH, STIFFER = 0.02, 100.0, 3.0
 """Compression of water with a velocity of its own that is told; its stiffness over the largest pressure that is enough;
 and how much shorter than the skeleton's its steps may be."""
 
+MOLTEN = 0.1
+"""Share of the ice in a cell whose melt, which the grains do not lose, is told."""
+
 SOAKING = [name for name, entry in METHODS.items()
            if entry.capabilities.water or entry.capabilities.solved_water]
 
@@ -106,6 +109,20 @@ def fast_flow(facts):
         yield Caution("", "water.permeability", f"saturated flow by its weight has a Reynolds number of {reynolds:.3g},"
                       f" over {LARGEST_REYNOLDS:g}: Darcy's law is too fast for it",
                       "keep to partial saturation, or a smaller grain_size")
+
+
+@rule("mpm")
+def melt(facts):
+    """Melt of so much ice that the grains, which keep their mass, should be less by it."""
+    for i, event in enumerate(facts.scene.events):
+        if event.kind != "melt":
+            continue
+        lasts = min(event.stop or facts.scene.end_time, facts.scene.end_time) - event.start
+        molten = event.rate * max(lasts, 0.0)
+        share = molten / (facts.solver.frame.dx * min(law.density for law in facts.model.laws))
+        if share > MOLTEN:
+            yield Caution("", f"events.{i}.energy_flux", f"{molten:.3g} kg/m2 melt, {100.0 * share:.2g} % of the ice in"
+                          " a cell of the surface, which keeps it", "a shorter event, or less flux")
 
 
 def _permeability(facts):

@@ -16,6 +16,9 @@ class FieldPairs:
     everywhere = ()
     """Fields all of whose node blocks are contact blocks, met by others or not."""
 
+    held = False
+    """Whether the second field goes with the first, at surfaces too."""
+
     def __init__(self, dim, fields):
         self.totals, self._dim = np.zeros((fields, fields, 1 + dim)), dim
 

@@ -134,8 +134,10 @@ class Surface:
                        self.motion, self.total, joined.n)
         resolve = self._resolve[grid.listed or bool(blocks.layers)]
         whole = (blocks.work, blocks.work_bounds, blocks.n_work)
-        # Water slips where grains stick or rub
-        ways = (self.code, self.friction), (SLIP if self.code == STICK else self.code, 0.0)
+        # Water slips where grains stick or rub, unless it goes with them
+        stays = grid.bodies is not None and grid.bodies.held and (self.code == STICK or self.friction > 0.0)
+        of_water = STICK if stays else SLIP if self.code == STICK else self.code
+        ways = (self.code, self.friction), (of_water, 0.0)
         for (code, friction), (work, bounds, n) in zip(ways, blocks.layers or [whole], strict=False):
             if n:
                 resolve(grid.nodes, grid.contact_offset, blocks.coordinates, lines.start, lines.nodes, lines.numbers,

@@ -55,7 +55,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     joined, layer = layout.interface_size > 0, interface_functions(dim, real)
-    evens, even = layout.dilation_size > 0, even_functions(dim, real)
+    evens, even = layout.dilation_size, even_functions(dim, real, layout.dilation_size)
 
     @ti.func
     def gather_particle(p, b, reals: ti.template(), places, material: ti.template(), materials: ti.template(),
@@ -80,7 +80,7 @@ def particle_kernel(layout, real, laws, flip, basis, gradient, affine):
                 own[a], own[dim + a] = per_length[a], u[a]
             access.store(reals, places, p, at["interface"], own)
         if ti.static(evens):
-            L = even.evened(L, access.load(reals, places, p, at["dilation"], 1)[0], dt)
+            L = even.evened(L, access.load(reals, places, p, at["dilation"], evens), dt)
         if ti.static(flip):
             change = ti.Vector([v[SECOND + i] for i in ti.static(range(dim))])
             old = access.load(reals, places, p, at["velocity"], dim)

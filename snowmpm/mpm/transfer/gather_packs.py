@@ -50,7 +50,8 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
     judged = report_functions(dim, real, basis)
     particle = response_functions(layout, real, laws)
     apply_laws, pick = law_functions(layout, real, laws), picker(lists)
-    layer, even, evens = interface_functions(dim, real), even_functions(dim, real), layout.dilation_size > 0
+    layer, evens = interface_functions(dim, real), layout.dilation_size
+    even = even_functions(dim, real, evens)
     # What a pack holds, numbers a lane
     columns = (("x", dim), ("v", dim), ("old", dim * flip), ("moments", dim * dim), ("slopes", dim * dim * shape),
                ("f", dim), ("w", width * dim), ("dw", width * dim * shape), ("C", dim * dim), ("L", dim * dim),
@@ -78,7 +79,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
                 write_lane(pack["interface"], lane, access.load(reals, places, p, at["interface"],
                                                                 layout.interface_size))
             if ti.static(evens):
-                write_lane(pack["dilation"], lane, access.load(reals, places, p, at["dilation"], 1))
+                write_lane(pack["dilation"], lane, access.load(reals, places, p, at["dilation"], evens))
             if ti.static(flip):
                 write_lane(pack["old"], lane, access.load(reals, places, p, at["velocity"], dim))
         for lane in range(LANES):
@@ -156,7 +157,7 @@ def pack_kernel(layout, real, laws, flip, basis, gradient, affine, serial, lists
             if ti.static(joined):
                 L = follow_layer(pack, lane, L, v, dt, 1.0 / inverse_dx)
             if ti.static(evens):
-                L = even.evened(L, pack["dilation"][0][lane], dt)
+                L = even.evened(L, read_lane(pack["dilation"], lane), dt)
             if ti.static(flip):
                 v = particle.blend(v, read_lane(pack["old"], lane), flip_ratio)
             A, growth, ratio = particle.deform(L, pack["ratio"][0][lane], dt)

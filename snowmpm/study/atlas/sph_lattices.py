@@ -117,6 +117,17 @@ def push_at_border(contrast, form, h, kernel="wendland_c6"):
     return abs(weight @ _gradients(kernel, r, h)[:, 1])
 
 
+def stretching_unseen(growth, h, follows, kernel="wendland_c6"):
+    """Share of a rate of volume that a plain sum misses on a lattice whose volumes have grown to `growth`, spacing and
+    all; follows: the smoothing length with them."""
+    spacing = np.sqrt(growth)
+    h = h * spacing if follows else h
+    r = spacing * _neighbours(KERNELS[kernel].reach * h / spacing)
+    found = -growth * np.einsum("na,na->", r, _gradients(kernel, r, h)) / 2.0
+    known = KERNELS[kernel].lattice_moment(KERNELS[kernel].reach * h / (spacing if follows else 1.0), 2)
+    return abs(found / known - 1.0)
+
+
 ENTRIES = (
     Entry(
         name="sph_tensile", title="SPH: tensile instability",
@@ -169,4 +180,15 @@ ENTRIES = (
                   "density 2": {"form": "density", "h": 2.0}, "volume 1.5": {"form": "volume", "h": 1.5}},
         symptom="force on a row over p / dx", limit=PUSHED, measure=push_at_border, shown="density 1.5",
         cured="volume 1.5"),
+    Entry(
+        name="sph_spread", title="SPH: particles that spread apart",
+        scene="A lattice that has grown to several times its volume, spacing and all, and grows on",
+        seen="Few neighbours are left: sums see less of the strain, and give less force, than there is",
+        cure='solver.sph.lengths = "mean"; a longer solver.sph.smoothing',
+        parameter="volume over that of the start", unit="",
+        values=(1.02, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9, 2.0),
+        settings={"constant 1.2": {"h": 1.2, "follows": False}, "constant 1.5": {"h": 1.5, "follows": False},
+                  "constant 2": {"h": 2.0, "follows": False}, "mean 1.5": {"h": 1.5, "follows": True}},
+        symptom="share of the strain missed", limit=WRONG_GRADIENT, measure=stretching_unseen,
+        shown="constant 1.5", cured="mean 1.5"),
 )

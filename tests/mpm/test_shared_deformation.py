@@ -1,0 +1,54 @@
+"""`f_bar = "whole"`: the particles of a cell deform as one, by the mean of their velocity gradients."""
+
+import numpy as np
+
+from snowmpm.materials import Elastic
+from snowmpm.study.problems.particle_states import ParticleStates
+from snowmpm.study.problems.schemes import APIC, free_solver, lattice
+
+DX, LAW = 0.1, Elastic(density=250.0, youngs_modulus=1e6, poisson_ratio=0.2)
+
+
+def stepped(f_bar, steps=1, dt=1e-5):
+    """States of a block with random velocities after some steps, and the cell of each particle."""
+    x, volumes = lattice([0.0, 0.0], [2.0, 1.7], DX)
+    x = x + np.random.default_rng(3).uniform(-0.01, 0.01, x.shape)
+    velocities = np.random.default_rng(4).normal(size=x.shape)
+    solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=velocities, f_bar=f_bar)
+    states = ParticleStates(solver)
+    before = (states.mass[:, None] * states.column("velocity")).sum(axis=0)
+    for _ in range(steps):
+        solver.step(dt)
+    after = (states.mass[:, None] * states.column("velocity")).sum(axis=0)
+    return states, np.floor((x - solver.frame.origin) / DX).astype(int), before, after
+
+
+def test_particles_of_a_cell_have_the_mean_strain():
+    own, cells, _, _ = stepped(False)
+    shared, _, before, after = stepped("whole")
+    _, which = np.unique(cells, axis=0, return_inverse=True)
+    strain, mean = own.column("elastic"), shared.column("elastic")
+    counts = np.bincount(which)
+    assert counts.max() == 4 and (counts == 4).sum() > 200
+    scale = np.abs(strain).max()
+    for k in range(strain.shape[1]):
+        # Particles have one volume; strains are of second order in the step besides
+        averages = np.bincount(which, strain[:, k]) / counts
+        np.testing.assert_allclose(mean[:, k], averages[which], atol=1e-3 * scale)
+    assert np.abs(strain - mean).max() > 0.1 * scale
+    np.testing.assert_allclose(after, before, atol=1e-12 * np.abs(before).max() + 1e-10)
+
+
+def test_a_uniform_deformation_is_left_as_it_is():
+    gradient = np.array([[0.3, -0.2], [0.5, 0.1]])
+    x, volumes = lattice([0.0, 0.0], [1.0, 1.0], DX)
+    found = []
+    for f_bar in (False, "whole"):
+        solver = free_solver(x, volumes, [LAW], APIC, DX, velocities=x @ gradient.T, f_bar=f_bar)
+        states = ParticleStates(solver)
+        states.set(affine=np.tile(gradient.ravel(), (len(x), 1)))
+        solver.step(1e-4)
+        inner = (np.abs(x - 0.5) < 0.3).all(axis=1)
+        found.append(states.column("elastic")[inner])
+    assert np.abs(found[0]).max() > 1e-5
+    np.testing.assert_allclose(found[1], found[0], atol=1e-13)
