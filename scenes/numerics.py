@@ -10,7 +10,7 @@ from snowmpm.quantities.particle_fields import UNITS
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import AXES, NUMBER, TABLE, TEXT, Vector, by_type, dimension
 from snowmpm.scenes.spec import Fraction, NonNegative, Number, Positive, Spec, one_of, refuse
-from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
+from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS, misfit
 
 Boundary = Literal["open", "slip", "symmetric", "stick", "separate", "periodic"]
 
@@ -156,6 +156,8 @@ class Solver(Spec):
     dx: Positive
     """grid spacing (mpm; in plan: depth) or particle spacing (sph) [m]"""
     kernel: Annotated[str, one_of(lambda: BASES)] = "quadratic"
+    """quadratic, cubic: B-splines; gimp, linear: of mpm, for comparison: the linear hat averaged over half a cell, and
+    over a sixteenth, both with gradient = "shape" and transfer = "flip" or "pic" """
     gradient: Annotated[str, one_of(lambda: GRADIENTS)] = "affine"
     """affine: forces and velocity gradient by moving least squares; shape: by the gradient of the shape functions (with
     cubic kernel and flip, the classical scheme). affine has the more accurate stress and tears later; shape suits thin
@@ -213,6 +215,14 @@ class Solver(Spec):
             if entry and entry.capabilities.usual_filling:
                 return {**given, "particles_per_cell": entry.capabilities.usual_filling}
         return given
+
+    @model_validator(mode="after")
+    def _goes_together(self):
+        if found := misfit(self.kernel, self.gradient, self.transfer):
+            key, value, allowed = found
+            names = " or ".join(f'"{name}"' for name in allowed)
+            raise refuse(f'must be {names} beside kernel = "{self.kernel}"', key, value)
+        return self
 
     @property
     def filling(self) -> int:

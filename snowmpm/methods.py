@@ -66,6 +66,8 @@ class Capabilities:
     """damping and gravity that changes"""
     sleeping: bool = False
     """snow that does nothing is left out of the step"""
+    averaged_hats: bool = False
+    """bases of `schemes.BASES` with a box, for comparison"""
     f_bar: bool = False
     """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
     water: bool = False
@@ -138,7 +140,7 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, sleeping=True, f_bar=True, water=True, two_velocities=True, interfaces=True,
+        receives=True, sleeping=True, averaged_hats=True, f_bar=True, water=True, two_velocities=True, interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
         strong_coupling=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),

@@ -4,6 +4,7 @@ The scene schema, the critical steps, the costs, the borders of stability and th
 test asks each of them for a row of every name.
 """
 
+import itertools
 from dataclasses import dataclass
 
 
@@ -22,10 +23,22 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Basis:
-    """A B-spline. width: nodes along an axis of its support."""
+    """A basis of the grid: a B-spline, or the linear hat averaged over a box (GIMP; Bardenhagen & Kober 2004,
+    doi:10.3970/cmes.2004.005.477).
+
+    width: nodes along an axis of its support; box: width of the box [cells], None for a spline. Over a box of a whole
+    cell the hat is the quadratic spline.
+    """
 
     name: str
     width: int
+    box: float | None = None
+
+    @property
+    def even(self) -> bool:
+        """Whether its second moment is the same wherever a particle lies, which moving least squares and an affine
+        velocity need."""
+        return self.box is None
 
 
 TRANSFERS = {transfer.name: transfer for transfer in (
@@ -35,7 +48,26 @@ TRANSFERS = {transfer.name: transfer for transfer in (
     Transfer("aflip", affine=True, flip=True),
 )}
 
-BASES = {basis.name: basis for basis in (Basis("quadratic", 3), Basis("cubic", 4))}
+BASES = {basis.name: basis for basis in (Basis("quadratic", 3), Basis("cubic", 4), Basis("gimp", 3, box=0.5),
+                                         Basis("linear", 3, box=0.0625))}
+"""The last two are for comparison. The box of gimp is a particle of two along an axis of a cell, and stays as it is;
+that of linear rounds off the corners of the hat. A hat with corners has no stable step: a grain that passes a node on
+which nothing else hangs is infinitely stiff."""
 
 GRADIENTS = ("affine", "shape")
 """How a velocity gradient is taken: by moving least squares, or by the gradients of the shape functions."""
+
+
+def misfit(kernel: str, gradient: str, transfer: str) -> tuple[str, str, tuple[str, ...]] | None:
+    """(key, its value, values that are allowed) of the first choice that a basis does not go with; None if all do."""
+    if BASES[kernel].even:
+        return None
+    if gradient != "shape":
+        return "gradient", gradient, ("shape",)
+    if TRANSFERS[transfer].affine:
+        return "transfer", transfer, tuple(name for name, moving in TRANSFERS.items() if not moving.affine)
+    return None
+
+
+SCHEMES = tuple(scheme for scheme in itertools.product(BASES, GRADIENTS, TRANSFERS) if misfit(*scheme) is None)
+"""(kernel, gradient, transfer) of all that go together."""

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from snowmpm.advice.cautions import RULES
 from snowmpm.errors import InputError
@@ -14,10 +15,8 @@ from snowmpm.methods import METHODS
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.running.failure import SYMPTOMS
 from snowmpm.scenes.numerics import Solver
-from snowmpm.schemes import BASES, GRADIENTS, TRANSFERS
+from snowmpm.schemes import BASES, GRADIENTS, SCHEMES, TRANSFERS, misfit
 from snowmpm.stepping.time_step import CRITICAL
-
-SCHEMES = list(itertools.product(BASES, GRADIENTS, TRANSFERS))
 
 
 @pytest.mark.parametrize(("key", "names"), [("kernel", BASES), ("gradient", GRADIENTS), ("transfer", TRANSFERS),
@@ -32,7 +31,24 @@ def test_every_basis_has_a_stencil_of_its_width():
 
 
 def test_every_scheme_has_a_critical_step():
-    assert set(CRITICAL) == set(itertools.product(BASES, GRADIENTS))
+    assert set(CRITICAL) == {scheme[:2] for scheme in SCHEMES}
+    for kernel, gradient, transfer in SCHEMES:
+        assert CRITICAL[kernel, gradient].of(TRANSFERS[transfer]) > 0.0
+
+
+@pytest.mark.parametrize("scheme", itertools.product(BASES, GRADIENTS, TRANSFERS), ids=" ".join)
+def test_what_does_not_go_together_is_refused(scheme):
+    """And nothing else is: averaged hats want the gradients of the shape functions, and no affine velocity."""
+    chosen = dict(zip(("kernel", "gradient", "transfer"), scheme, strict=True))
+    refused = BASES[scheme[0]].box and (scheme[1] != "shape" or scheme[2] not in ("pic", "flip"))
+    assert (scheme not in SCHEMES) == bool(refused)
+    if not refused:
+        Solver(dx=0.1, **chosen)
+        return
+    key, value, allowed = misfit(*scheme)
+    with pytest.raises(ValidationError, match=f'must be "{allowed[0]}".* beside kernel = "{scheme[0]}"'):
+        Solver(dx=0.1, **chosen)
+    assert chosen[key] == value and key == ("gradient" if scheme[1] != "shape" else "transfer")
 
 
 @pytest.mark.parametrize("entry", ["long_step_lone_grain", "long_step_body"])

@@ -10,6 +10,7 @@ import numpy as np
 
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.weak_layers import coarsest_dx, tuned_to_grid
+from snowmpm.schemes import misfit
 from snowmpm.setup.build import build
 from snowmpm.setup.refusals import require
 from snowmpm.stepping.time_step import critical_cfl, grain_stiffness, usual_cfl
@@ -90,6 +91,7 @@ def _table(scene):
     chosen = scene.solver
     return [gain for gain in presets.gains(read(presets.DATA))
             if all(getattr(chosen, name) != value for name, value in gain.move.variation.scheme.items())
+            and not misfit(**_scheme(chosen, gain.move))
             and (gain.move.variation.per_axis == 2 or _per_cell(gain.move, scene) > chosen.particles_per_cell)]
 
 
@@ -99,11 +101,16 @@ def _per_cell(move, scene):
 
 def _step(scene, move=None):
     """C of the elastic limit of a scene after a move."""
-    chosen, scheme = scene.solver, move.variation.scheme if move else {}
+    chosen = scene.solver
     stiffness = max(grain_stiffness(law, scene.dimension) for law in scene.materials.values())
-    own = {name: scheme.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
-    critical = critical_cfl(**own, stiffness=stiffness)
+    critical = critical_cfl(**_scheme(chosen, move), stiffness=stiffness)
     return min(chosen.cfl or usual_cfl(critical), critical)
+
+
+def _scheme(chosen, move=None):
+    """Kernel, gradient and transfer of a scene's solver table after a move."""
+    changed = move.variation.scheme if move else {}
+    return {name: changed.get(name, getattr(chosen, name)) for name in ("kernel", "gradient", "transfer")}
 
 
 def _saving(scene, budget=None):

@@ -11,6 +11,7 @@ from snowmpm.advice.budget import Budget
 from snowmpm.advice.calibration import measured_speed
 from snowmpm.particles.blocks import keys_of
 from snowmpm.running.forecast import forecast
+from snowmpm.schemes import BASES
 
 FARTHEST = 3
 """Largest distance of neighbouring bodies [cells]."""
@@ -44,9 +45,16 @@ class SceneFacts:
         return self.scene.solver.filling ** (1.0 / self.dim)
 
     @property
+    def kernel(self):
+        """Basis whose settings of the atlas count: for averaged hats, which it has in a few entries only, the quadratic
+        spline."""
+        chosen = self.scene.solver.kernel
+        return "quadratic" if BASES[chosen].box else chosen
+
+    @property
     def spline(self):
         """Name of a setting of the atlas: "quadratic" or "cubic", with "shape" for that gradient."""
-        return self.scene.solver.kernel + (" shape" if self.scene.solver.gradient == "shape" else "")
+        return self.kernel + (" shape" if self.scene.solver.gradient == "shape" else "")
 
     @property
     def separate(self):

@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from snowmpm.mpm.contact.lines import FARTHEST, GAP, REACH, TILT
+from snowmpm.mpm.contact.node_weight import half_space, node_weight
 
 
 class Lines:
@@ -60,7 +61,7 @@ class Lines:
         own = ~self.deep
         lines = np.concatenate([self.line, np.flatnonzero(own)])
         nodes = np.concatenate([self.follows, self.heads[own]])
-        weights = np.where(faint[nodes], 1e-20, np.maximum(_spline(self._z_of[nodes], self._kernel), 1e-9))
+        weights = np.where(faint[nodes], 1e-20, np.maximum(node_weight(self._z_of[nodes], self._kernel), 1e-9))
         weights /= np.bincount(lines, weights, len(self))[lines]
         return self._rows(lines, nodes, weights)
 
@@ -71,28 +72,9 @@ class Lines:
         """Whether snow has come as close to the surface as half of it counts as in contact (`mpm.contact.lines.GAP`),
         (m,). filled (N,): volume of snow at the nodes."""
         below = np.bincount(self.line, filled[self.follows], len(self))
-        least = sum(_half_space(self._z - j - 1.0 - GAP, self._kernel) for j in range(REACH[self._kernel]))
-        return self.deep | (below * _half_space(self._z - GAP, self._kernel) >= filled[self.heads] * least)
+        least = sum(half_space(self._z - j - 1.0 - GAP, self._kernel) for j in range(REACH[self._kernel]))
+        return self.deep | (below * half_space(self._z - GAP, self._kernel) >= filled[self.heads] * least)
 
     def places(self):
         """Points of the surface that the lines meet [cells], (m, dim)."""
         return self._mesh.nodes[self.heads] - self.depth[:, None] * self.normals
-
-
-def _spline(z, kernel):
-    """Weight of a node at the distance z [cells]."""
-    a = np.abs(z)
-    if kernel == "quadratic":
-        return np.where(a < 0.5, 0.75 - a**2, 0.5 * np.maximum(1.5 - a, 0.0) ** 2)
-    return np.where(a < 1.0, 2.0 / 3.0 - a**2 + 0.5 * a**3, np.maximum(2.0 - a, 0.0) ** 3 / 6.0)
-
-
-def _half_space(z, kernel):
-    """The integral of the spline up to z: mass of a node at z of snow that fills z > 0, over its mass far above."""
-    if kernel == "quadratic":
-        u = np.clip(z, -1.5, 1.5)
-        tail = (1.5 - np.abs(u)) ** 3 / 6.0
-        return np.where(np.abs(u) < 0.5, 0.5 + u * (0.75 - u**2 / 3.0), np.where(u > 0.0, 1.0 - tail, tail))
-    a = np.abs(np.clip(z, -2.0, 2.0))
-    half = np.where(a < 1.0, 2.0 / 3.0 * a - a**3 / 3.0 + a**4 / 8.0, 0.5 - (2.0 - a) ** 4 / 24.0)
-    return 0.5 + np.where(z > 0.0, half, -half)

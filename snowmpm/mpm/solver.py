@@ -1,4 +1,4 @@
-"""Explicit MPM: quadratic or cubic B-splines, PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
+"""Explicit MPM: B-splines, or averaged hats for comparison; PIC, APIC, FLIP or AFLIP transfer, symplectic Euler."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ class MpmSolver(Solver):
         obstacles: `solids.Obstacle`s. body_friction (n, n): Coulomb mu between the velocity fields of the population.
         cfl: share of a cell that a wave or a particle may cross in a step, by default the usual one of
         `time_step`, which follows the state.
-        kernel: "quadratic" or "cubic"; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
+        kernel: a name of `schemes.BASES`; gradient: "affine" (moving least squares) or "shape", see `mpm.scatter`.
         sides: (dim, 2) names of `contact.CODES`, "open" by default, or "periodic" at both ends of an axis, whose length
         must be a whole number of blocks (8 cells in 2-D, 4 in 3-D).
         atomic: scatter with atomics, the GPU way; by default as the backend asks.
@@ -66,7 +66,7 @@ class MpmSolver(Solver):
         self.dx, self.precision = dx, precision
         self.atomic = runtime.fine_grained() if atomic is None else atomic
         moving = TRANSFERS[transfer]
-        self.flip, self._affine_share = moving.flip, float(moving.affine)
+        self.flip, self._hands_on = moving.flip, moving.affine
         self.flip_ratio = flip_ratio if moving.flip else 0.0
         self.basis, self._gradient = kernel, gradient
         stiffness = max(grain_stiffness(law, dim) for law in laws)
@@ -315,7 +315,7 @@ class MpmSolver(Solver):
 
     def _bind_kernels(self):
         real = runtime.DTYPES[self.precision][0]
-        layout, flip, moves = self.particles.layout, self.flip, self._affine_share > 0.0
+        layout, flip, moves = self.particles.layout, self.flip, self._hands_on
         scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
         # By whether a list names the blocks to visit: while nothing sleeps, a step is that of snow that cannot
         both = (False, True) if self.sleep else (False,)
@@ -347,7 +347,9 @@ class MpmSolver(Solver):
 
     def second_moment(self):
         """D of the affine transfer [m2], sum w (x_i - x_p)(x_i - x_p)^T = D I; 0 for one without an affine part."""
-        return self._affine_share * self.dx**2 / STENCILS[self.basis].inverse_second_moment
+        if not self._hands_on:
+            return 0.0
+        return self.dx**2 / STENCILS[self.basis].inverse_second_moment
 
     def grid_kinetic_energy(self):
         """Kinetic energy of the nodes that the particles would give their momentum to now [J]."""

@@ -8,7 +8,7 @@ from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
-from snowmpm.schemes import TRANSFERS
+from snowmpm.schemes import BASES, TRANSFERS
 from snowmpm.setup.interface_refusals import refuse_interfaces
 
 OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
@@ -22,6 +22,8 @@ def demands(scene, later=False):
     yield "precisions", scene.solver.precision, "solver.precision", scene.solver.precision
     if scene.solver.sleeping > 0.0:
         yield "sleeping", True, "solver.sleeping", scene.solver.sleeping
+    if BASES[scene.solver.kernel].box:
+        yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
     if scene.solver.f_bar:
         yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
     if scene.saw_test:
@@ -125,6 +127,7 @@ def refuse_beyond(scene):
     _refuse_free(scene)
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
+    _refuse_averaged_hat(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -184,6 +187,20 @@ def _refuse_f_bar(scene):
     pressing = any(force.kind == "pressure" for force in scene.forces)
     if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
         raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
+
+
+def _refuse_averaged_hat(scene):
+    """Raise InputError for a kernel of comparison beside what nothing was compared for."""
+    solvers = {"solver": scene.solver, **{f"switch.{i}.solver": one.solver for i, one in enumerate(scene.switch)},
+               **({"zone.solver": scene.zone.solver} if scene.zone else {})}
+    for key, solver in solvers.items():
+        if BASES[solver.kernel].box:
+            beside = {"water": scene.water, "an interface": any(body.interface for body in scene.bodies),
+                      "solver.f_bar": solver.f_bar, "switch": scene.switch, "zone": scene.zone,
+                      'initial.relaxation = "static"': scene.initial.relaxation == "static"}
+            if found := [name for name, there in beside.items() if there]:
+                raise InputError.at(f"{key}.kernel", solver.kernel,
+                                    f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
 
 
 def _refuse_sleeping(scene):

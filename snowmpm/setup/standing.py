@@ -35,9 +35,18 @@ def rods(model):
             raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: {mass:.3g} kg/m,"
                              f" and the snow in the cells around it has up to {share * mass:.3g} kg/m\n"
                              f"give it more mass{strong}, or lower solver.dx")
+        if model.distance is not None:
+            _stand(rod, spec, model.distance)
         found.append(Standing(spec.name, rod, first, spec.coupling == "strong"))
         first += rod.n
     return Rods(found, scene.dimension)
+
+
+def _stand(rod, spec, ground):
+    """Let a `Rod` that falls come to lie on the ground at its foot, taken for a plane."""
+    foot = np.asarray(spec.foot, float)
+    distance, normal = (found[0] for found in ground.query(foot[None]))
+    rod.stand_on(_in_space(normal), normal @ foot - distance + 0.5 * spec.width)
 
 
 def held_share(scene, spec, rod, density):

@@ -12,7 +12,8 @@ Least stable is a grain alone on its nodes, not a body: no set of particles on a
 of its stiffest particle by itself (eigenvalues of a sum of elements). With all nodes of the stencil in their places, a
 stress tau of a grain gives it the velocity gradient -dt tau G / rho_0, G = sum_i grad w grad w^T / w, hence
 
-    omega^2 = M s g / (rho_0 dx^2),   g = 1 / D (gradient "affine"), at most 6 or 3.13 (gradient "shape"),
+    omega^2 = M s g / (rho_0 dx^2),   g = 1 / D (gradient "affine"), at most 6 or 3.13 (gradient "shape"; 9.33 and 65
+                                 of gimp and linear),
     s = largest eigenvalue of the stiffness / M,   2-D 1 / (1 - nu),  3-D (1 + nu) / (1 - nu)  for nu >= 0
 
 since it swells along all axes at once, where a wave moves along one. Transfers that hand C on keep what the grain does
@@ -33,7 +34,8 @@ from snowmpm.schemes import TRANSFERS, Transfer
 
 @dataclass(frozen=True)
 class Critical:
-    """Largest stable C sqrt(s): with transfers that hand C on (APIC, AFLIP), and without (PIC, FLIP at any ratio)."""
+    """Largest stable C sqrt(s): with transfers that hand C on (APIC, AFLIP; NaN of a basis that goes with none of
+    them), and without (PIC, FLIP at any ratio)."""
 
     affine: float
     plain: float
@@ -48,6 +50,8 @@ CRITICAL = {
     ("quadratic", "shape"): Critical(0.707, 0.577),
     ("cubic", "affine"): Critical(1.154, 0.816),
     ("cubic", "shape"): Critical(1.105, 0.798),
+    ("gimp", "shape"): Critical(math.nan, 0.463),
+    ("linear", "shape"): Critical(math.nan, 0.175),
 }
 """Largest stable C sqrt(s) of each basis and gradient.
 

@@ -28,8 +28,9 @@ class Rod:
     """State of a rod.
 
     x, v (n + 1, 3): nodes; plastic (n, 3): phi^p in space; broken (n,); moments (n, 3) [N m] of the hinges, from the
-    foot; held (3,) [N s]: impulse that clamp and damping gave; largest_moment [N m] at the foot so far. met (n + 1, 3)
-    [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None: theirs.
+    foot; held (3,) [N s]: impulse that clamp, damping and ground gave; largest_moment [N m] at the foot so far.
+    met (n + 1, 3) [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None:
+    theirs.
     """
 
     met = None
@@ -58,6 +59,7 @@ class Rod:
                                           4.0 * np.sqrt(section.bending / section.line_mass) / self.length**2)
         self.substep = SHARE * 2.0 / fastest
         self._foot = foot
+        self._ground = np.array([0.0, 0.0, 0.0, -1.0])
         self.begin()
 
     def begin(self):
@@ -68,6 +70,12 @@ class Rod:
         self.x[:] = self._foot + np.linspace(0.0, 1.0, self.n + 1)[:, None] * whole
         self._hinges[:, at.BELOW : at.OWN] = self.clamp
         self.met = None
+
+    def stand_on(self, normal, level):
+        """Let no node but the foot sink below a plane, without friction or rebound: normal (3,), level along it [m]; no
+        higher than the rod begins."""
+        normal = np.asarray(normal, float)
+        self._ground[:] = *normal, min(level, float((self.x[1:] @ normal).min()))
 
     x = property(lambda self: self._nodes[:, at.X : at.V])
     v = property(lambda self: self._nodes[:, at.V : at.F])
@@ -85,7 +93,7 @@ class Rod:
         self._numbers[[at.SUBSTEP, at.DRAG]] = dt / count, self._drag
         runtime.start()
         with runtime.precision("f64"):
-            at.rod_kernel()(self._nodes, self._hinges, self._numbers, count)
+            at.rod_kernel()(self._nodes, self._hinges, self._numbers, self._ground, count)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 

@@ -22,7 +22,9 @@ SUBSTEP, DRAG, AXIAL, REST, YIELD, HARDENING, BREAKING, CLAMP, HELD, WORK, LARGE
 
 @functools.cache
 def rod_kernel():
-    """Kernel move(nodes (n + 1, 13), hinges (n, 15), numbers (15,), count): `count` substeps of velocity Verlet."""
+    """Kernel move(nodes (n + 1, 13), hinges (n, 15), numbers (15,), ground (4,), count): `count` substeps of velocity
+    Verlet. ground: normal of a plane, and its level along it [m], below which no node but the clamped one goes: what
+    would is put back on it, and keeps its velocity along it."""
 
     @ti.func
     def vector(table: ti.template(), row, column: ti.template()):
@@ -82,13 +84,14 @@ def rod_kernel():
         put(nodes, n, INNER, inner)
 
     @taichi_kernel
-    def move(nodes: ti.types.ndarray(), hinges: ti.types.ndarray(), numbers: ti.types.ndarray(), count: int):
+    def move(nodes: ti.types.ndarray(), hinges: ti.types.ndarray(), numbers: ti.types.ndarray(),
+             ground: ti.types.ndarray(), count: int):
         ti.loop_config(serialize=True)
         for _ in range(1):
             n, h = hinges.shape[0], numbers[SUBSTEP]
             deform(nodes, hinges, numbers, n)
             for _substep in range(count):
-                # The clamp takes what acts on the lowest node; damping takes momentum too
+                # The clamp takes what acts on the lowest node; damping and the ground take momentum too
                 held = vector(nodes, 0, F) + vector(nodes, 0, INNER)
                 for i in range(n + 1):
                     v, mass = vector(nodes, i, V), nodes[i, MASS]
@@ -96,8 +99,16 @@ def rod_kernel():
                     held += slowed
                     if i > 0:
                         v += h * (vector(nodes, i, F) + vector(nodes, i, INNER) - slowed) / mass
+                        x = vector(nodes, i, X) + h * v
+                        normal = ti.Vector([ground[a] for a in ti.static(range(3))])
+                        deep = ground[3] - normal.dot(x)
+                        if deep > 0.0:
+                            x += deep * normal
+                            sinking = ti.min(normal.dot(v), 0.0) * normal
+                            v -= sinking
+                            held += mass / h * sinking
                         put(nodes, i, V, v)
-                        put(nodes, i, X, vector(nodes, i, X) + h * v)
+                        put(nodes, i, X, x)
                 for a in ti.static(range(3)):
                     numbers[HELD + a] = numbers[HELD + a] - h * held[a]
                 deform(nodes, hinges, numbers, n)

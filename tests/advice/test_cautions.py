@@ -92,6 +92,18 @@ def test_a_corner_is_named_with_what_cures_it(entry):
     assert entry not in entries(block(**cured))
 
 
+@pytest.mark.parametrize(("kernel", "crosses"), [("linear", True), ("gimp", False), ("quadratic", None)])
+def test_a_kernel_of_comparison_is_said_to_be_one(kernel, crosses):
+    scene = block({"kernel": kernel, "gradient": "shape", "transfer": "flip"})
+    found = advise(scene).cautions
+    said = [str(caution) for caution in found if caution.key == "solver.kernel" and not caution.entry]
+    if crosses is None:
+        assert not said
+        return
+    assert len(said) == 1 and said[0].startswith(f'solver.kernel: "{kernel}" is for comparison')
+    assert ("cell_crossing" in {caution.entry for caution in found}) == crosses
+
+
 SAND = {"kind": "drucker_prager", "density": 1500.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
         "friction_angle": 30.0}
 

@@ -1,5 +1,5 @@
-"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH, columns, PIC and water
-here.
+"""Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks; SPH, columns, PIC, averaged
+hats and water here.
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
@@ -29,7 +29,7 @@ from snowmpm.measured import costs
 from snowmpm.methods import METHODS
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.schema import Scene
-from snowmpm.schemes import TRANSFERS
+from snowmpm.schemes import BASES, TRANSFERS
 from snowmpm.setup.build import build
 from snowmpm.study.atlas import standing
 
@@ -342,8 +342,29 @@ def pic():
         yield "more", dim, "f32", "pic", (np.median(ratios[3:]) - 1.0) * costs.row("step", dim, "f32", PLAIN_STEP)
 
 
-ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, "water": water,
-        "scenes": in_scenes}
+def averaged_hats():
+    """ns a particle that averaged hats take more than the splines, as that of the quadratic one with the same gradient
+    and transfer and the median ratio of steps taken in turn."""
+    for dim in (2, 3):
+        names = ["quadratic", *(name for name, basis in BASES.items() if basis.box)]
+        solvers = [mpm_step.make_solver(f"half{dim}", 60_000, "f32", transfer="flip", gradient="shape", kernel=name)
+                   for name in names]
+        taken = []
+        for _ in range(3 + PAIRS):
+            taken.append([])
+            for solver in solvers:
+                dt, start = solver.stable_dt()[0], time.process_time()
+                solver.step(dt)
+                taken[-1].append(time.process_time() - start)
+        shape = costs.row("more", dim, "f32", "quadratic shape")
+        whole = costs.row("step", dim, "f32", PLAIN_STEP) + costs.row("more", dim, "f32", "flip") + shape
+        for k, name in enumerate(names[1:], 1):
+            ratio = np.median([row[k] / row[0] for row in taken[3:]])
+            yield "more", dim, "f32", f"{name} shape", shape + (ratio - 1.0) * whole
+
+
+ROWS = {"step": steps, "law": laws, "sph": sph, "columns": columns, "pic": pic, "averaged_hats": averaged_hats,
+        "water": water, "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 

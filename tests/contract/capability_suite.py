@@ -58,6 +58,14 @@ def _stopped(simulation):
     assert simulation.audit()["momentum_residual"] < 1e-11
 
 
+def _on_hats(method):
+    dim = given.least_dimension(method)
+    lower, upper = given.point(dim, given.SIDE + 0.02, -0.4, -0.4), given.point(dim, given.SIDE + 0.4, 0.8, 0.8)
+    return _with_block(method, (8.0, 0.0), solver={"kernel": "gimp", "gradient": "shape", "transfer": "flip"},
+                       materials={"snow": given.snow(method)}, obstacles=[
+                           {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
+
+
 def _against_free_box(method):
     dim = given.least_dimension(method)
     lower, upper = given.point(dim, given.SIDE + 0.02, -0.1, -0.1), given.point(dim, given.SIDE + 0.6, 0.5, 0.5)
@@ -350,6 +358,7 @@ CAPABILITIES = {
     "saw_test": Asked(_saw, _is_recorded),
     "sleeping": Asked(_lying, _sleeps),
     "f_bar": Asked(_squeezed, _has_one_volume_a_cell),
+    "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),
 }
 """How each capability that is true or false is asked for."""

@@ -11,6 +11,7 @@ from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.population import Population
 from snowmpm.particles.store import Layout, ParticleStore
+from snowmpm.schemes import BASES
 from snowmpm.study.problems.schemes import lattice
 from tests.support.mpm_block import ICE, SNOW
 from tests.support.tiles import in_boxes, node_places, put, tiles_of
@@ -30,7 +31,8 @@ def test_stencils_at_the_limit_of_drift_stay_in_their_tile(dim, kernel, atomic):
     volumes = np.random.default_rng(7).uniform(0.5, 1.5, len(positions)) * (DX / 2) ** dim
     solver = MpmSolver(Population(positions, volumes, 0, np.zeros_like(positions)), [ICE], dx=DX, precision="f64",
                        origin=np.full(dim, -2.0), lower=np.full(dim, -2.0), upper=np.full(dim, 2.0),
-                       gravity=np.zeros(dim), kernel=kernel, atomic=atomic)
+                       gravity=np.zeros(dim), kernel=kernel, atomic=atomic,
+                       **({"gradient": "shape", "transfer": "pic"} if BASES[kernel].box else {}))
     assert len(solver.particles.blocks) == 2**dim
     corners = np.array(list(itertools.product((0.5 - limit, edge + 0.5 + limit - 1e-9), repeat=dim)))
     put(solver, position=corners)

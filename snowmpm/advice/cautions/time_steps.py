@@ -10,7 +10,7 @@ def fixed_steps(facts):
     if dt is None:
         return
     speed = max(facts.start_speed, facts.fall_speed)
-    if border := beyond("crossing_step", facts.scene.solver.kernel, speed * dt / facts.dx):
+    if border := beyond("crossing_step", facts.kernel, speed * dt / facts.dx):
         yield worded(border, "solver.dt", speed * dt / facts.dx, "at the speed of a fall,")
     share = dt / facts.solver.critical_dt()[0]
     setting = "elastic step 0.8" if share > 0.5 else "elastic step 0.4"

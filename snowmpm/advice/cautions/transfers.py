@@ -1,8 +1,8 @@
 """Rules: spurious effects of transfers and splines on the motion."""
 
-from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
 from snowmpm.measured.borders import shipped
-from snowmpm.schemes import TRANSFERS
+from snowmpm.schemes import BASES, TRANSFERS
 
 
 @rule("mpm")
@@ -40,9 +40,19 @@ def lost_spin(facts):
 def cell_crossing(facts):
     """Jumps of the stress when a particle crosses into the next cell."""
     solver = facts.scene.solver
-    basis = "cubic shape" if solver.kernel == "cubic" else f"quadratic {solver.gradient}"
+    basis = "cubic shape" if solver.kernel == "cubic" else f"{solver.kernel} {solver.gradient}"
     if border := beyond("cell_crossing", basis, 1.0 / facts.per_axis):
         yield worded(border, "solver.particles_per_cell", 1.0 / facts.per_axis)
+
+
+@rule("mpm")
+def of_comparison(facts):
+    """Averaged hats, which are there to be compared with."""
+    kernel = facts.scene.solver.kernel
+    if box := BASES[kernel].box:
+        yield Caution("", "solver.kernel", f'"{kernel}" is for comparison: the linear hat averaged over {box:g} cells,'
+                      " however particles deform, in shorter steps than those of a spline",
+                      'kernel = "quadratic", the hat averaged over a whole cell, for results')
 
 
 @rule("mpm")

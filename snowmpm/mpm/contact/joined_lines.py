@@ -25,8 +25,10 @@ import taichi as ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.mpm.contact.lines import REACH, TILT
+from snowmpm.mpm.contact.node_weight import node_weight
 from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
+from snowmpm.schemes import BASES
 
 CUT = 4.0
 """Distance [cells] from another wall up to which the spline of a line may reach behind it."""
@@ -139,7 +141,7 @@ class _Wall:
     def seen(self, others, near):
         """Integrals over the seen part of the wall, per area of a cell of the lateral axes: S (n,), T (n,),
         M (n, dim - 1)."""
-        fine, reach = POINTS[self.dim], 2 if self.kernel == "cubic" else 1.5
+        fine, reach = POINTS[self.dim], 0.5 * BASES[self.kernel].width
         side = (np.arange(int(2 * reach * fine)) + 0.5) / fine - reach
         xi = np.stack(np.meshgrid(*[side] * (self.dim - 1), indexing="ij"), axis=-1).reshape(-1, self.dim - 1)
         # Height of the leader above the wall at these places, along the line [cells]
@@ -154,24 +156,16 @@ class _Wall:
             for distance in others:
                 found = distance(points.reshape(-1, self.dim)).reshape(len(beside), -1)
                 weight[beside] *= np.clip(0.5 + fine * found, 0.0, 1.0)
-        splines, bumps = (function(xi, self.kernel) for function in (_spline, _bump))
+        splines, bumps = (function(xi, self.kernel) for function in (node_weight, _bump))
         product = weight * splines.prod(axis=1)
-        S = np.sum([(product * _spline(drop - j, self.kernel)).sum(axis=1) for j in range(self.reach + 1)], axis=0)
-        T = (product * _spline(drop + 1.0, self.kernel)).sum(axis=1)
+        S = np.sum([(product * node_weight(drop - j, self.kernel)).sum(axis=1) for j in range(self.reach + 1)], axis=0)
+        T = (product * node_weight(drop + 1.0, self.kernel)).sum(axis=1)
         rest = [np.delete(splines, b, axis=1).prod(axis=1) for b in range(self.dim - 1)]
         M = np.stack([(weight * (bumps[:, b] * rest[b])).sum(axis=1) for b in range(self.dim - 1)], axis=1)
         return S, T, M
 
 
-def _spline(x, kernel):
-    """The spline of a node at distance x [cells]."""
-    x = np.abs(x)
-    if kernel == "cubic":
-        return np.where(x < 1.0, 2.0 / 3.0 - x * x * (1.0 - 0.5 * x), np.maximum(2.0 - x, 0.0) ** 3 / 6.0)
-    return np.where(x < 0.5, 0.75 - x * x, 0.5 * np.maximum(1.5 - x, 0.0) ** 2)
-
-
 def _bump(x, kernel):
     """M of a node at x = 0 and the next one."""
-    reach = 2.0 if kernel == "cubic" else 1.5
-    return np.where(x < reach, sum((m - x) * _spline(m - x, kernel) for m in range(1, 5)), 0.0)
+    reach = 0.5 * BASES[kernel].width
+    return np.where(x < reach, sum((m - x) * node_weight(m - x, kernel) for m in range(1, 5)), 0.0)

@@ -15,8 +15,9 @@ from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.mpm.node import block_nodes
 from snowmpm.particles.blocks import EDGE
+from snowmpm.schemes import BASES
 
-REACH = {"quadratic": 3, "cubic": 4}
+REACH = {basis.name: basis.width for basis in BASES.values()}
 """Followers of a line at most: how far below a leader the nodes of snow on the surface lie."""
 
 FARTHEST = 2.5
@@ -94,7 +95,9 @@ def _room(n):
 
 
 def half_space_mass(kernel):
-    """Function -> mass of node at z, of snow that fills z > 0, over its mass far above: the integral of the spline."""
+    """Function -> mass of node at z, of snow that fills z > 0, over its mass far above: the integral of the weight
+    (`node_weight.half_space` in tables)."""
+    box = BASES[kernel].box or 1.0
 
     @ti.func
     def quadratic(z):
@@ -112,7 +115,15 @@ def half_space_mass(kernel):
         half = ti.select(a < 1.0, inner, outer)
         return 0.5 + ti.select(u > 0.0, half, -half)
 
-    return {"quadratic": quadratic, "cubic": cubic}[kernel]
+    @ti.func
+    def twice(z):
+        return ti.max(z, 0.0) + ti.max(1.0 - ti.abs(z), 0.0) ** 3 / 6.0
+
+    @ti.func
+    def averaged_hat(z):
+        return (twice(z + ti.static(0.5 * box)) - twice(z - ti.static(0.5 * box))) * ti.static(1.0 / box)
+
+    return {"quadratic": quadratic, "cubic": cubic}.get(kernel, averaged_hat)
 
 
 @functools.cache
