@@ -49,6 +49,9 @@ def pore_lattice(pores, walls=(False, False, False), slide=(0, 0)):
         for axis in range(3):
             if walls[axis]:
                 open_side &= (there[:, axis] >= 0) & (there[:, axis] < pores.shape[axis])
+            if axis == 0:
+                over = there[:, 2] // pores.shape[2]
+                there[:, :2] -= over[:, None] * np.asarray(slide)
             there[:, axis] %= pores.shape[axis]
         neighbour = np.where(open_side, number[tuple(there.T)], -1)
         opposite = i + 1 if i % 2 else i - 1
