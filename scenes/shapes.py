@@ -120,8 +120,8 @@ class Voxels(Spec):
 
     kind: Literal["voxels"]
     file: FileName
-    """image of the scene's dimension: .npy or .npz (indices along x, z or x, y, z), .tif (pages from below), .raw
-    (bytes), relative to the scene file"""
+    """image of the scene's dimension: .npy or .npz (indices along x, z or x, y, z), .tif (pages from below), .mhd or
+    .mha (MetaImage), .raw (bytes), relative to the scene file"""
     voxel_size: Positive
     """side of a voxel [m]"""
     phase: Annotated[int, Field(strict=True)] = 1

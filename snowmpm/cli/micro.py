@@ -12,7 +12,8 @@ from snowmpm.draft import write_text
 from snowmpm.errors import InputError
 
 SampleFile = Annotated[Path, typer.Argument(metavar="SAMPLE", help="Voxel image: .npy, .npz, .tif (pages are levels of"
-                                                                   " z) or .raw (bytes, with --counts).")]
+                                                                   " z), .mhd or .mha (raw with a header) or .raw"
+                                                                   " (bytes, with --counts).")]
 VoxelSize = Annotated[float, typer.Option("--voxel-size", metavar="M", help="Side of a voxel, in metres.")]
 
 

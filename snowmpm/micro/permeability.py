@@ -51,11 +51,13 @@ class Permeability:
         return float(np.nanmax(np.abs(self.tensor - self.tensor.T)) / max(self.mean, 1e-300))
 
 
-def permeability(pores, voxel_size, axes=(0, 1, 2), walls=False, tolerance=1e-4, tau=TAU, precision="f32"):
+def permeability(pores, voxel_size, axes=(0, 1, 2), walls=False, tolerance=1e-4, tau=TAU, precision="f32",
+                 slide=(0, 0)):
     """`Permeability` of an image (nx, ny, nz), True in pores, with voxels of `voxel_size` [m].
 
-    axes: of the force. walls: no-slip walls at the sides along it; by default all sides are periodic. Memory is asked
-    for before. InputError when there is too little.
+    axes: of the force. walls: no-slip walls at the sides along it; by default all sides are periodic. slide: shift of
+    the image above z along x and y, in voxels, of a cell that is sheared. Memory is asked for before. InputError when
+    there is too little.
     """
     tensor = np.full((3, 3), np.nan)
     tortuosity, steps, remaining = np.full(3, np.nan), np.zeros(3, int), np.zeros(3)
@@ -68,7 +70,7 @@ def permeability(pores, voxel_size, axes=(0, 1, 2), walls=False, tolerance=1e-4,
             tensor[axis, axis] = np.inf if pores.any() else 0.0
             continue
         if sides not in lattices:
-            lattices[sides] = pore_lattice(pores, sides)
+            lattices[sides] = pore_lattice(pores, sides, slide)
         lattice = lattices[sides]
         flow = StokesFlow(lattice, FORCE * np.eye(3)[axis], tau=tau, precision=precision)
         remaining[axis] = _to_rest(flow, axis, tolerance)

@@ -13,9 +13,10 @@ import numpy as np
 
 from snowmpm import memory
 from snowmpm.micro.lattice import VELOCITIES
+from snowmpm.micro.pores import SMALLER
 
-BYTES = 19 * 4 + 18 * 4 + 16
-"""Memory of a pore voxel: numbers in float32, table, and what is needed to make it."""
+BYTES = 350
+"""Most memory of a pore voxel (measured at 128^3): numbers in float32, the table, copies of both, and velocities."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,13 @@ class PoreLattice:
         return len(self.nodes)
 
 
-def pore_lattice(pores, walls=(False, False, False)):
+def pore_lattice(pores, walls=(False, False, False), slide=(0, 0)):
     """`PoreLattice` of an image (nx, ny, nz), True in pores. Its sides are periodic, or no-slip walls along the axes
-    with `walls`. InputError when it does not fit into memory."""
+    with `walls`. slide: shift along x and y, in voxels, of the periodic image above. InputError when it does not fit
+    into memory."""
     pores = np.asarray(pores, bool)
     count = int(pores.sum())
-    memory.require(float(BYTES) * count + 4.0 * pores.size, "SAMPLE: the pores of the image")
+    memory.require(float(BYTES) * count + 4.0 * pores.size, "SAMPLE: the pores of the image", SMALLER)
     number = np.full(pores.shape, -1, np.int32)
     number[pores] = np.arange(count, dtype=np.int32)
     nodes = np.argwhere(pores).astype(np.int32)
@@ -47,6 +49,9 @@ def pore_lattice(pores, walls=(False, False, False)):
         for axis in range(3):
             if walls[axis]:
                 open_side &= (there[:, axis] >= 0) & (there[:, axis] < pores.shape[axis])
+            if axis == 0:
+                over = there[:, 2] // pores.shape[2]
+                there[:, :2] -= over[:, None] * np.asarray(slide)
             there[:, axis] %= pores.shape[axis]
         neighbour = np.where(open_side, number[tuple(there.T)], -1)
         opposite = i + 1 if i % 2 else i - 1

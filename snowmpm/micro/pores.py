@@ -14,6 +14,9 @@ from scipy import ndimage
 ICE_DENSITY = 917.0
 """[kg/m3]"""
 
+SMALLER = "a part of the image, or one of coarser voxels, needs less"
+"""What helps an image that is too large."""
+
 DIRECTIONS = ([(e, 2 * 0.045778) for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
               + [(e, 2 * 0.036981) for e in ((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1))]
               + [(e, 2 * 0.035196) for e in ((1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1))])

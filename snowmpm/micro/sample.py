@@ -6,9 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from snowmpm import memory
 from snowmpm.errors import InputError
 from snowmpm.micro import pores
 from snowmpm.seeding.voxels import read_voxels
+
+BYTES = 28
+"""Memory of a voxel while pores are told apart: their labels, the names of these, what leads through."""
 
 
 @dataclass(frozen=True)
@@ -21,20 +25,24 @@ class Sample:
 
     @classmethod
     def read(cls, path, voxel_size, phase=1, counts=None):
-        """From a file of `seeding.voxels.read_voxels` (.npy, .npz, .tif, .raw with its `counts`); phase: value of ice.
+        """From a file of `seeding.voxels.read_voxels` (.npy, .npz, .tif, .mhd, .mha, .raw with its `counts`); phase:
+        value of ice.
 
-        InputError: unreadable, no three axes, no ice or nothing else, a voxel size that is no length.
+        Memory for the geometry is asked for before. InputError: unreadable, too large, no three axes, no ice or nothing
+        else, a voxel size that is no length.
         """
         path = Path(path)
         if not (np.isfinite(voxel_size) and 0.0 < voxel_size < 1.0):
             raise InputError.at("--voxel-size", voxel_size, "must be a length in metres, > 0 and < 1")
         spec = SimpleNamespace(file=path, voxel_size=voxel_size, counts=counts, phase=phase)
         ice = read_voxels(spec, 3, Path.cwd(), "SAMPLE") == phase
+        size = " x ".join(map(str, ice.shape))
+        memory.require(BYTES * float(ice.size), f"{path}: {size} voxels", pores.SMALLER)
         if ice.all() or not ice.any():
             there = "every" if ice.all() else "no"
             raise InputError(f"{path}: {there} voxel has the value {phase} of --phase: must be ice and pores")
         if min(ice.shape) < 4:
-            raise InputError(f"{path}: {' x '.join(map(str, ice.shape))} voxels: must be at least 4 along each axis")
+            raise InputError(f"{path}: {size} voxels: must be at least 4 along each axis")
         return cls(ice, float(voxel_size), path.stem)
 
     def numbers(self):

@@ -10,9 +10,10 @@ from PIL import Image, ImageSequence
 
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
+from snowmpm.seeding.metaimage import read_metaimage
 from snowmpm.terrain.load import existing
 
-ENDINGS = (".npy", ".npz", ".tif", ".tiff", ".raw")
+ENDINGS = (".npy", ".npz", ".tif", ".tiff", ".mhd", ".mha", ".raw")
 COPIES = 3.0
 """Memory per byte of an image while it is read and its values are compared."""
 
@@ -27,6 +28,7 @@ def read_voxels(spec, dim, base_dir, key):
     .npy, .npz (its first array)  indices along x, (y,) z
     .tif                          pages are levels of z from below, rows y, columns x; in 2-D one page, its rows from
                                   above
+    .mhd, .mha                    voxels with a header (`metaimage`), x fastest
     .raw                          unsigned bytes, `counts` of them along x, (y,) z, x fastest
     InputError: unreadable, of another number of axes, not as many bytes as `counts` says.
     """
@@ -106,7 +108,11 @@ def _raw(path, where, counts, key):
     return np.fromfile(path, np.uint8).reshape(counts, order="F")
 
 
-READERS = {".npy": _npy, ".npz": _npz, ".tif": _tif, ".tiff": _tif}
+def _mhd(path, where, dim):
+    return read_metaimage(path, where, dim, COPIES)
+
+
+READERS = {".npy": _npy, ".npz": _npz, ".tif": _tif, ".tiff": _tif, ".mhd": _mhd, ".mha": _mhd}
 
 
 def phase_inside(voxels, phase, voxel_size, origin):

@@ -16,6 +16,7 @@ from snowmpm.reading import budget as read_budget
 from snowmpm.scenes import Scene
 from snowmpm.seeding import seed_body
 from snowmpm.setup.random_microstructure import main, random_microstructure
+from tests.support.voxel_files import write, write_metaimage
 
 SIDE = 0.5  # m, of a voxel
 
@@ -29,22 +30,6 @@ def image(dim):
     return voxels
 
 
-def write(voxels, path):
-    """The same image in the format that the ending names."""
-    if path.suffix == ".npy":
-        np.save(path, voxels)
-    elif path.suffix == ".npz":
-        np.savez_compressed(path, phase=voxels)
-    elif path.suffix == ".raw":
-        path.write_bytes(voxels.tobytes(order="F"))
-    elif voxels.ndim == 2:
-        Image.fromarray(voxels.T[::-1]).save(path)
-    else:
-        pages = [Image.fromarray(page) for page in voxels.T]
-        pages[0].save(path, save_all=True, append_images=pages[1:])
-    return path
-
-
 def seeds(path, dim, *, dx=SIDE, phase=1, origin=None, counts=None, voxel_size=SIDE):
     spec = SimpleNamespace(kind="voxels", file=path.name, voxel_size=voxel_size, phase=phase, origin=origin,
                            counts=counts)
@@ -53,7 +38,7 @@ def seeds(path, dim, *, dx=SIDE, phase=1, origin=None, counts=None, voxel_size=S
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("ending", [".npy", ".npz", ".tif", ".raw"])
+@pytest.mark.parametrize("ending", [".npy", ".npz", ".tif", ".mhd", ".mha", ".raw"])
 @pytest.mark.parametrize("phase", [1, 2])
 def test_every_format_fills_the_voxels_of_the_phase(dim, ending, phase, tmp_path):
     voxels = image(dim)
@@ -176,6 +161,40 @@ def test_pages_of_two_sizes_are_refused(tmp_path):
     Image.new("L", (4, 4)).save(tmp_path / "a.tif", save_all=True, append_images=[Image.new("L", (4, 5))])
     with pytest.raises(InputError, match="page 2 is 4 x 5 pixels, and the first 4 x 4"):
         seeds(tmp_path / "a.tif", 3)
+
+
+def test_a_header_says_in_which_order_bytes_are(tmp_path):
+    voxels = image(3)
+    for order in ("<i2", ">i2"):
+        made = seeds(write_metaimage(voxels.astype(order), tmp_path / "a.mhd"), 3)
+        assert len(made.volumes) == 8 * (voxels == 1).sum()
+
+
+@pytest.mark.parametrize("key, value, words", [
+    ("DimSize", "2 3", "DimSize = 2 3: must be 3 numbers"), ("DimSize", "9 9 -9", "must be 3 numbers"),
+    ("DimSize", "2 3 5", "make 30 bytes, and a_voxels.raw holds 24"), ("ElementType", "MET_OTHER", "must be one of"),
+    ("CompressedData", "True", "must be False"), ("ElementNumberOfChannels", "3", "must be 1"),
+    ("HeaderSize", "-1", "number of bytes"), ("ElementDataFile", "../a_voxels.raw", "beside the header"),
+    ("ElementDataFile", "none.raw", "beside the header"), ("ElementDataFile", "", "beside the header"),
+])
+def test_a_header_with_a_bad_key_is_refused(key, value, words, tmp_path):
+    with pytest.raises(InputError, match=words):
+        seeds(write_metaimage(image(3), tmp_path / "a.mhd", **{key: value}), 3)
+
+
+def test_a_header_that_is_none_is_refused(tmp_path):
+    for content in (b"", b"no header", b"NDims = 3\n" * 9, b"x" * 10**6):
+        (tmp_path / "a.mhd").write_bytes(content)
+        with pytest.raises(InputError, match="no MetaImage"):
+            seeds(tmp_path / "a.mhd", 3)
+
+
+def test_a_header_of_terabytes_is_not_read(tmp_path):
+    write_metaimage(image(3), tmp_path / "a.mhd", DimSize="10000 10000 10000")
+    with open(tmp_path / "a_voxels.raw", "wb") as file:
+        file.truncate(10**12 + 3)
+    with pytest.raises(InputError, match="of memory, and"):
+        seeds(tmp_path / "a.mhd", 3)
 
 
 def test_a_raw_image_of_terabytes_is_not_read(tmp_path):

@@ -84,9 +84,10 @@ class _Record:
         return DrivenCurve(name, *(np.array(column) for column in zip(*self.rows, strict=True)))
 
 
-def driven_path(sample, deformations, name, stop_failed=False):
+def driven_path(sample, deformations, name, stop_failed=False, look=None):
     """`DrivenCurve` of a copy of a sample (`Assembly`) whose cell is deformed from I to each F of (k, 3, 3) in turn, in
-    straight lines: diagonal, F_xz and F_yz. stop_failed: end where the sample has failed."""
+    straight lines: diagonal, F_xz and F_yz. stop_failed: end where the sample has failed. look(cell): called at each
+    row but the first."""
     cell = copy.deepcopy(sample)
     cell.damping = DRAG / cell.dt
     record, share, before = _Record(cell), 1.0, np.eye(3)
@@ -94,13 +95,15 @@ def driven_path(sample, deformations, name, stop_failed=False):
         length, done = float(np.linalg.norm(target - before)), 0.0
         while done < 1.0 and not (stop_failed and share < FAILED):
             done = min(1.0, done + EVERY * (BRISK if share < FAILED else GENTLE) / max(length, 1e-12))
-            _towards(cell, before + done * (target - before))
+            towards(cell, before + done * (target - before))
             share = record.take()
+            if look is not None:
+                look(cell)
         before = target
     return record.curve(name)
 
 
-def jump_path(sample, jumps, name, stop_failed=False):
+def jump_path(sample, jumps, name, stop_failed=False, look=None):
     """`driven_path` of jumps (k, 2): normal and tangential, over the height of the cell.
 
     (-0.1, 0) closes the layer by a tenth, which is the oedometer; (0.1, 0) opens it, (0, 0.1) shears it at constant
@@ -110,10 +113,10 @@ def jump_path(sample, jumps, name, stop_failed=False):
     deformations = np.tile(np.eye(3), (len(normal), 1, 1))
     deformations[:, 2, 2] += normal
     deformations[:, 0, 2] = tangential
-    return driven_path(sample, deformations, name, stop_failed)
+    return driven_path(sample, deformations, name, stop_failed, look)
 
 
-def _towards(cell, F):
+def towards(cell, F):
     """Deform a cell to F in `EVERY` steps."""
     L = (F @ np.linalg.inv(cell.deformation) - np.eye(3)) / (EVERY * cell.dt)
     cell.rates[:], cell.shear[:] = np.diag(L), L[:2, 2]
