@@ -12,7 +12,7 @@ import pytest
 
 from snowmpm.compiler.runtime import _has_cuda
 from snowmpm.particles.store import Layout
-from tests.gpu.test_fine_grained import GROWTH
+from tests.gpu.steps import GROWTH
 
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "mpm_step.py"
 EVERY_FIGURE = BENCHMARK.with_name("gpu.py")

@@ -41,9 +41,22 @@ NUMBERS = {
                      0.0008, 0.5, 0.001, 30, 0),
     # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; modulus: Bergfeld et al. (2023), by WEAC
     "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 9.38e7, 0.25, 30, 0, 1.258e4, 23.5),
+<<<<<<< HEAD
     # Bui and Nguyen (2021), table 2; eta_c = 5
     "bui_sensitive_clay": ("kind density youngs_modulus poisson_ratio friction_angle cohesion residual_cohesion"
                            " softening_strain", "softening_cone", 2150, 25e6, 0.49, 0, 25e3, 1.5e3, 0.2),
+=======
+    # Jop, Forterre and Pouliquen (2006); Dunatunga and Kamrin (2015)
+    "jop_beads": ("kind density youngs_modulus poisson_ratio static_friction limit_friction inertial_number "
+                  "grain_diameter grain_density", "mu_i", 1500, 1e9, 0.3, 0.3819, 0.6435, 0.279, 0.53e-3, 2450),
+    # Larese et al. (2020), table 2
+    "larese_soil": (SAND, "mohr_coulomb", 2650, 0.84e6, 0.3, 19.8, 0, 0),
+    # Chen and Abousleiman (2013): the derived numbers are in a test below
+    "chen_clay": ("kind poisson_ratio critical_slope p0", "modified_cam_clay", 0.278, 1.2, 169e3),
+    # Simo (1992), section 7.2
+    "wilkins_copper": ("kind density youngs_modulus poisson_ratio yield_stress hardening_modulus",
+                       "von_mises", 8930, 117e9, 0.35, 400e6, 100e6),
+>>>>>>> w-cards
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
@@ -105,6 +118,23 @@ def test_derived_numbers_of_the_sources():
     assert slope.tensile_apex == pytest.approx(5e3, rel=2e-8)
     np.testing.assert_allclose(slope.coefficients, (-83.3, -264.9, -781.3, -255.2), atol=0.051)  # table 1
     np.testing.assert_allclose(material_card("peng_sand").coefficients, (-55.6, -171.2, -540.9, -170.9), atol=0.051)
+
+
+def test_beads_and_clay_follow_the_numbers_of_their_sources():
+    beads = material_card("jop_beads")
+    angles = np.degrees(np.arctan([beads.static_friction, beads.limit_friction]))
+    assert angles == pytest.approx([20.9, 32.76], abs=0.005)
+    # Chen and Abousleiman: M, lambda, kappa, nu, critical specific volume, overconsolidation; p, q at rest [kPa]
+    M, compression, swelling, nu, critical, over, p, q = 1.2, 0.15, 0.03, 0.278, 2.74, 1.2, 120.0, 60.0
+    consolidated = over * p * (1.0 + (q / p) ** 2 / M**2)
+    volume = critical + (compression - swelling) * np.log(2.0 / consolidated) - swelling * np.log(p)
+    modulus = 3.0 * (1.0 - 2.0 * nu) * volume * p / swelling  # 3 (1 - 2 nu) K, kPa
+    clay = material_card("chen_clay")
+    assert clay.p0 == pytest.approx(1e3 * consolidated, rel=1e-3)
+    assert clay.youngs_modulus == pytest.approx(1e3 * modulus, rel=1e-3)
+    assert clay.shear_modulus == pytest.approx(4.302e6, rel=1e-3)  # as printed
+    assert clay.hardening_law == "exponential"
+    assert clay.hardening == pytest.approx(volume / (compression - swelling), rel=1e-3)
 
 
 def test_wet_snow_follows_the_formulas_of_its_sources():
