@@ -41,11 +41,9 @@ NUMBERS = {
                      0.0008, 0.5, 0.001, 30, 0),
     # Yamanoi and Endo (2002), by SNOWPACK, at 350 kg/m3; modulus: Bergfeld et al. (2023), by WEAC
     "yamanoi_melt_forms": (SAND + " water_weakening", "wet_snow", 350, 9.38e7, 0.25, 30, 0, 1.258e4, 23.5),
-<<<<<<< HEAD
     # Bui and Nguyen (2021), table 2; eta_c = 5
     "bui_sensitive_clay": ("kind density youngs_modulus poisson_ratio friction_angle cohesion residual_cohesion"
                            " softening_strain", "softening_cone", 2150, 25e6, 0.49, 0, 25e3, 1.5e3, 0.2),
-=======
     # Jop, Forterre and Pouliquen (2006); Dunatunga and Kamrin (2015)
     "jop_beads": ("kind density youngs_modulus poisson_ratio static_friction limit_friction inertial_number "
                   "grain_diameter grain_density", "mu_i", 1500, 1e9, 0.3, 0.3819, 0.6435, 0.279, 0.53e-3, 2450),
@@ -56,7 +54,6 @@ NUMBERS = {
     # Simo (1992), section 7.2
     "wilkins_copper": ("kind density youngs_modulus poisson_ratio yield_stress hardening_modulus",
                        "von_mises", 8930, 117e9, 0.35, 400e6, 100e6),
->>>>>>> w-cards
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
