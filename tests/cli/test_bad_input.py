@@ -34,7 +34,7 @@ def refused(call, tmp_path):
         ("materials.snow.density=-300", "materials.snow.density = -300: must be > 0"),
         ("materials.snow.kind=ice", 'materials.snow.kind = "ice": must be one of'),
         ("terrain={kind='profile',points=[[0,0]]}", "terrain.points"),
-        ("solver.kernel=linear", 'solver.kernel = "linear"'),
+        ("solver.kernel=hat", 'solver.kernel = "hat"'),
         ("solver.method=fem", 'solver.method = "fem"'),
         ("domain.max=[0.3,2.0]", "outside the domain"),
         ("bodies.0.shape={kind='layer',top=0.04}", "solver.dx <= 0.08"),

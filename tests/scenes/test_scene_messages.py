@@ -23,11 +23,12 @@ def message(path, changes):
         ({"solver.dx": float("nan")}, "solver.dx = nan: must be a finite number"),
         ({"solver.dxx": 1}, "solver.dxx = 1: unknown key; did you mean dx?"),
         ({"solver.d\nx": 1}, "solver.d\\nx = 1: unknown key; did you mean dx?"),
-        ({"solver.kernel": "\x1b[2J"}, 'solver.kernel = "\\x1b[2J": must be "quadratic" or "cubic"'),
+        ({"solver.kernel": "\x1b[2J"}, 'solver.kernel = "\\x1b[2J": must be "quadratic", "cubic", "gimp" or "linear"'),
         ({"solver.<dx": 1}, "solver.<dx = 1: unknown key; did you mean dx?"),
         ({"solver": 3}, "solver = 3: must be a table"),
         ({"solver.particles_per_cell": 3.5}, "solver.particles_per_cell = 3.5: must be a whole number"),
-        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic" or "cubic"; did you mean cubic?'),
+        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic", "cubic", "gimp" or "linear"; did you'
+         " mean cubic?"),
         (
             {"terrain.kind": "plan"},
             'terrain.kind = "plan": must be one of "plane", "profile", "mesh", "dem"; did you mean plane?',
