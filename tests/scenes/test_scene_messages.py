@@ -27,8 +27,8 @@ def message(path, changes):
         ({"solver.<dx": 1}, "solver.<dx = 1: unknown key; did you mean dx?"),
         ({"solver": 3}, "solver = 3: must be a table"),
         ({"solver.particles_per_cell": 3.5}, "solver.particles_per_cell = 3.5: must be a whole number"),
-        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic", "cubic", "gimp" or "linear"; did you'
-         " mean cubic?"),
+        ({"solver.kernel": "cubik"}, 'solver.kernel = "cubik": must be "quadratic", "cubic", "gimp" or "linear"; did'
+         " you mean cubic?"),
         (
             {"terrain.kind": "plan"},
             'terrain.kind = "plan": must be one of "plane", "profile", "mesh", "dem"; did you mean plane?',
