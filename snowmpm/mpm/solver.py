@@ -282,14 +282,12 @@ class MpmSolver(Solver):
     def _work(self):
         """Which block owns which particles, and how the work is cut: first particles, chunks for the threads of a CPU
         and a list of blocks, where not all are visited; or the block of each particle and their number."""
-        particles, everyone = self.particles, self.grid.everyone
+        particles = self.particles
         if self.atomic:
             return particles.block_of, particles.count
         if self.sleep and not self._all_scatter:
             return particles.start, self.sleep.chunk_bounds, self.sleep.tiles
-        if self.sleep:
-            everyone = self.grid.everyone
-        return particles.start, particles.chunk_bounds, everyone
+        return particles.start, particles.chunk_bounds, self.grid.everyone
 
     def _begin_damping(self):
         self._usual_flip_ratio, self.flip_ratio = self.flip_ratio, 0.0  # FLIP would keep noise that no node sees
@@ -327,16 +325,10 @@ class MpmSolver(Solver):
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""
-        fields, volumes = population.field, population.volumes
+        real = runtime.DTYPES[self.precision][0]
         if self._phases:
-            return self._phases.exchange(self.dim, runtime.DTYPES[self.precision][0], self._serial)
-        if fields.max(initial=0) == 0:
-            return None
-        masses = volumes * self.materials.density[population.material]
-        mass, volume = np.bincount(fields, masses), np.bincount(fields, volumes)
-        density = mass / np.where(volume > 0.0, volume, 1.0)
-        return BodyContact(self.dim, runtime.DTYPES[self.precision][0], self.flip, friction, density,
-                           self._serial)
+            return self._phases.exchange(self.dim, real, self._serial)
+        return BodyContact.of(population, self.materials.density, friction, self.dim, real, self.flip, self._serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 

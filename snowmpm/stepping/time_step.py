@@ -12,13 +12,13 @@ Least stable is a grain alone on its nodes, not a body: no set of particles on a
 of its stiffest particle by itself (eigenvalues of a sum of elements). With all nodes of the stencil in their places, a
 stress tau of a grain gives it the velocity gradient -dt tau G / rho_0, G = sum_i grad w grad w^T / w, hence
 
-    omega^2 = M s g / (rho_0 dx^2),   g = 1 / D (gradient "affine"), at most 6 or 3.13 (gradient "shape"; 9.33 and 65
-                                 of gimp and linear),
+    omega^2 = M s g / (rho_0 dx^2),   g = 1 / D (gradient "affine"), at most 6 or 3.13 (gradient "shape"),
     s = largest eigenvalue of the stiffness / M,   2-D 1 / (1 - nu),  3-D (1 + nu) / (1 - nu)  for nu >= 0
 
-since it swells along all axes at once, where a wave moves along one. Transfers that hand C on keep what the grain does
-from step to step, omega dt <= 2; in PIC and FLIP the grid starts anew from v alone, omega dt <= sqrt(2). A body filled
-with particles bears 1.2 to 1.8 times that, but the first grain torn off would blow up in it.
+since it swells along all axes at once, where a wave moves along one. Of gimp and linear g is at most 9.33 and 65.
+Transfers that hand C on keep what the grain does from step to step, omega dt <= 2; in PIC and FLIP the grid starts anew
+from v alone, omega dt <= sqrt(2). A body filled with particles bears 1.2 to 1.8 times that, but the first grain torn
+off would blow up in it.
 
 A body that crosses half a cell or a whole one in each step is as stable as one at rest: the advective limit is one of
 accuracy, and of how far the blocks of the grid can follow. Deformation: free elastic blocks that collapse, swell or

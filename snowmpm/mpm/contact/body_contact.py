@@ -14,6 +14,7 @@ gradient of Nairn 2013, doi:10.3970/cmes.2013.092.271).
 
 import functools
 
+import numpy as np
 import taichi as ti
 
 from snowmpm.compiler.arrays import real_array
@@ -38,6 +39,15 @@ class BodyContact(FieldPairs):
         super().__init__(dim, len(density))
         self._friction, self._density = real_array(friction), real_array(density)
         self._exchange = body_contact_kernel(dim, real, flip, serial)
+
+    @classmethod
+    def of(cls, population, density, friction, dim, real, flip, serial):
+        """Contact of the velocity fields of a `Population`, None where it has one; density (m,): of the materials."""
+        if population.field.max(initial=0) == 0:
+            return None
+        masses = population.volumes * density[population.material]
+        mass, volume = (np.bincount(population.field, part) for part in (masses, population.volumes))
+        return cls(dim, real, flip, friction, mass / np.where(volume > 0.0, volume, 1.0), serial)
 
     def apply_contact(self, grid, dx):
         """Let bodies that meet push each other apart."""
