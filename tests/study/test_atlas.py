@@ -1,5 +1,8 @@
 """The atlas of failures: each failure appears where it is said to, and does not where it is said to be cured."""
 
+import csv
+from pathlib import Path
+
 import pytest
 
 from snowmpm.measured.borders import SHIPPED, read
@@ -34,6 +37,15 @@ def test_there_are_entries_enough_and_each_is_measured():
         assert (border.title, border.parameter, border.unit, border.cure, border.fails) == (
             entry.title, entry.parameter, entry.unit, entry.cure, entry.fails)
         assert (border.lowest, border.highest) == (entry.values[0], entry.values[-1])
+
+
+def test_every_entry_is_on_the_page_and_in_its_table():
+    figures = Path(__file__).parents[1] / "benchmarks" / "figures"
+    page = (figures / "stability.md").read_text(encoding="utf-8")
+    with open(figures / "stability.csv", encoding="utf-8", newline="") as file:
+        measured = {(row["entry"], row["setting"]) for row in csv.DictReader(file)}
+    assert [name for name in ENTRIES if f"(`{name}`)" not in page] == []
+    assert f"{len(ENTRIES)} failures" in page and set(BORDERS) <= measured
 
 
 @pytest.mark.parametrize("scheme", SCHEMES, ids="-".join)
