@@ -14,7 +14,7 @@ GRAINS = ("drucker_prager", "mohr_coulomb", "mu_i", "mu_phi_i")
 """Laws of dry grains, where they have no cohesion."""
 SLENDER = 5.0
 """Length over thickness above which beam theory predicts the deflection."""
-BENT = 0.8
+BENT = 0.7071
 """Deflection of the end of a slender body, in thicknesses, above which the affine gradient bends it too far: the
 border `bent_beam` of the atlas of failures."""
 
