@@ -59,7 +59,7 @@ class FaceLoads:
     def shorten(self, dt, critical, elastic):
         """dt [s] with the swings of particles on penalties: frequencies add up by their squares. critical, elastic:
         the cfl at which waves grow, and that of dt."""
-        return dt / np.hypot(1.0, 0.5 * self._rate * dt * critical / elastic) if self._rate > 0.0 else dt
+        return dt / float(np.hypot(1.0, 0.5 * self._rate * dt * critical / elastic)) if self._rate > 0.0 else dt
 
     def _swing(self):
         """A bound of the fastest one [1/s]: omega^2 <= max_p sum_s k_s (1 + D^-1 |r_s|^2) / m_p, as by the inequality

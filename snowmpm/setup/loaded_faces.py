@@ -18,6 +18,12 @@ PENALTY, SOLVED_PENALTY = 10.0, 1000.0
 REACH = 1.0
 """Distance from a particle of the body, in diagonals of a particle's cell, beyond which its surface is bare."""
 
+FINER = 3
+"""Points along a particle's spacing, before those of a particle become one."""
+
+ALIKE = 6
+"""Digits in which normals agree."""
+
 ROUND_OFF = 1e-6
 """Of a spacing: what lies on the border of a block is in it, what lies on a side of the domain is not free."""
 
@@ -65,7 +71,7 @@ def _points(model, spec, key):
     number, body = _body(scene, spec)
     spacing = scene.solver.spacing(dim)
     shape = SolidShape.of(body.shape, dim, scene.base_dir, f"bodies.{number}.shape")
-    rest, area = points_on(shape, spacing)
+    rest, area = points_on(shape, spacing / FINER)
     chosen = _free(model, rest, ROUND_OFF * spacing)
     if spec.within is not None:
         slack = ROUND_OFF * spacing
@@ -82,7 +88,19 @@ def _points(model, spec, key):
         place = np.array2string(rest[far][0], precision=3)
         raise InputError.at(f"{key}.body", spec.body, f"has no particle near its surface at {place} m, where an"
                             " obstacle or the domain cuts it")
+    nearest, rest, area = _merged(nearest, rest, area)
     return FacePoints.of(ends[number] + nearest, rest - positions[nearest], area, rest)
+
+
+def _merged(carrier, rest, area):
+    """One point in place of all with the same carrier (n,) and the same normal: their middle, and all of their area. A
+    particle then gets the load of all that is nearest to it, however points and particles lie to each other."""
+    size = np.linalg.norm(area, axis=1)
+    alike = np.column_stack([carrier, np.round(area / size[:, None], ALIKE)])
+    _, first, group = np.unique(alike, axis=0, return_index=True, return_inverse=True)
+    group, whole = group.reshape(-1), np.bincount(group.reshape(-1), size)
+    middle = np.stack([np.bincount(group, size * column) for column in rest.T], axis=1) / whole[:, None]
+    return carrier[first], middle, whole[:, None] * (area / size[:, None])[first]
 
 
 def _free(model, x, slack):
@@ -96,11 +114,11 @@ def _free(model, x, slack):
 
 
 def points_on(shape, spacing):
-    """Middles (n, dim) and areas times outward normals (n, dim) of parts of a `SolidShape`'s surface, none longer than
-    `spacing`; discs and balls are those of their drawing."""
+    """Middles (n, dim) and areas times outward normals (n, dim) of parts of a `SolidShape`'s surface: segments no
+    longer than `spacing`, triangles with two sides no longer; discs and balls are those of their drawing."""
     vertices, facets = shape.drawing()
     corners = vertices[facets]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    edges = np.sort(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1)[:, -2]
     parts = np.maximum(np.ceil(edges / spacing - ROUND_OFF), 1).astype(int)
     found = [_divided(corners[parts == n], n) for n in np.unique(parts)]
     middles, areas = (np.concatenate(columns) for columns in zip(*found, strict=True))

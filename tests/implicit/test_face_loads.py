@@ -130,9 +130,9 @@ def test_ball_of_a_scene_under_pressure_all_around():
     x, now = before_and_after(sim)
     inside = np.linalg.norm(x, axis=1) < 0.7
     found = (now[inside] * x[inside]).sum() / (x[inside] ** 2).sum()
-    assert 1.0 - found == pytest.approx(1.0 - s, rel=0.01)
+    assert 1.0 - found == pytest.approx(1.0 - s, rel=0.02)  # particles of a lattice fill a ball in steps
     for axis in "xyz":  # the projection of the round surface
-        assert sim.audit()[f"around_force_{axis}"] == pytest.approx(-p * 0.25 * np.pi * s**2, rel=0.015)
+        assert sim.audit()[f"around_force_{axis}"] == pytest.approx(-p * 0.25 * np.pi * s**2, rel=0.02)
 
 
 def polar(inner, outer, spacing):
