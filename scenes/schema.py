@@ -255,12 +255,23 @@ def _check_references(scene):
         if event.NEEDS == "water" and scene.water is None:
             raise refuse("needs water: a table [water]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
+    _check_names_of_faces(scene)
     for table in ("events", "forces"):
         for i, item in enumerate(getattr(scene, table)):
             body = getattr(item, "body", None)
             if body is not None and body not in bodies:
                 near = did_you_mean(body, bodies)
                 raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"{table}.{i}.body", body)
+
+
+def _check_names_of_faces(scene):
+    """Check that forces with columns in the history have names of their own."""
+    seen = set()
+    for i, force in enumerate(scene.forces):
+        name = getattr(force, "name", None)
+        if name in seen:
+            raise refuse("there is another of this name among the forces", f"forces.{i}.name", name)
+        seen.update([name] if name else [])
 
 
 def _check_answer(scene):

@@ -62,6 +62,8 @@ class Capabilities:
     """events that take particles out"""
     forces: bool = True
     """accelerations and pressures in space and time (`snowmpm.forcing`)"""
+    faces: bool = False
+    """tractions, pressures and displacements of a part of a body's surface (`snowmpm.forcing.faces`)"""
     forcing: bool = True
     """damping and gravity that changes"""
     sleeping: bool = False
@@ -142,7 +144,7 @@ METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
         receives=True, sleeping=True, averaged_hats=True, f_bar=True, water=True, two_velocities=True, interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
-        strong_coupling=True,
+        strong_coupling=True, faces=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
@@ -156,7 +158,7 @@ METHODS = {entry.name: entry for entry in (
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True, faces=True),
         words="implicit MPM"),
 )}
 

@@ -13,6 +13,7 @@ from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.dilation import CellDilation
+from snowmpm.mpm.face_loads import FaceLoads
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -99,7 +100,7 @@ class MpmSolver(Solver):
         self._dilation = None
         if f_bar:
             self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip)
-        self._interface = None
+        self._interface = self._face_loads = None
         if population.interface is not None:
             self._interface = InterfaceLayer(self, population, laws, self._serial)
             self.grid.hiding = hiding_kernels(real, self._serial)
@@ -136,8 +137,12 @@ class MpmSolver(Solver):
                 if self._interface:
                     self.add_impulse(self.damping_factor * self._interface.impulse(pushed))
                 self.particles_to_grid(pushed)
+                if self._face_loads:
+                    self.add_impulse(self._face_loads.act(dt, pushed))
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
+                if self._face_loads:
+                    self._face_loads.follow(dt)
             if self.sleep and self.damping_factor == 1.0:
                 self.sleep.after_step(dt, pushed, self._reports, self._held[0])
         self._advance_clock(dt, pushed)
@@ -307,7 +312,14 @@ class MpmSolver(Solver):
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
-        return self._interface.shorten(dt, self.critical_cfl, elastic) if self._interface else dt, cause
+        for layer in (self._interface, self._face_loads):
+            dt = layer.shorten(dt, self.critical_cfl, elastic) if layer else dt
+        return dt, cause
+
+    def load_faces(self, faces):
+        """`Solver.load_faces`."""
+        super().load_faces(faces)
+        self._face_loads = FaceLoads(self, faces)
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 

@@ -192,6 +192,19 @@ def _flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
+def _pulled(method):
+    dim = given.least_dimension(method)
+    return _free(method, forces=[{"kind": "traction", "name": "pull", "body": "one",
+                                  "value": given.point(dim, 30.0, 0.0)}])
+
+
+def _follows_its_surface(simulation):
+    before = momentum(simulation)
+    steps(simulation, 3)
+    pull = simulation.solver.faces.faces[0].given.impulse
+    assert pull[0] > 0.0 and np.allclose(momentum(simulation) - before, pull, rtol=0.0, atol=1e-9 * pull[0])
+
+
 def _tilted(method):
     return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
 
@@ -348,6 +361,7 @@ CAPABILITIES = {
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
     "forces": Asked(_blown_at, _flies_off),
+    "faces": Asked(_pulled, _follows_its_surface),
     "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
     "two_velocities": Asked(_with_moving_water, _falls_together),

@@ -15,6 +15,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     sph_sums,
     standing,
     standing_things,
+    ties,
     time_steps,
     transfers,
     weak_layers,
