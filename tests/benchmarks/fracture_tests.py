@@ -26,7 +26,8 @@ MM = 1e3
 
 def pattern(axes, tested, title):
     """Damage of the particles when the specimen has broken, where they were at the start."""
-    points = axes.scatter(*(MM * tested.x.T), c=tested.damage[specimens.broken(tested)], s=1.5, lw=0.0, cmap="magma_r", vmin=-0.15, vmax=1.0)
+    points = axes.scatter(*(MM * tested.x.T), c=tested.damage[specimens.broken(tested)], s=1.5, lw=0.0,
+                          cmap="magma_r", vmin=-0.15, vmax=1.0)
     axes.set(aspect="equal")
     axes.set_axis_off()
     axes.set_title(title, fontsize=9)
@@ -40,8 +41,8 @@ def draw_beams(beams):
     axes[0].plot(MM * deflection, force, color="0.3", label="finite elements")
     for beam, style in zip(beams, (":", "--", "-"), strict=True):
         axes[0].plot(MM * specimens.deflection(beam), beam.force, style, color="C0", label=f"dx = {MM * beam.dx:g} mm")
-        spent = beam.work / specimens.LIGAMENT_ENERGY
-        print(f"dx {MM * beam.dx:g} mm: peak {beam.force.max():.2f} N/m, work {spent:.3f} G_f A", flush=True)
+        spent = beam.work / specimens.bonds_lost(beam)
+        print(f"dx {MM * beam.dx:g} mm: peak {beam.force.max():.2f} N/m, work {spent:.3f} of the bonds", flush=True)
     axes[0].set(xlabel="deflection [mm]", ylabel="load per width [N/m]", xlim=(0.0, None), ylim=(0.0, None))
     axes[0].legend(frameon=False)
     pattern(axes[1], beams[-1], "damage, dx = 2 mm")

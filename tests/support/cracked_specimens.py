@@ -29,8 +29,8 @@ MARGIN = 12
 class Loaded:
     """A test in time: at each reading its time [s], way of the press [m], its force and that of the other obstacles
     since the reading before, upwards, per width [N/m], displacements of the gauges (readings, gauges) [m], damage of
-    all particles (readings, n), and their kinetic energy [J/m]; at the start x (n, 2) [m]; at the end moved (n, 2) [m], how far, normal (n, 2),
-    the diagonal of n n of their cracks, and work [J/m] of the press. dx [m]."""
+    all particles (readings, n), and their kinetic energy [J/m]; at the start x (n, 2) [m]; at the end
+    normal (n, 2), the diagonal of n n of their cracks, and work [J/m] of the press. dx [m]."""
 
     dx: float
     time: np.ndarray
@@ -41,25 +41,28 @@ class Loaded:
     damage: np.ndarray
     kinetic: np.ndarray
     x: np.ndarray
-    moved: np.ndarray
     normal: np.ndarray
     work: float
 
 
-def scene(name, dx, shapes, half, height, rests, press, way, seconds, friction=0.0):
+def scene(name, dx, shapes, half, height, rests, press, way, seconds, friction=0.0, apart=0.0):
     """`Scene` of a specimen from -half to half and 0 to height [m]; rests, press: shapes of obstacles; the press comes
-    down by `way` [m] in `seconds`."""
+    down by `way` [m] in `seconds`, and rests move outwards by the share `apart` of it."""
     far = MARGIN * dx
-    still = [{"name": f"rest_{i}", "friction": friction, "shape": rest} for i, rest in enumerate(rests)]
-    moving = {"name": "press", "friction": friction, "shape": press,
-              "motion": {"velocity": [0.0, -2.0 * way / seconds], "ramp": seconds}}
+    speed = 2.0 * way / seconds
+
+    def obstacle(name, shape, velocity):
+        motion = {"motion": {"velocity": velocity, "ramp": seconds}} if any(velocity) else {}
+        return {"name": name, "friction": friction, "shape": shape, **motion}
+
+    carried = [obstacle(f"rest_{i}", rest, [apart * speed * (2 * i - 1), 0.0]) for i, rest in enumerate(rests)]
     return Scene.model_validate({
         "name": name, "dimension": 2, "end_time": seconds, "gravity": 0.0, "output": {"interval": seconds / 50},
         "solver": {"dx": dx, "precision": "f64", "transfer": "aflip", "flip_ratio": 0.99, "f_bar": "whole"},
         "domain": {"min": [-half - far, -far], "max": [half + far, height + far]},
         "materials": {"rock": ROCK.model_dump(exclude_none=True)},
         "bodies": [{"name": f"part_{i}", "material": "rock", "shape": shape} for i, shape in enumerate(shapes)],
-        "obstacles": [*still, moving]})  # fmt: skip
+        "obstacles": [*carried, obstacle("press", press, [0.0, -speed])]})  # fmt: skip
 
 
 def load(tested, gauges=(), readings=200):
@@ -82,29 +85,15 @@ def load(tested, gauges=(), readings=200):
     reaction = table[:, 4 + len(gauges):] / np.diff(table[:, 0], prepend=0.0)[:, None]
     state = states.column("state")
     return Loaded(tested.solver.dx, *table[:, :3].T, reaction, table[:, 4 : 4 + len(gauges)], np.array(damage),
-                  table[:, 3], states.reference, states.positions() - states.reference, state[:, [2, 3]],
+                  table[:, 3], states.reference, state[:, [2, 3]],
                   -float(simulation.solver.obstacle_totals[press, -1]))  # fmt: skip
 
 
 # ---- beam ------------------------------------------------------------------------------------------------------
 
-DEPTH, NOTCH, ARM, ROLLER = 0.048, 0.012, 0.0569, 0.008
-"""Of beam and notch; half the span between the inner edges of the plates it lies on; radius of the press [m].
-The beam slides on its supports as it bends. Contact with a roller would lift it: its nodes feel a face that is as
-steep as the roller is at their place, half a cell beside its top."""
-
-
-LIGAMENT_ENERGY = ROCK.fracture_energy * (DEPTH - NOTCH)
-"""What breaks the beam, per width [J/m]."""
-
-
-def support(inner, side):
-    """A plate from `inner` outwards on a side (-1, 1) [m]. Its flanks fall off at 44 degrees: below an upright one the
-    nodes beside the edge would feel a face that does not carry."""
-    wide, deep = 0.005, 0.01
-    run = deep / np.tan(np.radians(44.0))
-    points = np.array([[inner - run, -deep], [inner, 0.0], [inner + wide, 0.0], [inner + wide + run, -deep]])
-    return polygon(points * [side, 1.0])
+DEPTH, NOTCH, ARM, ROLLER, ROLLS = 0.048, 0.012, 0.06, 0.007, 0.8
+"""Of beam and notch, half the span, radius of the rollers [m]; way of the lower rollers apart, each over the press's:
+that of the lower face of halves that turn about the top of the ligament, so that the beam does not slide on them."""
 
 
 def polygon(points):
@@ -113,11 +102,11 @@ def polygon(points):
 
 
 def beam_scene(dx, way=0.9e-3, seconds=0.7):
-    """A beam with a notch of one cell below its middle, on two plates, under a roller."""
+    """A beam with a notch of one cell below its middle, on two rollers, under a third."""
     half = dx * (round(0.072 / dx) + 0.5)
     w = 0.5 * dx
     outline = [[-half, 0.0], [-w, 0.0], [-w, NOTCH], [w, NOTCH], [w, 0.0], [half, 0.0], [half, DEPTH], [-half, DEPTH]]
-    rests = [support(ARM, side) for side in (-1.0, 1.0)]
+    rests = [{"kind": "sphere", "centre": [side * ARM, -ROLLER], "radius": ROLLER} for side in (-1, 1)]
     press = {"kind": "sphere", "centre": [0.0, DEPTH + ROLLER], "radius": ROLLER}
     return scene("notched_beam", dx, [polygon(outline)], half, DEPTH, rests, press, way, seconds)
 
@@ -142,6 +131,13 @@ def deflection(beam):
     """Of the middle against the supports, within the beam, at the middle of the readings' intervals [m]."""
     sag = beam.gauges[:, 1:].mean(axis=1) - beam.gauges[:, 0]
     return 0.5 * (sag + np.concatenate([[0.0], sag[:-1]]))
+
+
+def bonds_lost(beam):
+    """Energy of the cohesion that cracks have lost by the end, per width [J/m]: over a crack of damage ω, of linear
+    cohesion, G_f (2 ω - ω^2) per area; a particle has a quarter of its cell's area."""
+    damage = beam.damage[-1].astype(float)
+    return 0.25 * beam.dx * ROCK.fracture_energy * (2.0 * damage - damage**2).sum()
 
 
 # ---- half disc and ring ----------------------------------------------------------------------------------------

@@ -7,18 +7,18 @@ import pytest
 from tests.support import beam_of_elements
 from tests.support import cracked_specimens as specimens
 
-GRIDS = (0.004, 0.003, 0.002)
-FINEST = GRIDS[-1]
+FINEST = 0.002
 ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0)
-EDGES = "contact with the edge of a support depends on where it lies between the nodes, and hinders sliding: "
+ARMS = "rollers act through the nodes beside their tops and through faint nodes at their flanks, so the arm of the load"
+ARMS += " is shorter by half a cell at each end, and the supports lift the beam as it turns: "
 
 
 def missed(dx, figure):
-    return pytest.param(dx, marks=pytest.mark.xfail(strict=True, reason=EDGES + figure))
+    return pytest.param(dx, marks=pytest.mark.xfail(strict=True, reason=ARMS + figure))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dx", [missed(0.004, "9 % of the peak"), missed(0.003, "20 % of the peak")])
+@pytest.mark.parametrize("dx", [missed(0.004, "19 % of the peak"), missed(0.003, "8 % of the peak")])
 def test_a_notched_beam_has_one_curve_on_every_grid(dx):
     """F2: within 5 % of the peak of the finest grid."""
     one, finest = specimens.bent(dx), specimens.bent(FINEST)
@@ -29,17 +29,22 @@ def test_a_notched_beam_has_one_curve_on_every_grid(dx):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dx", [missed(0.004, "0.97"), missed(0.003, "1.18"), missed(0.002, "1.05")])
+@pytest.mark.parametrize("dx", [missed(0.004, "1.15"), missed(0.003, "1.11"), missed(0.002, "1.09")])
 def test_a_notched_beam_takes_its_fracture_energy(dx):
-    """F2: the work of the press within 2 % of G_f times the ligament."""
-    assert specimens.bent(dx).work == pytest.approx(specimens.LIGAMENT_ENERGY, rel=0.02)
+    """F2: the work of the press within 2 % of the card's energy of the bonds that were lost."""
+    beam = specimens.bent(dx)
+    assert beam.work == pytest.approx(specimens.bonds_lost(beam), rel=0.02)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("dx", "within"), [(0.004, 0.1), (0.003, 0.1), (0.002, 0.03)])
+@pytest.mark.parametrize(("dx", "within"), [(0.004, 0.1), (0.003, 0.05), (0.002, 0.02)])
 def test_a_notched_beam_breaks_at_the_load_of_finite_elements_with_a_cohesive_crack(dx, within):
+    """In one piece and slowly: the crack goes straight up from the notch; most of its motion is that of the press."""
     beam, (_, force) = specimens.bent(dx), beam_of_elements.curve()
     assert beam.force.max() == pytest.approx(force.max(), rel=within)
+    broken = beam.x[beam.damage[-1] > 0.9]
+    assert np.abs(broken[:, 0]).max() < 0.5 * dx
+    assert broken[:, 1].max() > 0.75 * specimens.DEPTH
     assert beam.kinetic.max() < 0.01 * beam.work
 
 
@@ -70,3 +75,16 @@ def test_rings_split_along_the_load_and_wide_ones_then_across(ratio, cracks):
     assert (across[end] > 0.5) == (cracks == 2)
     if cracks == 2:
         assert np.argmax(across > 0.5) > np.argmax(along > 0.5)
+
+
+PAIR = pytest.param(0.2, marks=pytest.mark.xfail(strict=True, reason="two cracks, 6 mm from the axis on both sides"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [PAIR, 0.3, 0.4])
+def test_the_crack_along_the_load_is_one(ratio):
+    tested = specimens.ring(ratio)
+    opened = (tested.damage[specimens.broken(tested)] > 0.5) & (tested.normal[:, 0] > 0.5)
+    beside = np.abs(np.abs(tested.x[:, 1] - specimens.RADIUS) - 0.6 * specimens.RADIUS) < 0.2 * specimens.RADIUS
+    near = np.abs(tested.x[:, 0]) < specimens.RADIUS / 6
+    assert np.abs(tested.x[opened & beside & near, 0]).max() < 0.6 * tested.dx
