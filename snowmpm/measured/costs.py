@@ -183,7 +183,7 @@ def _of(scheme, what, name):
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * _of(scheme, "call", scheme.method)
+    return 1e-9 * (_of(scheme, "call", scheme.method) + (_of(scheme, "call", "averaging") if scheme.averaging else 0.0))
 
 
 def step(scheme, crowd, settling=False):

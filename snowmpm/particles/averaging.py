@@ -65,7 +65,8 @@ class Nodes(NamedTuple):
 
 @functools.cache
 def averaging_kernels(layout, real, index, serial):
-    """Kernels `remember`, `gain`, `clear`, `scatter`, `blur` and `gather` of state variable `index`; serial: by one thread."""
+    """Kernels `remember`, `gain`, `clear`, `scatter`, `blur` and `gather` of state variable `index`; serial: by one
+    thread."""
     dim, edge = layout.dim, EDGE[layout.dim]
     access, at = accessors(layout), layout.offsets
     column = at["state"] + index

@@ -46,7 +46,8 @@ def gained(solver, gain):
     return states.column("state")[:, 0] - 0.05
 
 
-@pytest.mark.parametrize("size", [[1.7, 1.1], [0.7, 0.9, 0.6]], ids=["2-D", "3-D"])
+@pytest.mark.parametrize("size", [
+    pytest.param([1.7, 1.1], id="2-D"), pytest.param([0.7, 0.9, 0.6], id="3-D", marks=pytest.mark.slow)])
 def test_a_constant_gain_stays_as_it_is(size):
     solver = block(size)
     np.testing.assert_allclose(gained(solver, 0.0123), 0.0123, rtol=1e-9)
@@ -95,6 +96,7 @@ def test_one_and_two_threads_leave_the_same_bits():
     assert one["hash"] == two["hash"] and one["yielding"] > 100 and not two["alone"]
 
 
+@pytest.mark.slow
 def test_a_restored_solver_goes_on_bit_by_bit():
     (one, _), (other, _) = hurried(), hurried()
     for _ in range(8):
@@ -172,8 +174,8 @@ def test_laws_that_do_not_soften_have_none():
         scene(materials={"clay": elastic})
 
 
-@pytest.mark.parametrize(("dx", "told"), [(0.1, False), (0.2, True)])
-def test_a_length_of_less_than_two_cells_is_told(dx, told):
+@pytest.mark.parametrize(("dx", "told"), [(0.08, False), (0.1, True)])
+def test_a_length_of_too_few_cells_is_told(dx, told):
     found = scene(solver={"dx": dx})
     model = build(found)
     said = [one for one in cautions(SceneFacts(found, model, model.solver())) if "nonlocal_length" in one.key]
