@@ -38,12 +38,15 @@ class Scheme:
     """of its mesh over the depth of a column"""
     f_bar: bool = False
     """one change of volume a cell"""
+    averaging: bool = False
+    """a loss of strength that is averaged over a length"""
 
     @classmethod
     def of(cls, scene):
         solver, water = scene.solver, scene.water
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
-                   water.scheme if water else "", getattr(water, "layers", 1), solver.f_bar)
+                   water.scheme if water else "", getattr(water, "layers", 1), solver.f_bar,
+                   any(law.averaging_length for law in scene.materials.values()))
 
 
 @functools.cache
@@ -73,15 +76,20 @@ def on_grid(scheme):
 def transfers(scheme):
     """ns a particle of scatter and gather, or of a step of a method without a grid, with the usual law."""
     if not on_grid(scheme):
-        return row("step", scheme.dimension, scheme.precision, scheme.method)
+        return row("step", scheme.dimension, scheme.precision, scheme.method) + averaging(scheme)
     base = row("step", scheme.dimension, scheme.precision, "quadratic affine apic")
     # Measured in float32; what they add in float64 is more by as much as the whole step is
     single = row("step", scheme.dimension, "f32", "quadratic affine apic")
-    found = base
+    found = base + averaging(scheme)
     for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer, "f_bar" if scheme.f_bar else "apic"):
         if name not in BASE:
             found += row("more", scheme.dimension, "f32", name) * (base / single)
     return found
+
+
+def averaging(scheme):
+    """ns of the average of a loss of strength, 0 without."""
+    return row("more", scheme.dimension, "f32", "averaging") if scheme.averaging else 0.0
 
 
 def usual_law(scheme):
@@ -175,7 +183,7 @@ def _of(scheme, what, name):
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * _of(scheme, "call", scheme.method)
+    return 1e-9 * (_of(scheme, "call", scheme.method) + (_of(scheme, "call", "averaging") if scheme.averaging else 0.0))
 
 
 def step(scheme, crowd, settling=False):

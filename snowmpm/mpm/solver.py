@@ -23,6 +23,7 @@ from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.averaging import FadingAverage
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
@@ -100,6 +101,7 @@ class MpmSolver(Solver):
         self._dilation = None
         if f_bar:
             self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip)
+        self._averaging = FadingAverage.of(self.particles, precision, self._serial)
         self._interface = self._face_loads = None
         if population.interface is not None:
             self._interface = InterfaceLayer(self, population, laws, self._serial)
@@ -226,10 +228,14 @@ class MpmSolver(Solver):
         report.fill(0.0)
         if self._dilation:
             self._dilation.find(store, grid, dt)
+        if self._averaging:
+            self._averaging.remember()
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
+        if self._averaging:
+            self._averaging.spread()
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
             report[stiff] = np.maximum(report[stiff], self.sleep.floors)
@@ -372,7 +378,7 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes + (self._dilation.bytes if self._dilation else 0)
+        return self.grid.bytes + sum(part.bytes for part in (self._dilation, self._averaging) if part)
 
     @property
     def workload(self):

@@ -30,6 +30,9 @@ def demands(scene, later=False):
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
     if scene.solver.f_bar:
         yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
+    for name, law in averaged(scene).items():
+        if not (later and METHODS[scene.solver.method].capabilities.plan):  # columns have no strength
+            yield "averaging", True, f"materials.{name}.nonlocal_length", law.averaging_length
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -131,6 +134,7 @@ def refuse_beyond(scene):
     _refuse_free(scene)
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
+    _refuse_averaging(scene)
     _refuse_averaged_hat(scene)
     _refuse_beside_faces(scene)
 
@@ -192,6 +196,22 @@ def _refuse_f_bar(scene):
     pressing = any(force.kind == "pressure" for force in scene.forces)
     if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
         raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
+
+
+def averaged(scene):
+    """Laws of a scene whose loss of strength is averaged over a length, by material."""
+    return {name: law for name, law in scene.materials.items() if law.averaging_length}
+
+
+def _refuse_averaging(scene):
+    """Raise InputError for a loss of strength that is averaged, beside what leaves particles out of the average."""
+    for name, law in averaged(scene).items():
+        beside = {"solver.sleeping": scene.solver.sleeping > 0.0,
+                  'initial.relaxation = "static"': scene.initial.relaxation == "static",
+                  "an interface": any(body.interface and body.material == name for body in scene.bodies)}
+        if found := [what for what, there in beside.items() if there]:
+            raise InputError.at(f"materials.{name}.nonlocal_length", law.averaging_length,
+                                f"does not go with {' and '.join(found)}", scene.source)
 
 
 def _refuse_averaged_hat(scene):

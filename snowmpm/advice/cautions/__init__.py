@@ -12,6 +12,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     shallow,
     sleeping,
     soaked,
+    softening,
     sph_sums,
     standing,
     standing_things,
