@@ -10,19 +10,13 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render.framing import Action, sample_action
-from snowmpm.render.run_film import (
-    PREPARING,
-    SectionView,
-    SpaceView,
-    check_drawable,
-    checked_wishes,
-    nearest_frame,
-    particle_spacing,
-    write_pictures,
-)
+from snowmpm.render.run_film import PREPARING, check_drawable, checked_wishes, nearest_frame, write_pictures
 from snowmpm.render.section import Profile
+from snowmpm.render.section_view import SectionView
+from snowmpm.render.space_view import SpaceView
 from snowmpm.render.timing import Timing
 from snowmpm.render.tracking import joint_track, plan_track
+from snowmpm.render.view import particle_spacing
 from snowmpm.stages import stage
 
 GAP = 4  # px of white between the two
