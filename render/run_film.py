@@ -14,10 +14,12 @@ from snowmpm.render.camera_path import CameraPath
 from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.passes import checked_pass
+from snowmpm.render.plan_inset import WISHES
 from snowmpm.render.quality import Quality
 from snowmpm.render.section_view import SectionView
 from snowmpm.render.space_view import SpaceView
 from snowmpm.render.timing import Timing
+from snowmpm.render.upright import upright
 from snowmpm.render.winter import GROUNDS
 from snowmpm.render.workers import drawn, worker_count
 from snowmpm.stages import stage
@@ -30,7 +32,8 @@ def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
-    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full"
+    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full",
+    inset: str = "auto"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -47,6 +50,9 @@ def render_run(
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
     timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
     plain      no words, scales and insets
+    inset      the whole in a corner, "on", "off" or "auto": in 3-D a map of the terrain with the track so far, the snow
+               and what the camera shows, by itself where that is less than a quarter of the terrain; of a section all
+               of it, by itself where the view is close
     layer      for compositing, in 3-D and without words: "transparent", the sky is see-through (.png, folder); "depth",
                metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
     ground     of runs in 3-D: "winter", under snow, which the flow sweeps away; "summer"; by default "auto": winter
@@ -63,7 +69,8 @@ def render_run(
     if quality != "full" and layer != "picture":
         raise InputError.at("quality", quality, f'goes without pass = "{layer}", which is for compositing')
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality)
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality,
+                       inset="off" if inset in WISHES and (plain or layer != "picture") else inset)
     view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
@@ -118,11 +125,14 @@ def check_drawable(run):
 
 
 def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True,
-            quality="full"):
+            quality="full", inset="auto"):
     """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
     pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
+    run = upright(run)
     quality = Quality.named(quality)
+    if inset not in WISHES:
+        raise InputError.not_in("inset", inset, WISHES)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
@@ -133,10 +143,10 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
     if run.dimension == 2:
         if ground not in GROUNDS:
             raise InputError.not_in("ground", ground, GROUNDS)
-        return SectionView(run, size, color, camera or "auto", quality=quality)
+        return SectionView(run, size, color, camera or "auto", quality=quality, inset=inset)
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
     return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
-                     quality=quality)
+                     quality=quality, inset=inset if drawn else "off")
 
 
 def nearest_frame(run, time):

@@ -6,7 +6,6 @@ from snowmpm.errors import InputError
 from snowmpm.render import light
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.section import Profile, draw_section
-from snowmpm.render.solid import placed
 from snowmpm.render.tracking import plan_track
 from snowmpm.render.view import View
 
@@ -16,25 +15,29 @@ INSET = 0.30  # of the picture's sides
 class SectionView(View):
     """Plane-strain runs: the section, and an inset with the whole of it when the view is close."""
 
-    def __init__(self, run, size, color, camera, track=None, quality=None):
-        """track: the moving view, by default that of the run (`tracking.plan_track`); quality: a `Quality`."""
+    def __init__(self, run, size, color, camera, track=None, quality=None, inset="auto"):
+        """track: the moving view, by default that of the run (`tracking.plan_track`); quality: a `Quality`; inset:
+        whether the whole section stands in a corner, "on", "off" or, where the view is close, "auto"."""
         super().__init__(run, size, color)
         self.quality = quality or self.quality
         if camera not in ("auto", "side"):
             raise InputError.at("camera", camera, "must be auto or side for a run in two dimensions")
-        self.profile = Profile.of(run.terrain)
+        self.profile = Profile.of(self.terrain)
         self.track = track or plan_track(run, self.profile, self.spacing, size, close=camera == "auto")
+        self.inset = inset == "on" or (inset == "auto" and self.track.close)
 
     def picture(self, i):
         """(height, width, 3) uint8 of frame `i`."""
         time, snow = self._frame(i)
-        camera, snow = self.track.camera(i), (*snow, placed(self.run, i))
+        camera, snow = self.track.camera(i), (*snow, self.solids(i))
         overlay = Overlay(self._section(camera, snow))
         if self.plain:
             return overlay.picture()
-        side = "right" if self.track.falls_left else "left"
-        if self.track.close:
+        # A saw comes from the left
+        side = "right" if self.track.falls_left or self.saw else "left"
+        if self.inset:
             self._inset(overlay, camera, snow)
+        self._point_at_saw(overlay, camera, time)
         self._legend(overlay, time, side)
         overlay.length_scale(camera.scale, side, beside=self.scale is not None)
         return overlay.picture()

@@ -10,9 +10,10 @@ from snowmpm.render.framing import choose_camera, emptier_side, sample_action
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.overlay import Overlay
 from snowmpm.render.passes import sky_of, with_alpha
+from snowmpm.render.plan_inset import PlanInset
 from snowmpm.render.relief import build_relief
 from snowmpm.render.snow import draw_snow, seen_snow
-from snowmpm.render.solid import draw_solids, nearby, placed
+from snowmpm.render.solid import draw_solids, nearby
 from snowmpm.render.view import View
 from snowmpm.render.winter import snow_cover
 
@@ -21,15 +22,15 @@ class SpaceView(View):
     """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
 
     def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto",
-                 drawn=True, quality=None):
+                 drawn=True, quality=None, inset="off"):
         """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
-        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`;
-        quality: a `Quality`."""
+        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`; quality: a `Quality`; inset: a
+        map, as of `PlanInset.of`."""
         super().__init__(run, size, color)
         self.quality = quality or self.quality
         action = action or sample_action(run)
         action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
-        relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
+        relief = None if self.terrain is None else build_relief(self.terrain, *action.box())
         self.action, self.relief, self.as_sheet = action, relief, relief is not None
         self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
         self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
@@ -41,6 +42,7 @@ class SpaceView(View):
         self.ground = self._drawn_ground(self.quality.camera(self.camera)) if drawn else None
         if cutaway:
             self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
+        self.inset = PlanInset.of(self, inset)
 
     def picture(self, i):
         """Frame `i`: (height, width, 3) uint8, with alpha (height, width, 4) of the pass "transparent", float32
@@ -59,22 +61,30 @@ class SpaceView(View):
         overlay = Overlay(self.quality.enlarged(picture, camera.size))
         if self.plain:
             return overlay.picture()
+        if self.inset:
+            self.inset.draw(overlay, time, snow[0], camera)
+        self._point_at_saw(overlay, camera, time)
         self._legend(overlay, time, self.side)
         other = "left" if self.side == "right" else "right"
         if not camera.perspective:
             overlay.length_scale(camera.scale, other)
-        elif ground.contour_interval:
+        elif ground.contour_interval and not self.saw:
             words = [f"contours every {ground.contour_interval:g} m", attribution(self.run.provenance)]
             overlay.note("; ".join(filter(None, words)), other)
         else:
             overlay.length_scale(self.action.size_in(camera), other, about=True)
         return overlay.picture()
 
+    @property
+    def near(self):
+        """The side (1, -1) of y that the camera stands on, and the handle of a saw."""
+        return 1.0 if -self.camera.axes[2, 1] >= 0.0 else -1.0
+
     def _behind(self, i, camera, sky=light.sky):
         """`Ground` with the solids of frame `i`, as a camera sees them."""
         known = self.path is None and sky is light.sky
         ground = self.ground if known else self._drawn_ground(camera, sky)
-        return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *placed(self.run, i))
+        return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *self.solids(i))
 
     def _drawn_ground(self, camera, sky=light.sky):
         return draw_ground(self.relief, camera, self.sun, sky, self.cover)

@@ -7,12 +7,16 @@ from snowmpm.io.parameters import methods_of
 from snowmpm.io.status import cautions
 from snowmpm.render import light
 from snowmpm.render.colour import choose_scale
+from snowmpm.render.floor import ground_of
 from snowmpm.render.fracture import NAME as FRACTURE
 from snowmpm.render.fracture import WeakLayer
 from snowmpm.render.quality import Quality
+from snowmpm.render.saw_blade import SawBlade
 from snowmpm.render.sheet import sheet_of
 from snowmpm.render.snow import SNOW
+from snowmpm.render.solid import placed
 from snowmpm.render.timing import pace_in_words
+from snowmpm.render.upright import turned
 
 
 class View:
@@ -28,6 +32,7 @@ class View:
         self.title, self.cautions = run.name, cautions(run)
         self.pace, self.plain, self.layer_drawn = None, False, "picture"
         self.quality, self.as_sheet = Quality(), False
+        self.terrain, self.saw = ground_of(run), SawBlade.of(run)
 
     @property
     def most_points(self):
@@ -73,6 +78,27 @@ class View:
             points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
             spacing = spacing if each is None else each
         return frame.time, (points, spacing, colours, identity)
+
+    near = 1.0
+    """The side (1, -1) of y that the camera stands on, and the handle of a saw."""
+
+    def solids(self, i):
+        """Vertices (n, 3) [m] and facets of obstacles and saw in frame `i`."""
+        solids = [placed(self.run, i)]
+        if self.saw:
+            vertices, facets = self.saw.placed(float(self.run.times[i]), self.near)
+            solids.append((turned(self.run, vertices), facets + len(solids[0][0])))
+        vertices, facets = zip(*solids, strict=True)
+        return np.concatenate(vertices), np.concatenate(facets)
+
+    def _point_at_saw(self, overlay, camera, time):
+        """Words where the saw is."""
+        if self.saw:
+            place, words = self.saw.label(time, self.near)
+            x, y, _ = camera.project(turned(self.run, place[None]))
+            # On the side of the ground, where that rises
+            rise = turned(self.run, np.array([[1.0, 0.0, 0.0]]))[0] @ [0.0, 0.0, 1.0]
+            overlay.pointer((float(x[0]), float(y[0])), words, "la" if rise > 0.0 else "ra" if rise < 0.0 else "ma")
 
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
