@@ -14,8 +14,8 @@ an element is exact under loads at its ends; no shear. Moments of places and tur
     m v' = f,    L' = moment,    omega = R J^-1 R^T L,    R' = omega x R
 
 in substeps of leap-frog, which keep momentum and angular momentum, and energy but for a ripple. An end yields where its
-bending moment exceeds the yield moment, along that, and breaks for good where |M| / M_b + |N| / N_b reaches 1 in a step
-of the snow: from then on it passes on no moment, but holds together. In 2-D the framework lies in the plane y = 0.
+bending moment exceeds the yield moment, along that, and breaks for good where |M| / M_b + |N| / N_b reaches 1: from
+then on it passes on no moment, but holds together. In 2-D the framework lies in the plane y = 0.
 """
 
 import numpy as np
@@ -55,7 +55,7 @@ class Framework:
                                   zip(mesh.triads, mesh.lengths, axial, twist, bend, strict=True)], plane)
         self._drag = 2.0 * damping * self.modes.first if damping else 0.0
         self._places, self._turns = np.zeros((len(mesh.places), 14)), np.zeros((len(mesh.clamped), 20))
-        self._elements, self._links, self._numbers = np.zeros((self.n, 30)), mesh.links.copy(), np.zeros(6)
+        self._elements, self._links, self._numbers = np.zeros((self.n, 32)), mesh.links.copy(), np.zeros(8)
         self._places[:, at.MASS], self._places[:, at.HELD] = mesh.masses, mesh.held
         limits = [[min(section.yield_moment, NEVER), section.hardening, 1.0 / section.breaking_moment,
                    1.0 / section.breaking_force] for section in sections]
@@ -78,6 +78,7 @@ class Framework:
         self._links[:] = self.mesh.links
         self.x[:], self._turns[:, at.Q] = self.mesh.places, 1.0
         self._set_inertias(range(len(self._turns)), self.mesh.inertias(self._links))
+        self._elements[:, at.WHOLE :] = self._passing()
         self.met = None
 
     def stand_on(self, normal, level):
@@ -99,34 +100,41 @@ class Framework:
     broken = property(lambda self: self._links[:, 2:] != self.mesh.links[:, 2:])
 
     def advance(self, dt, forces):
-        """Move for dt [s] under forces (p, 3) [N] on the places; then ends that were stressed too much break."""
-        count = max(1, int(np.ceil(dt / self.substep)))
+        """Move for dt [s] under forces (p, 3) [N] on the places."""
+        left = max(1, int(np.ceil(dt / self.substep)))
         self._places[:, at.F : at.INNER] = forces
-        self._elements[:, at.STRESS : at.LARGEST] = 0.0
-        self._numbers[[at.SUBSTEP, at.DRAG]] = dt / count, self._drag
+        self._numbers[[at.SUBSTEP, at.DRAG]] = dt / left, self._drag
         runtime.start()
-        with runtime.precision("f64"):
-            at.framework_kernel()(self._places, self._turns, self._elements, self._links, self._numbers, self._ground,
-                                  count)
-        if self._elements[:, at.STRESS : at.LARGEST].max() >= 1.0:
+        while True:
+            with runtime.precision("f64"):
+                at.framework_kernel()(self._places, self._turns, self._elements, self._links, self._numbers,
+                                      self._ground, left)
+            if not self._numbers[at.WORST] >= 1.0:
+                return
+            left -= int(self._numbers[at.DONE])
             self._break()
 
+    def _passing(self):
+        """Whether each end (n, 2) passes on a moment: to others on its turn, or to a fixed foot. Where none does, what
+        is left is the inertia of a single end, which no real one has: it counts neither as stress nor as moment."""
+        turns, mesh = self._links[:, 2:], self.mesh
+        own = mesh.spare + np.arange(2 * self.n).reshape(-1, 2)
+        shared = np.bincount(turns.ravel(), minlength=len(mesh.clamped)) > 1
+        return (turns != own) & (shared | mesh.clamped)[turns]
+
     def _break(self):
-        """Give ends that reached their strength turns of their own, the most stressed one first; one that is alone on
-        a turn passes on no moment anyway."""
+        """Give the most stressed end a turn of its own."""
         stress, links, mesh = self._elements[:, at.STRESS : at.LARGEST], self._links, self.mesh
-        for flat in np.argsort(-stress, axis=None, kind="stable")[: np.count_nonzero(stress >= 1.0)]:
-            e, end = divmod(int(flat), 2)
-            turn, own = int(links[e, 2 + end]), mesh.spare + 2 * e + end
-            if turn == own or (not mesh.clamped[turn] and np.count_nonzero(links[:, 2:] == turn) == 1):
-                continue
-            omega, links[e, 2 + end] = self._omega(turn), own
-            self._turns[own, at.Q : at.SPIN] = self._turns[turn, at.Q : at.SPIN]
-            inertias = mesh.inertias(links)
-            self._set_inertias([turn, own], inertias[[turn, own]])
-            for each in (turn, own):
-                R = self._rotation(each)
-                self._turns[each, at.SPIN : at.MOMENT] = R @ inertias[each] @ R.T @ omega
+        e, end = divmod(int(stress.argmax()), 2)
+        turn, own = int(links[e, 2 + end]), mesh.spare + 2 * e + end
+        omega, links[e, 2 + end] = self._omega(turn), own
+        self._turns[own, at.Q : at.SPIN] = self._turns[turn, at.Q : at.SPIN]
+        inertias = mesh.inertias(links)
+        self._set_inertias([turn, own], inertias[[turn, own]])
+        for each in (turn, own):
+            R = self._rotation(each)
+            self._turns[each, at.SPIN : at.MOMENT] = R @ inertias[each] @ R.T @ omega
+        self._elements[:, at.WHOLE :] = self._passing()
 
     def _set_inertias(self, turns, inertias):
         for i, J in zip(turns, inertias, strict=True):

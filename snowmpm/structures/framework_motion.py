@@ -16,17 +16,18 @@ X, V, F, INNER, MASS, HELD = 0, 3, 6, 9, 12, 13
 Q, SPIN, MOMENT, INVERSE, FREE = 0, 4, 7, 10, 19
 # Columns of elements: axes at the start, length, stiffnesses E A, G J, E I, yield moment, hardening, 1 / breaking
 # moment and force; then plastic rotations of both ends, axial force, torsion, moments of both ends about both axes
-# across, the largest stress of each end over strength since it was set to 0, the largest moment so far
+# across, stress of each end over strength, the largest moment so far; whether each end passes on a moment
 AXES, REST, AXIAL, TWIST, BEND, YIELD, HARDENING, BREAKING, PULLING = 0, 9, 10, 11, 12, 13, 14, 15, 16
-PLASTIC, NORMAL, TORSION, BENT, STRESS, LARGEST = 17, 21, 22, 23, 27, 29
-# Numbers of all of it, then what the steps add to: impulse of feet, damping and ground, work of yielding
-SUBSTEP, DRAG, GIVEN, WORK = 0, 1, 2, 5
+PLASTIC, NORMAL, TORSION, BENT, STRESS, LARGEST, WHOLE = 17, 21, 22, 23, 27, 29, 30
+# Numbers of all of it, then what the steps add to: impulse of feet, damping and ground, work of yielding, substeps;
+# the largest stress over strength
+SUBSTEP, DRAG, GIVEN, WORK, DONE, WORST = 0, 1, 2, 5, 6, 7
 
 
 @functools.cache
 def framework_kernel():
-    """Kernel move(places (p, 14), turns (t, 20), elements (n, 30), links (n, 4), numbers (6,), ground (4,), count):
-    `count` substeps; ground as in `rod_motion.rod_kernel`."""
+    """Kernel move(places (p, 14), turns (t, 20), elements (n, 32), links (n, 4), numbers (8,), ground (4,), count):
+    `count` substeps, or as many as it takes until an end has to break; ground as in `rod_motion.rod_kernel`."""
 
     @ti.func
     def vector(table: ti.template(), row, column: ti.template()):
@@ -110,8 +111,9 @@ def framework_kernel():
                 ti.Matrix([[theta[end, 1], theta[end, 2]] for end in ti.static(range(2))]) - plastic)
             # What is beyond the yield surface of both ends, along their moments; one slips, or both
             size = ti.Vector([ti.Vector([bent[end, 0], bent[end, 1]]).norm() for end in ti.static(range(2))])
-            over = ti.Vector([size[end] - elements[e, YIELD] - elements[e, HARDENING] * 4.0 * k
-                              * ti.Vector([plastic[end, 0], plastic[end, 1]]).norm() for end in ti.static(range(2))])
+            over = ti.Vector([elements[e, WHOLE + end] * (size[end] - elements[e, YIELD] - elements[e, HARDENING] * 4.0
+                              * k * ti.Vector([plastic[end, 0], plastic[end, 1]]).norm())
+                              for end in ti.static(range(2))])
             if over[0] > 0.0 or over[1] > 0.0:
                 own = 4.0 * k * (1.0 + elements[e, HARDENING])
                 other = 2.0 * k * (bent[0, 0] * bent[1, 0] + bent[0, 1] * bent[1, 1]) / ti.max(size[0] * size[1],
@@ -140,10 +142,10 @@ def framework_kernel():
                                    ti.Vector([sides[end] * twist, bent[end, 0], bent[end, 1]]))
                 for i in ti.static(range(3)):
                     moments[end, i] = moment[i]
-                now = ti.Vector([bent[end, 0], bent[end, 1]]).norm()
+                now = elements[e, WHOLE + end] * ti.Vector([bent[end, 0], bent[end, 1]]).norm()
                 elements[e, BENT + 2 * end], elements[e, BENT + 2 * end + 1] = bent[end, 0], bent[end, 1]
-                elements[e, STRESS + end] = ti.max(elements[e, STRESS + end], now * elements[e, BREAKING]
-                                                   + ti.abs(pull) * elements[e, PULLING])
+                stress = now * elements[e, BREAKING] + elements[e, WHOLE + end] * ti.abs(pull) * elements[e, PULLING]
+                elements[e, STRESS + end], numbers[WORST] = stress, ti.max(numbers[WORST], stress)
                 elements[e, LARGEST] = ti.max(elements[e, LARGEST], now)
             # By the derivatives of axis and mean of the second axes
             q1, q2 = 0.5 * (second[0, 0] + second[1, 0]), 0.5 * (second[0, 1] + second[1, 1])
@@ -164,9 +166,12 @@ def framework_kernel():
         for _ in range(1):
             h, drag = numbers[SUBSTEP], numbers[DRAG]
             normal = ti.Vector([ground[a] for a in ti.static(range(3))])
+            numbers[DONE], numbers[WORST] = 0.0, 0.0
             for substep in range(count + 1):
-                deform(places, turns, elements, links, numbers)
-                if substep < count:
+                if numbers[WORST] < 1.0:
+                    deform(places, turns, elements, links, numbers)
+                if substep < count and numbers[WORST] < 1.0:
+                    numbers[DONE] = numbers[DONE] + 1.0
                     given = ti.Vector.zero(ti.f64, 3)
                     for i in range(places.shape[0]):
                         v, mass = vector(places, i, V), places[i, MASS]

@@ -85,8 +85,8 @@ def test_a_large_load_bends_a_bar_as_the_elastica():
 
 
 def test_a_bend_of_45_degrees_leaves_its_plane_as_published():
-    """K.-J. Bathe and S. Bolourchi (1979), doi:10.1002/nme.1620140703: R = 100, section 1 x 1, E = 1e7, nu = 0, load 600
-    across: the tip moves by -13.4, -23.5 and 53.4. Eight straight elements, G J = E I as there."""
+    """K.-J. Bathe and S. Bolourchi (1979), doi:10.1002/nme.1620140703: R = 100, section 1 x 1, E = 1e7, nu = 0, load
+    600 across: the tip moves by -13.4, -23.5 and 53.4. Eight straight elements, G J = E I as there."""
     angles = np.radians(45.0) * np.arange(9) / 8
     joints = {f"j{i}": (100.0 * np.sin(a), 100.0 * (1.0 - np.cos(a)), 0.0) for i, a in enumerate(angles)}
     bar = Section(1e7, 1e7 / 12.0, 1.0)

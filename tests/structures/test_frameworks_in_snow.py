@@ -53,7 +53,7 @@ def test_the_feet_bear_what_the_snow_gives(pressed):
 
     feet = np.array([[mean(f"{foot}_force_{axis}") for axis in "xz"] for foot in "ac"])
     # Means of few rows of the history, and of all steps
-    assert feet.sum(axis=0) == pytest.approx(force + [weight.sum(), 0.0], abs=0.005 * feet[:, 0].sum())
+    assert feet.sum(axis=0) == pytest.approx(force + np.array([weight.sum(), 0.0]), abs=0.005 * feet[:, 0].sum())
     turning = moment - 0.4 * weight.sum()
     assert mean("a_moment") + 0.9 * feet[1, 1] == pytest.approx(turning, rel=0.02)
     assert mean("c-b_axial") < 0.0 < mean("b_x") and abs(mean("c-b_last_moment")) < 0.02 * abs(mean("a_moment"))

@@ -83,6 +83,7 @@ def test_breaking_keeps_momentum():
     section = bar(strength=1e6)
     one = Framework({"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (1.0, 0.8, 0.3)}, {},
                     [Member("a", "b", section, 2), Member("b", "c", section, 2)])
+    one.substep *= 0.1  # for the ripple of the energy
     one.v[0], one.v[2] = [0.0, 0.0, 5.0], [3.0, 0.0, -4.0]
     momenta, energy = (one.masses @ one.v, one.angular_momentum), one.energy
     for _ in range(30):
