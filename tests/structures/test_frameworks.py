@@ -164,7 +164,7 @@ def test_two_dimensions_are_a_slice_of_three():
 
 
 def test_a_state_goes_on_to_the_bit():
-    strong = Section.tube(WIDTH, 0.5 * WIDTH, 2.1e11, 7850.0, yield_stress=1.2e8, strength=2e8)
+    strong = Section.tube(WIDTH, 0.5 * WIDTH, 2.1e11, 7850.0, yield_stress=8e7, hardening=1.0, strength=2e8)
     one, other = (portal(section=strong, damping=0.05) for _ in range(2))
     load = {"b": [9000.0, 0.0, -300.0]}
     pushed(one, load, periods=0.4, pieces=20)
