@@ -32,7 +32,7 @@ class Member(Spec):
     """elements; as many as of the structure when missing"""
 
     @property
-    def name(self):
+    def name(self) -> str:
         return "-".join(self.ends)
 
 
@@ -51,12 +51,12 @@ class Framework(Bending):
     segments: Segments = 4
     """elements of a member that does not say how many"""
 
-    def length(self, member):
+    def length(self, member: Member) -> float:
         """Length of a `Member` [m]."""
         a, b = (self.joints[name] for name in member.ends)
         return sum((x - y) ** 2 for x, y in zip(a, b, strict=True)) ** 0.5
 
-    def of(self, member, key):
+    def of(self, member: Member, key: str) -> float | None:
         """Width, wall or segments of a `Member`."""
         own = getattr(member, key)
         return getattr(self, key) if own is None else own
