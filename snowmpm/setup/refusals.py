@@ -127,6 +127,7 @@ def refuse_beyond(scene):
     _refuse_free(scene)
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
+    _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
 
 
@@ -187,6 +188,16 @@ def _refuse_f_bar(scene):
     pressing = any(force.kind == "pressure" for force in scene.forces)
     if found := [name for name, there in {"water": scene.water, "forces that press": pressing}.items() if there]:
         raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
+
+
+def _refuse_cracks(scene):
+    """Raise InputError for material that cracks in steps that are solved for."""
+    if METHODS[scene.solver.method].capabilities.solves:
+        for name, law in scene.materials.items():
+            if law.kind == "cohesive_crack":
+                raise InputError.at(f"materials.{name}.kind", law.kind, 'does not go with "implicit", where the'
+                                    ' particles of a cell do not deform as one: take "mpm" with solver.f_bar ='
+                                    ' "whole"', scene.source)
 
 
 def _refuse_averaged_hat(scene):
