@@ -110,7 +110,7 @@ class CohesiveCrack(Law):
             return cohesive_crack_update
         if self.bulk is None:
             return crack_set_update(self.cracks, self.reset, None, None, 0)
-        names = type(self.bulk.parameters())
+        names: Any = type(self.bulk.parameters())
         return crack_set_update(self.cracks, self.reset, self.bulk.update, names, len(self.bulk.STATE))
 
     @model_validator(mode="before")
@@ -227,7 +227,7 @@ class CohesiveCrack(Law):
         )
         if self.bulk is None:
             return own
-        of_bulk = self.bulk.parameters()
+        of_bulk: Any = self.bulk.parameters()
         return wrapped_parameters(type(of_bulk))(*own, *of_bulk)
 
     def initial_state(self) -> tuple[float, ...]:
