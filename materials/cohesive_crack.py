@@ -228,7 +228,8 @@ class CohesiveCrack(Law):
         if self.bulk is None:
             return own
         of_bulk: Any = self.bulk.parameters()
-        return wrapped_parameters(type(of_bulk))(*own, *of_bulk)
+        names: Any = type(of_bulk)
+        return wrapped_parameters(names)(*own, *of_bulk)
 
     def initial_state(self) -> tuple[float, ...]:
         return (0.0,) * self.first_of_bulk + (self.bulk.initial_state() if self.bulk else ())
