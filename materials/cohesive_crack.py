@@ -1,126 +1,61 @@
 """A crack with a thickness and an energy of its own within a particle: the double-scale law in its cohesive limit."""
 
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from .arrays import Array
-from .crack_return import crack_return
-from .elastic import elastic_trial
-from .hencky import deviation_of_strain
+from .crack_excess import crack_excess
+from .crack_parameters import CohesiveCrackParameters, wrapped_parameters
+from .crack_planes import DAMAGE, NORMAL, OPENING, PER_CRACK
+from .crack_set import crack_set_update
+from .crack_update import cohesive_crack_update
+from .cracked_bulk import Bulk
+from .declared import Declared
 from .law import Law, Positive, StateVariable
-from .precision import by_precision
-from .spectral import eigen_of_deviator
-from .symmetric import COMPONENTS, PAIRS, contract, plus_isotropic, trace, unpack
+from .symmetric import COMPONENTS
 
-DAMAGE, OPENING, NORMAL = 0, 1, 2
-
-
-class CohesiveCrackParameters(NamedTuple):
-    """What the update of `CohesiveCrack` reads."""
-
-    K: float  # bulk modulus [Pa]
-    shear_modulus: float  # G [Pa]
-    strength: float  # f_t [Pa]
-    friction: float  # μ [-]
-    beta: float  # β [-]
-    per_beta: float  # 1/β [-]
-    per_weight: float  # 1/β² [-]
-    normal: float  # M w_c/H: fall of t_n per damage [Pa]
-    shear: float  # G w_c/H: fall of t_s per damage [Pa]
-    normal_per_metre: float  # M/H [Pa/m]
-    jump_over_length: float  # w_c/H [-]
+TAKEN_OVER = ("density", "youngs_modulus", "poisson_ratio")
+"""Numbers that the law around the cracks has from the material."""
 
 
-@ti.func
-def traction(tau, n):
-    """τ n of a tensor of 4 or 6 entries."""
-    t = ti.Vector([tau[0] * n[0] + tau[3] * n[1], tau[3] * n[0] + tau[1] * n[1], tau[2] * n[2]])
-    if ti.static(tau.n == 6):
-        t += ti.Vector([tau[5] * n[2], tau[4] * n[2], tau[5] * n[0] + tau[4] * n[1]])
-    return t
+def _of_crack(number: str, which: str) -> tuple[StateVariable, ...]:
+    """State of a crack; number: "" or "_2", after the names."""
+    return (
+        StateVariable(f"crack_damage{number}", "-", f"ω: share of the cohesion that {which} crack has lost"),
+        StateVariable(f"crack_opening{number}", "m", f"w: normal jump of {which} crack"),
+        *(StateVariable(f"crack_normal{number}_{c}", "-", f"{c} of n ⊗ n, n the normal of {which} crack; zero without"
+                        " one") for c in COMPONENTS),
+    )  # fmt: skip
 
 
-@ti.func
-def normal_of(state):
-    """Unit normal of the crack from n ⊗ n in the state, its sign left open; zero where there is none."""
-    N = ti.Vector([state[NORMAL + k] for k in ti.static(range(6))])
-    n = ti.Vector([N[0], N[3], N[5]])
-    if N[1] > N[0] and N[1] >= N[2]:
-        n = ti.Vector([N[3], N[1], N[4]])
-    elif N[2] > N[0] and N[2] > N[1]:
-        n = ti.Vector([N[5], N[4], N[2]])
-    # Its largest column; rounding leaves a little of other directions, which two products square away
-    n = traction(N, traction(N, n))
-    return n / ti.max(n.norm(), ti.static(by_precision(1e-30, 1e-200)))
+FIRST, SECOND = _of_crack("", "the"), _of_crack("_2", "the second")
+RESETS = StateVariable("crack_resets", "-", "how many cracks lost all cohesion and made way for new ones")
 
 
-@ti.func
-def carried_along(n, A):
-    """Normal of a plane of the material after the step f = I + A: along f⁻ᵀ n, so along the cofactors of f."""
-    f = A + ti.Matrix.identity(float, A.n)
-    m = n
-    if ti.static(A.n == 3):
-        columns = [ti.Vector([f[0, j], f[1, j], f[2, j]]) for j in ti.static(range(3))]
-        m = n[0] * columns[1].cross(columns[2]) + n[1] * columns[2].cross(columns[0])
-        m += n[2] * columns[0].cross(columns[1])
-    else:
-        m = ti.Vector([f[1, 1] * n[0] - f[1, 0] * n[1], f[0, 0] * n[1] - f[0, 1] * n[0], f.determinant() * n[2]])
-    return m / ti.max(m.norm(), ti.static(by_precision(1e-30, 1e-200)))
+def _state(law: "CohesiveCrack") -> tuple[StateVariable, ...]:
+    own = FIRST + (SECOND if law.cracks == 2 else ()) + ((RESETS,) if law.reset else ())
+    return own + (law.bulk.STATE if law.bulk else ())
 
 
-@ti.func
-def cohesive_crack_update(prm: ti.template(), h, state, A, dt):
-    """`Law.update` of `CohesiveCrack`."""
-    h_new, deviator, volume, deviator2, valid = elastic_trial(h, A)
-    G, K = prm.shear_modulus, prm.K
-    tau = plus_isotropic(2.0 * G * deviator, K * volume)
-    state_new = state
-    dissipation, iterations, cracked = 0.0, 0, False
-    n = ti.Vector.zero(float, 3)
-    if valid == 1:
-        cracked = state[NORMAL] + state[NORMAL + 1] + state[NORMAL + 2] > 0.5
-        if cracked:
-            n = carried_along(normal_of(state), A)
-        elif K * volume + ti.static(2.0 * (2.0 / 3.0) ** 0.5) * G * ti.sqrt(deviator2) > prm.strength:
-            # The first principal stress is at most −p + 2q/3
-            w, V = eigen_of_deviator(deviator, deviator2)
-            if K * volume + 2.0 * G * w[0] > prm.strength:
-                cracked = True
-                n = ti.Vector([V[0, 0], V[1, 0], V[2, 0]])
-    if cracked:
-        t = traction(tau, n)
-        t_n = t.dot(n)
-        along = t - t_n * n
-        t_s = along.norm()
-        along /= ti.max(t_s, ti.static(by_precision(1e-30, 1e-200)))
-        n_new, s_new, damage, opening, dissipation, iterations = crack_return(
-            prm, t_n, t_s, state[DAMAGE], state[OPENING]
-        )
-        if iterations != 0:
-            opened, slipped = (t_n - n_new) / (K + ti.static(4.0 / 3.0) * G), (t_s - s_new) / G
-            strain = deviator
-            for k in ti.static(range(h.n)):
-                i, j = ti.static(PAIRS[k])
-                strain[k] -= opened * n[i] * n[j] + 0.5 * slipped * (n[i] * along[j] + along[i] * n[j])
-            deviator = plus_isotropic(strain, -trace(strain) / 3.0)
-            volume -= opened
-            tau = plus_isotropic(2.0 * G * deviator, K * volume)
-            h_new = deviation_of_strain(deviator, volume, contract(deviator, deviator), 1.0)
-            state_new[DAMAGE], state_new[OPENING] = damage, opening
-        for k in ti.static(range(6)):
-            i, j = ti.static(PAIRS[k])
-            state_new[NORMAL + k] = n[i] * n[j]
-    return h_new, tau, state_new, dissipation, ti.select(valid == 1, iterations, -1)
+def _tensors(law: "CohesiveCrack") -> tuple[int, ...]:
+    own = tuple(PER_CRACK * c + NORMAL for c in range(law.cracks))
+    return own + tuple(law.first_of_bulk + first for first in (law.bulk.TENSORS if law.bulk else ()))
+
+
+OWN_OUTPUTS = {"damage": "-", "crack_opening": "m", "cracks": "-"}
+
+
+def _outputs(law: "CohesiveCrack") -> dict[str, str]:
+    return {**(law.bulk.OUTPUTS if law.bulk else {}), **OWN_OUTPUTS}
 
 
 class CohesiveCrack(Law):
-    """Elastic material that cracks where its largest principal stress reaches its strength: a band within the particle.
+    """Material that cracks where its largest principal stress reaches its strength: a band within the particle.
 
-        τ̇ = D : (ε̇ − (1/H) sym(n ⊗ u̇)),   ṫ = K^i u̇,   τ n = t                                    [B 107-109]
+        τ̇ = D : (ε̇ − ε̇^p − Σ (1/H) sym(n ⊗ u̇)),   ṫ = K^i u̇,   τ n = t                             [B 107-109]
 
     [B] Bui and Nguyen (2021), "Smoothed particle hydrodynamics (SPH) and its applications in geomechanics",
     doi:10.1016/j.compgeo.2021.104315, section 3.2.3: double-scale kinematics of a particle of length H with a band of
@@ -129,30 +64,34 @@ class CohesiveCrack(Law):
 
     onset    the largest principal stress reaches f_t; n is its direction, and moves on as a plane of the material
     band     cohesion that fades linearly with the jump, then friction between its faces (crack_return.py)
+    second   (`cracks` = 2; [B 4.5]) the largest stress within the plane of the first reaches f_t; its normal lies there
+    reset    (`reset`; [B 4.5]) a crack that lost all cohesion has parted the particle: from the next step on it is
+             counted (`crack_resets`) and forgotten, and the particle is intact
+    around   ε^p of `bulk`, a law of the library; elastic without. Where it yields and a crack moves, both conditions
+             hold at the end of the step (crack_set.py)
 
     Keys: f_t `strength`, G_f `fracture_energy`, β `shear_ratio` (strength in shear over f_t), μ from
     `friction_angle`, H `length`. H is the size of the cell in MPM and the spacing of particles in SPH (`on_grid`): a
-    crack in one row of them takes G_f per area on every grid. In MPM that asks for `solver.f_bar = "whole"`; in SPH it
-    was not measured. Rows larger than
+    crack in one row of them takes G_f per area on every grid. In MPM that asks for `solver.f_bar = "whole"`. Rows
+    larger than
 
         2 G_f min(M, G/β²) / f_t²,    M = K + 4G/3
 
     would snap back and are refused.
 
-    Deviations and limits. One band per particle, whose plane does not change: across it the material may carry more
-    than f_t. No crack begins in compression or shear, though one that is there slides. The jump that bonds took is not
-    undone by unloading; once they are gone the whole opening must close before the faces press. At equal principal
-    stresses the plane is not defined by the stress, and round-off decides.
+    Deviations and limits. The planes do not change; where no more cracks may begin, the material may carry more than
+    f_t across other planes. No crack begins in compression or shear, though one that is there slides. The jump that
+    bonds took is not undone by unloading; once they are gone the whole opening must close before the faces press. After
+    a reset nothing is left of the opening: faces that meet again do so as intact material. At equal principal stresses
+    the plane is not defined by the stress, and round-off decides. Strength and energy do not follow what `bulk` makes
+    of the material: compaction strengthens it, not its cracks.
     """
 
-    STATE: ClassVar[tuple[StateVariable, ...]] = (
-        StateVariable("crack_damage", "-", "ω: share of the cohesion that the crack has lost"),
-        StateVariable("crack_opening", "m", "w: normal jump of the crack"),
-        *(StateVariable(f"crack_normal_{c}", "-", f"{c} of n ⊗ n, n the normal of the crack; zero without one")
-          for c in COMPONENTS),
-    )  # fmt: skip
-    TENSORS: ClassVar[tuple[int, ...]] = (NORMAL,)
-    OUTPUTS: ClassVar[dict[str, str]] = {"damage": "-", "crack_opening": "m"}
+    STATE: ClassVar[Any] = Declared(FIRST, _state)
+    TENSORS: ClassVar[Any] = Declared((NORMAL,), _tensors)
+    OUTPUTS: ClassVar[Any] = Declared(OWN_OUTPUTS, _outputs)
+    RATE_DEPENDENT: ClassVar[Any] = Declared(False, lambda law: law.bulk is not None and law.bulk.RATE_DEPENDENT)
+    DISSIPATIVE: ClassVar[Any] = Declared(True, lambda law: law.bulk is None or law.bulk.DISSIPATIVE)
     BONDS: ClassVar[int] = DAMAGE
 
     kind: Literal["cohesive_crack"] = "cohesive_crack"
@@ -161,8 +100,41 @@ class CohesiveCrack(Law):
     shear_ratio: Positive = 1.0  # β [-]
     friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)] = 0.0  # of the faces of a crack [deg]
     length: Positive | None = None  # H [m]; none: the solver's cell or spacing
+    cracks: Literal[1, 2] = 1  # how many a particle may have
+    reset: bool = False  # whether a crack without cohesion makes way for the next
+    bulk: Bulk | None = None  # the law around the cracks; none: elastic
 
-    update = staticmethod(cohesive_crack_update)
+    @property
+    def update(self) -> Any:
+        if self.cracks == 1 and not self.reset and self.bulk is None:
+            return cohesive_crack_update
+        if self.bulk is None:
+            return crack_set_update(self.cracks, self.reset, None, None, 0)
+        names: Any = type(self.bulk.parameters())
+        return crack_set_update(self.cracks, self.reset, self.bulk.update, names, len(self.bulk.STATE))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _shared_with_bulk(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("bulk"), dict):
+            shared = {name: data[name] for name in TAKEN_OVER if name in data}
+            return {**data, "bulk": {**shared, **data["bulk"]}}
+        return data
+
+    @model_validator(mode="after")
+    def _possible(self):
+        if self.reset and self.cracks == 2:
+            raise ValueError("reset goes with cracks = 1: it takes the place of a second crack")
+        if self.bulk is not None:
+            if self.bulk.card is not None:
+                raise ValueError("bulk.card is not read: write the numbers of the card, or begin the material with it")
+            for name in TAKEN_OVER:
+                if getattr(self.bulk, name) != getattr(self, name):
+                    raise ValueError(f"bulk.{name} = {getattr(self.bulk, name):g} must be {name} of the material,"
+                                     f" {getattr(self, name):g}: leave it out")
+            if self.bulk.integration != "implicit":
+                raise ValueError(f'bulk.return_map = "{self.bulk.integration}" must be "implicit"')
+        return self
 
     @model_validator(mode="after")
     def _does_not_snap_back(self):
@@ -178,16 +150,42 @@ class CohesiveCrack(Law):
         return 2.0 * self.fracture_energy * min(M, self.shear_modulus / self.shear_ratio**2) / self.strength**2
 
     def on_grid(self, spacing: float) -> "Law":
+        bulk = self.bulk and self.bulk.on_grid(spacing)
         if self.length is not None:
-            return self
+            return self if bulk is self.bulk else self.model_copy(update={"bulk": bulk})
         if not spacing < self.largest_length:
             raise ValueError(f"fracture_energy = {self.fracture_energy:g} J/m2 and strength = {self.strength:g} Pa need"
                              f" cells below {self.largest_length:.2g} m, not {spacing:g}: a longer one snaps back")
-        return self.model_copy(update={"length": spacing})
+        return self.model_copy(update={"length": spacing, "bulk": bulk})
+
+    def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
+        return self._with_bulk_alike(super().thickened_to(thickness, new_thickness))
+
+    def as_interface(self, thickness: float) -> "Law":
+        return self._with_bulk_alike(super().as_interface(thickness))
+
+    def _with_bulk_alike(self, law):
+        if self.bulk is None:
+            return law
+        shared = {name: getattr(law, name) for name in TAKEN_OVER}
+        return law.model_copy(update={"bulk": self.bulk.model_copy(update=shared)})
+
+    @property
+    def first_of_bulk(self) -> int:
+        """Where the state of the law around the cracks begins."""
+        return PER_CRACK * self.cracks + int(self.reset)
 
     @property
     def tensile_strength(self) -> float:
-        return self.strength
+        return min(self.strength, self.bulk.tensile_strength) if self.bulk else self.strength
+
+    @property
+    def tangent_over_elastic(self) -> float:
+        return self.bulk.tangent_over_elastic if self.bulk else 1.0
+
+    @property
+    def lateral_pressure(self) -> float:
+        return self.bulk.lateral_pressure if self.bulk else super().lateral_pressure
 
     @property
     def complete_opening(self) -> float:
@@ -196,7 +194,7 @@ class CohesiveCrack(Law):
 
     @property
     def friction_exceeds_dilation(self) -> bool:
-        return self.friction_angle > 0.0
+        return self.friction_angle > 0.0 or (self.bulk is not None and self.bulk.friction_exceeds_dilation)
 
     @property
     def bonds_last_below(self) -> float:
@@ -211,10 +209,10 @@ class CohesiveCrack(Law):
         """H, or without a grid a length at which the crack does not snap back, for estimates."""
         return self.length or 0.5 * self.largest_length
 
-    def parameters(self) -> CohesiveCrackParameters:
+    def parameters(self) -> Any:
         H, w_c, G = self._length, self.complete_opening, self.shear_modulus
         M = self.bulk_modulus + 4.0 / 3.0 * G
-        return CohesiveCrackParameters(
+        own = CohesiveCrackParameters(
             K=self.bulk_modulus,
             shear_modulus=G,
             strength=self.strength,
@@ -227,30 +225,46 @@ class CohesiveCrack(Law):
             normal_per_metre=M / H,
             jump_over_length=w_c / H,
         )
+        if self.bulk is None:
+            return own
+        of_bulk: Any = self.bulk.parameters()
+        names: Any = type(of_bulk)
+        return wrapped_parameters(names)(*own, *of_bulk)
 
     def initial_state(self) -> tuple[float, ...]:
-        return (0.0,) * len(self.STATE)
+        return (0.0,) * self.first_of_bulk + (self.bulk.initial_state() if self.bulk else ())
 
     def yield_function(self, stress: ArrayLike, state: Array) -> Array:
-        """Largest principal stress less f_t where intact; by the traction on a crack, |t| of an open one [Pa]."""
+        """Largest principal stress less f_t where intact; by the traction on a crack, |t| of an open one [Pa]; or that
+        of `bulk`, over its p0 where it is one of Pa²."""
         stress, state = np.asarray(stress, float), np.asarray(state, float)
-        values, vectors = np.linalg.eigh(unpack(state[..., NORMAL : NORMAL + 6]))
-        n = vectors[..., -1]
-        t = np.einsum("...ij,...j->...i", stress, n)
-        t_n = np.einsum("...i,...i->...", t, n)
-        t_s = np.linalg.norm(t - t_n[..., None] * n, axis=-1)
-        left, friction = self.strength * (1.0 - state[..., DAMAGE]), np.tan(np.radians(self.friction_angle))
-        pressed = (t_s + friction * t_n) / self.shear_ratio - left
-        closed = np.where(t_n > 0.0, np.hypot(t_n, t_s / self.shear_ratio) - left, pressed)
-        apart = (state[..., DAMAGE] >= 1.0) & (state[..., OPENING] > 0.0)
-        intact = np.linalg.eigvalsh(stress)[..., -1] - self.strength
-        return np.where(values[..., -1] < 0.5, intact, np.where(apart, np.abs(t_n) + t_s, closed))
+        found = crack_excess(self, stress, state)
+        if self.bulk is not None:
+            of_bulk = self.bulk.yield_function(stress, state[..., self.first_of_bulk :])
+            found = np.maximum(found, of_bulk / self._pressure_of_bulk)
+        return found
+
+    @property
+    def _pressure_of_bulk(self):
+        """What makes its yield function one of Pa."""
+        return getattr(self.bulk, "p0", 0.0) or 1.0
 
     def yield_of_invariants(self, p: Array, q: Array, state: Array) -> Array:
         """Of the intact material, whose largest principal stress is at most −p + 2q/3."""
-        return 2.0 / 3.0 * np.asarray(q) - np.asarray(p) - self.strength + 0.0 * np.asarray(state)[..., 0]
+        state = np.asarray(state)
+        found = 2.0 / 3.0 * np.asarray(q) - np.asarray(p) - self.strength + 0.0 * state[..., 0]
+        if self.bulk is not None:
+            of_bulk = self.bulk.yield_of_invariants(p, q, state[..., self.first_of_bulk :])
+            found = np.maximum(found, of_bulk / self._pressure_of_bulk)
+        return found
 
     def outputs(self, state: Array) -> dict[str, Array]:
-        """damage: share of the cohesion that is lost; crack_opening [m]."""
+        """damage: share of the cohesion that is lost, crack_opening [m], of two cracks the larger; cracks: how many
+        have begun. Those of `bulk`, but its damage."""
         state = np.asarray(state)
-        return {"damage": state[..., DAMAGE], "crack_opening": state[..., OPENING]}
+        rows = state[..., : PER_CRACK * self.cracks].reshape(*state.shape[:-1], self.cracks, PER_CRACK)
+        begun = (rows[..., NORMAL : NORMAL + 3].sum(axis=-1) > 0.5).sum(axis=-1)
+        before = state[..., self.first_of_bulk - 1] if self.reset else 0.0
+        of_bulk = self.bulk.outputs(state[..., self.first_of_bulk :]) if self.bulk else {}
+        return {**of_bulk, "damage": rows[..., DAMAGE].max(axis=-1), "crack_opening": rows[..., OPENING].max(axis=-1),
+                "cracks": begun + before}

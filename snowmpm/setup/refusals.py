@@ -135,6 +135,7 @@ def refuse_beyond(scene):
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
     _refuse_averaging(scene)
+    _refuse_cracks(scene)
     _refuse_averaged_hat(scene)
     _refuse_beside_faces(scene)
 
@@ -212,6 +213,16 @@ def _refuse_averaging(scene):
         if found := [what for what, there in beside.items() if there]:
             raise InputError.at(f"materials.{name}.nonlocal_length", law.averaging_length,
                                 f"does not go with {' and '.join(found)}", scene.source)
+
+
+def _refuse_cracks(scene):
+    """Raise InputError for material that cracks in steps that are solved for."""
+    if METHODS[scene.solver.method].capabilities.solves:
+        for name, law in scene.materials.items():
+            if law.kind == "cohesive_crack":
+                raise InputError.at(f"materials.{name}.kind", law.kind, 'does not go with "implicit", where the'
+                                    ' particles of a cell do not deform as one: take "mpm" with solver.f_bar ='
+                                    ' "whole"', scene.source)
 
 
 def _refuse_averaged_hat(scene):

@@ -35,11 +35,27 @@ def test_what_spreads_a_crack_is_named(solver, told):
     assert not {"solver.f_bar", "solver.method"} & set(keys(block({"kind": "elastic", **elastic}, **solver)))
 
 
+@pytest.mark.parametrize(("changes", "told"), [
+    ({"reset": True}, "materials.snow.reset"),
+    ({"bulk": {"kind": "drucker_prager", "friction_angle": 30.0, "cohesion": 1e3}}, "materials.snow.bulk"),
+    ({"bulk": {"kind": "drucker_prager", "friction_angle": 30.0, "cohesion": 1e4}}, None), ({"cracks": 2}, None)])
+def test_cracks_that_begin_anew_or_never_are_told(changes, told):
+    found = [key for key in keys(block({**CRACKING, **changes}, f_bar="whole")) if key.startswith("materials")]
+    assert found == ([told] if told else [])
+
+
 def test_cells_in_which_a_crack_would_snap_back_are_refused():
     with pytest.raises(InputError) as refusal:
         build(block({**CRACKING, "fracture_energy": 0.01}, f_bar="whole")).solver()
     text = str(refusal.value)
     assert "materials.snow" in text and "cells below 0.0021 m" in text and len(text.splitlines()) <= 2
+
+
+def test_steps_that_are_solved_for_are_refused():
+    with pytest.raises(InputError) as refusal:
+        build(block(precision="f64", implicit={"time": "quasi_static"}))
+    text = str(refusal.value)
+    assert "materials.snow.kind = 'cohesive_crack'" in text and '"implicit"' in text and len(text.splitlines()) <= 2
 
 
 def test_other_words_for_f_bar_are_refused():

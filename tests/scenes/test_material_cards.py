@@ -54,6 +54,9 @@ NUMBERS = {
     # Simo (1992), section 7.2
     "wilkins_copper": ("kind density youngs_modulus poisson_ratio yield_stress hardening_modulus",
                        "von_mises", 8930, 117e9, 0.35, 400e6, 100e6),
+    # Schweizer et al. (2004), van Herwijnen et al. (2016), Sigrist (2006): the derived numbers are in a test below
+    "schweizer_slab": ("kind density youngs_modulus poisson_ratio strength fracture_energy shear_ratio friction_angle",
+                       "cohesive_crack", 200, 2.58e6, 0.25, 5.84e3, 0.137, 1, 30),
     "ice": ("kind density youngs_modulus poisson_ratio", "elastic", 917, 9.2e9, 0.328),
 }
 
@@ -141,6 +144,19 @@ def test_wet_snow_follows_the_formulas_of_its_sources():
     assert card.youngs_modulus == pytest.approx(6.5e9 * (card.density / 917.0) ** 4.4, rel=1e-3)
     wet = card.cohesion * card.strength_share(np.array([0.0, 0.05]))
     assert wet == pytest.approx([1.258e4, 3.885e3], rel=1e-3)
+
+
+def test_a_slab_that_cracks_follows_the_formulas_of_its_sources():
+    card = material_card("schweizer_slab")
+    share = card.density / 917.0
+    assert card.youngs_modulus == pytest.approx(0.93 * card.density**2.8, rel=1e-3)
+    assert card.strength == pytest.approx(240e3 * share**2.44, rel=1e-3)
+    toughness = 350.0 * share**1.9 / np.sqrt(1e-3)
+    released = toughness**2 * (1.0 - card.poisson_ratio**2) / card.youngs_modulus
+    assert card.fracture_energy == pytest.approx(released, rel=5e-3)  # of numbers rounded to three digits
+    limits = [card.model_copy(update=changed).largest_length
+              for changed in ({}, {"shear_ratio": 0.5}, {"strength": 2.5e3})]
+    assert limits == pytest.approx([8.3e-3, 25e-3, 45e-3], rel=0.01)  # as its text says
 
 
 def test_ice_is_the_average_of_its_crystals():

@@ -1,5 +1,7 @@
 """Rules: cracks with an energy of their own, and what spreads them over more than a row of cells."""
 
+import numpy as np
+
 from snowmpm.advice.cautions.caution import Caution, rule
 
 KIND = "cohesive_crack"
@@ -11,6 +13,27 @@ def spread_crack(facts):
     if facts.scene.solver.f_bar != "whole" and any(law.kind == KIND for law in facts.model.laws):
         yield Caution("", "solver.f_bar", "cracks spread into the cells beside them, and take 1.05 to 1.5 times"
                       " fracture_energy", 'solver.f_bar = "whole"')
+
+
+@rule("mpm", "sph")
+def yields_before_it_cracks(facts):
+    """Cracks in a law that yields in tension before their strength is reached."""
+    for name, law in facts.scene.materials.items():
+        if law.kind != KIND or law.bulk is None:
+            continue
+        pulled = np.diag([law.strength, 0.0, 0.0])
+        if law.bulk.yield_function(pulled, np.array(law.bulk.initial_state())) > 0.0:
+            yield Caution("", f"materials.{name}.bulk", f"{law.bulk.kind} yields when it is drawn along one axis, below"
+                          " the strength of its cracks: none begins so", "a smaller strength, or more cohesion in bulk")
+
+
+@rule("mpm")
+def crack_that_begins_anew(facts):
+    """Cracks that make way for new ones, in rows of cells that a crack keeps open."""
+    for name, law in facts.scene.materials.items():
+        if law.kind == KIND and law.reset:
+            yield Caution("", f"materials.{name}.reset", "a row of cells that is drawn on cracks again and again, and"
+                          " takes fracture_energy each time", "cracks = 2")
 
 
 @rule("sph")
