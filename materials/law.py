@@ -69,6 +69,7 @@ class Law(BaseModel):
     TENSORS: ClassVar[tuple[int, ...]] = ()  # first index in STATE of each symmetric tensor kept there, 6 entries each
     BONDS: ClassVar[int | None] = None  # index of the STATE variable that tells bonds broken, see `bonds_last_below`
     vector_update: ClassVar[Any] = None  # Taichi function like `update`, see above
+    FADES: ClassVar[int | None] = None  # index of the STATE variable that strength fades with, see `averaging_length`
     failure_function: ClassVar[Any] = None  # (stress, state) -> > 0 where a law without a yield surface fails
     DISSIPATIVE: ClassVar[bool] = True  # False where a published law may give plastic work back
     YIELDS: ClassVar[bool] = True  # False where every deformation is undone with the load
@@ -153,6 +154,11 @@ class Law(BaseModel):
     @property
     def collapse_thickness(self) -> float | None:
         """Thickness [m] of the layer whose collapse the law gathers in one row of cells; None: that of the grid."""
+        return None
+
+    @property
+    def averaging_length(self) -> float | None:
+        """Length [m] over which a solver averages what the state variable FADES gains in a step; None: it does not."""
         return None
 
     @property

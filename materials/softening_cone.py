@@ -1,6 +1,6 @@
 """A cone whose friction, cohesion and dilation fade with plastic shear: dense sand that loosens, clay that remoulds."""
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -38,6 +38,7 @@ class SofteningConeParameters(NamedTuple):
     per_strain: float  # 1/κ_c [-]
     dilation: float  # ψ₀ [rad]
     per_dilation_strain: float  # 1/κ_ψ [-]
+    own: float  # share of its plastic strain that strength follows within a step: 1, or 0 where it is averaged
     side: float  # ±1: corners of compression or extension
     plane: float  # 1 in the matching of plane strain, else 0
 
@@ -59,8 +60,9 @@ def cone_at(prm: ti.template(), strain):
 
 @ti.func
 def sheared(prm: ti.template(), p_trial, q_trial, strain, gamma):
-    """Yield function [Pa] after the plastic shear strain γ of the step, with the strength at its end."""
-    alpha, k, alpha_psi = cone_at(prm, strain + gamma)
+    """Yield function [Pa] after the plastic shear strain γ of the step, with the strength at its end (where plastic
+    strain is averaged, at its beginning)."""
+    alpha, k, alpha_psi = cone_at(prm, strain + prm.own * gamma)
     return q_trial - 3.0 * prm.G * gamma - alpha * (p_trial + prm.K * alpha_psi * gamma) - k
 
 
@@ -71,7 +73,8 @@ def softening_cone_return(prm: ti.template(), p_trial, q_trial, strain, gap, str
     # Where strength falls by more than 3G per strain, round-off must not begin to yield what is on the surface
     if sheared(prm, p_trial, q_trial, strain, 0.0) > ti.static(by_precision(1e-6, 5e-10)) * (q_trial + ti.abs(p_trial)):
         shear = q_trial * prm.per_3G  # plastic shear strain that leaves no q
-        alpha, k, alpha_psi = cone_at(prm, strain + shear)
+        start = strain + prm.own * shear
+        alpha, k, alpha_psi = cone_at(prm, start)
         p_without = p_trial + prm.K * alpha_psi * shear
         if alpha * p_without + k < 0.0:
             # Still in tension when all shear has flowed: the apex, whose opening breaks bonds like shear does
@@ -79,13 +82,13 @@ def softening_cone_return(prm: ti.template(), p_trial, q_trial, strain, gap, str
             low, high = 0.0, -p_without * prm.per_K
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)
-                alpha, k, alpha_psi = cone_at(prm, strain + shear + breaks * middle)
+                alpha, k, alpha_psi = cone_at(prm, start + prm.own * breaks * middle)
                 if alpha * (p_without + prm.K * middle) + k < 0.0:
                     low = middle
                 else:
                     high = middle
             kappa = strain + shear + breaks * high
-            alpha, k, alpha_psi = cone_at(prm, kappa)
+            alpha, k, alpha_psi = cone_at(prm, start + prm.own * breaks * high)
             opened = gap + ti.select(k > 0.0, 0.0, high)  # without bonds what opens is a gap
             p, q = -k / ti.max(alpha, ti.static(by_precision(1e-30, 1e-200))), 0.0
             dissipation, iterations = ti.max(-p, 0.0) * (high + alpha_psi * shear), 1
@@ -111,7 +114,7 @@ def softening_cone_return(prm: ti.template(), p_trial, q_trial, strain, gap, str
                     side = -1
             iterations = ti.max(iterations, 1)
             kappa = strain + gamma
-            alpha, k, alpha_psi = cone_at(prm, kappa)
+            alpha, k, alpha_psi = cone_at(prm, strain + prm.own * gamma)
             # On the surface to round-off, and not beyond the apex
             p = ti.max(p_trial + prm.K * alpha_psi * gamma, -k / ti.max(alpha, ti.static(by_precision(1e-30, 1e-200))))
             q = alpha * p + k
@@ -139,13 +142,18 @@ class SofteningCone(DruckerPrager):
     solved within a bracket; at the apex the opening counts in κ, and what opens without cohesion is a
     gap (tension_gap.py). s is cut off at a millionth, see cohesion_softening.py.
     Under strain control the answer is unique while strength falls by less than 3G per κ. A band of shear is as wide as
-    the grid makes it, and so is the work that softening takes.
+    the grid makes it, and so is the work that softening takes, but with `nonlocal_length`: then strength follows the
+    plastic strain averaged over that length (`snowmpm/particles/averaging.py`), and is that of the beginning within a
+    step. A band across which the material slips by u has lost what κ = u/(√3 l) takes, l the length, on any grid.
     """
+
+    FADES: ClassVar[int] = 0
 
     kind: Literal["softening_cone"] = "softening_cone"  # type: ignore[assignment]
     residual_friction_angle: Annotated[float, Field(ge=0.0, lt=90.0)]  # φ_r [deg]
     softening_strain: Positive  # κ_c [-]
     dilation_strain: Positive | None = None  # κ_ψ [-]; none: dilation stays
+    nonlocal_length: Positive | None = None  # l [m], over which plastic strain is averaged; none: strength is local
 
     update = staticmethod(cone_update(GENERAL, softening_cone_return))
 
@@ -159,6 +167,10 @@ class SofteningCone(DruckerPrager):
         if (self.dilation_at(strain) > self.friction_at(strain) + 1e-9).any():
             raise ValueError("dilation_angle must not exceed friction at any strain: flow would create energy")
         return self
+
+    @property
+    def averaging_length(self) -> float | None:
+        return self.nonlocal_length
 
     def friction_at(self, strain: Array) -> Array:
         """φ [deg] after the plastic shear strain κ. NumPy."""
@@ -216,6 +228,7 @@ class SofteningCone(DruckerPrager):
             per_strain=1.0 / self.softening_strain,
             dilation=float(np.radians(self.dilation_angle)),
             per_dilation_strain=0.0 if self.dilation_strain is None else 1.0 / self.dilation_strain,
+            own=1.0 if self.nonlocal_length is None else 0.0,
             side=-1.0 if self.cone == "triaxial_extension" else 1.0,
             plane=1.0 if self.cone == "plane_strain" else 0.0,
         )

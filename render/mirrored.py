@@ -1,6 +1,5 @@
 """A run with what lies beyond its symmetric sides: half and quarter bodies drawn whole."""
 
-import sys
 from dataclasses import replace
 from functools import cached_property
 
@@ -8,11 +7,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from snowmpm.render.domain_box import DomainBox
 
 
 class MirroredRun(Run):
@@ -53,17 +48,10 @@ class MirroredRun(Run):
 
 def _planes(run):
     """(axis of space, place along it [m, to the run's origin]) of the symmetric sides of a run's scene."""
-    try:
-        scene = tomllib.loads(run.provenance.get("scene", ""))
-        domain = scene.get("domain", {})
-        lower, upper, sides = domain.get("min"), domain.get("max"), domain.get("boundary", {})
-        axes = "xz" if scene["dimension"] == 2 else "xyz"
-        sides = sides if isinstance(sides, dict) else {f"{a}_{end}": sides for a in axes for end in ("min", "max")}
-        return [("xyz".index(a), float(ends[k]) - float(run.origin["xyz".index(a)]))
-                for k, a in enumerate(axes) for end, ends in (("min", lower), ("max", upper))
-                if sides.get(f"{a}_{end}") == "symmetric" and ends is not None]
-    except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError, IndexError, AttributeError):
-        raise InputError(f"{run.path}: says nothing readable of the sides of its domain") from None
+    box = DomainBox.of(run)
+    return [("xyz".index(axis), corner[axis]) for axis in box.lower
+            for end, corner in (("min", box.lower), ("max", box.upper))
+            if box.sides.get(f"{axis}_{end}") == "symmetric"]
 
 
 def _image(points, axis, level):

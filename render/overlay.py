@@ -111,6 +111,12 @@ class Overlay:
         words = f"{'about ' if about else ''}{length / factor:g} {prefix}m"
         self.draw.text((left + 0.5 * width, bottom - self.px(9)), words, INK, font, "ms")
 
+    def pointer(self, place, words, anchor="ma"):
+        """A small triangle that points up at `place`, with words below it, the middle or an end of them there."""
+        (x, y), r = place, self.px(6)
+        self.draw.polygon([(x, y), (x - r, y + 1.5 * r), (x + r, y + 1.5 * r)], fill=WARNING, outline=HALO)
+        self.text((x, y + 1.8 * r), words, 17, anchor)
+
     def inset(self, picture, position):
         """`picture` with a frame, its upper left corner at `position`."""
         x, y = position

@@ -9,20 +9,16 @@ import numpy as np
 from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
+from snowmpm.render.floor import ground_of
 from snowmpm.render.framing import Action, sample_action
-from snowmpm.render.run_film import (
-    PREPARING,
-    SectionView,
-    SpaceView,
-    check_drawable,
-    checked_wishes,
-    nearest_frame,
-    particle_spacing,
-    write_pictures,
-)
+from snowmpm.render.run_film import PREPARING, check_drawable, checked_wishes, nearest_frame, write_pictures
 from snowmpm.render.section import Profile
+from snowmpm.render.section_view import SectionView
+from snowmpm.render.space_view import SpaceView
 from snowmpm.render.timing import Timing
 from snowmpm.render.tracking import joint_track, plan_track
+from snowmpm.render.upright import upright
+from snowmpm.render.view import particle_spacing
 from snowmpm.stages import stage
 
 GAP = 4  # px of white between the two
@@ -39,7 +35,7 @@ class PairView:
         if first.dimension != second.dimension:
             raise InputError(f"{second.path}: is in {second.dimension} dimensions, {first.path} in {first.dimension}:"
                              " side by side go runs of the same")
-        self.runs = (first, second)
+        self.runs = (upright(first), upright(second))
         self.times = first.times if first.times[-1] >= second.times[-1] else second.times
         for run in self.runs:
             check_drawable(run)
@@ -125,7 +121,7 @@ def _same_place(actions, shift):
 def _sections(runs, size, color, camera, cutaway):
     if cutaway:
         raise InputError(f"{runs[0].path}: a cutaway is of runs in three dimensions")
-    tracks = [plan_track(run, Profile.of(run.terrain), particle_spacing(run), size, close=camera == "auto")
+    tracks = [plan_track(run, Profile.of(ground_of(run)), particle_spacing(run), size, close=camera == "auto")
               for run in runs]
     shift = (runs[1].origin - runs[0].origin)[[0, 2]]
     joint = joint_track(*tracks, shift)

@@ -25,10 +25,9 @@ from snowmpm.render import light
 from snowmpm.render.credit import attribution
 from snowmpm.render.figure import check_ending, save
 from snowmpm.render.overlay import ticks
-from snowmpm.render.relief import build_relief
+from snowmpm.render.relief import build_relief, map_shade
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
-NORTH_WEST = np.array([-0.58, 0.58, 0.58])
 RELEASE, LINE, OBSERVED, BUILT = "#101418", "#c1121f", "#0a7d33", "#5b3410"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
@@ -121,13 +120,10 @@ def draw_terrain(axes: Axes, run: Run, lower: Floats, upper: Floats) -> None:
     east, north = run.origin[0] + relief.x0, run.origin[1] + relief.y0
     half = 0.5 * relief.cell
     extent = (east - half, east + columns * relief.cell - half, north - half, north + rows * relief.cell - half)
-    slope_north, slope_east = np.gradient(relief.heights, relief.cell)
-    normal = np.stack([-slope_east, -slope_north, np.ones_like(slope_east)], axis=-1)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     # Grey, so that every hue on the map belongs to the raster.
-    shade = 0.85 * light.illuminate(normal.astype(np.float32), NORTH_WEST, softness=0.2).mean(axis=-1, keepdims=True)
-    picture = light.encode(np.repeat(np.nan_to_num(shade), 3, axis=-1)).astype(float) / 255.0
-    opaque = np.isfinite(normal).all(axis=-1)
+    shade = map_shade(relief.heights, relief.cell)
+    opaque = np.isfinite(shade)
+    picture = light.encode(np.repeat(np.nan_to_num(shade)[..., None], 3, axis=-1)).astype(float) / 255.0
     axes.imshow(np.dstack([picture, opaque]), extent=extent, origin="lower", interpolation="bilinear")
     x, y = east + relief.cell * np.arange(columns), north + relief.cell * np.arange(rows)
     heights = relief.heights + run.origin[2]

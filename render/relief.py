@@ -5,10 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
+from snowmpm.render import light
 from snowmpm.render.raster import rasterise
 
 WALL = 0.04  # height of the walls at the rim, as a share of the region
 CELLS = 360  # of the height raster, along its longer side
+NORTH_WEST = np.array([-0.58, 0.58, 0.58])  # light on maps
 EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 
 
@@ -93,15 +95,31 @@ def build_relief(terrain, lower, upper):
     vertices, normals, facets = vertices[used], normals[used], renumbered.reshape(facets.shape)
     cell = float(max(np.subtract(upper, lower))) / CELLS
     shape = np.ceil(np.subtract(upper, lower) / cell).astype(int) + 1
-    lowest = vertices[:, 2].min()
+    heights = height_raster(vertices, facets, lower, cell, tuple(shape))
+    if heights is None:
+        return None
+    relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))
+    return with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
+
+
+def height_raster(vertices, facets, lower, cell, shape):
+    """Heights [m] of triangles, (rows, columns) = reversed `shape`, NaN in holes; row i at lower[1] + i cell, column j
+    at lower[0] + j cell; None where no facet has an area in plan."""
     x, y = (vertices[:, 0] - lower[0]) / cell + 0.5, (vertices[:, 1] - lower[1]) / cell + 0.5
-    raster = rasterise(x, y, vertices[:, 2] - lowest + 1.0, facets, tuple(shape))
-    if not raster.hit.any():  # no facet has an area in plan
+    raster = rasterise(x, y, vertices[:, 2] - vertices[:, 2].min() + 1.0, facets, shape)
+    if not raster.hit.any():
         return None
     heights = np.full(raster.facet.shape, np.nan)
     heights[raster.hit] = raster.interpolate(vertices[:, 2], facets)
-    relief = Relief(vertices, normals, facets, heights, float(lower[0]), float(lower[1]), cell, len(facets))
-    return with_walls(relief, WALL * float(np.ptp(vertices[:, :2], axis=0).max()))
+    return heights
+
+
+def map_shade(heights, cell):
+    """Light (rows, columns) on a raster of heights [m] from the north-west, as on maps; NaN in holes."""
+    slope_north, slope_east = np.gradient(heights, cell)
+    normal = np.stack([-slope_east, -slope_north, np.ones_like(slope_east)], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return 0.85 * light.illuminate(normal.astype(np.float32), NORTH_WEST, softness=0.2).mean(axis=-1)
 
 
 def _upward(vertices, facets):

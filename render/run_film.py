@@ -6,46 +6,34 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from snowmpm.annotations import Floats, PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
-from snowmpm.io.parameters import methods_of
-from snowmpm.io.status import cautions
-from snowmpm.render import light
-from snowmpm.render.camera_path import MOVING, CameraPath, path_of
-from snowmpm.render.colour import choose_scale
-from snowmpm.render.credit import attribution
+from snowmpm.render.camera_path import CameraPath
 from snowmpm.render.film import PICTURES, open_film, output_kind
 from snowmpm.render.fracture import NAME as FRACTURE
-from snowmpm.render.fracture import Cutaway, WeakLayer
-from snowmpm.render.framing import choose_camera, emptier_side, sample_action
-from snowmpm.render.ground import draw_ground
-from snowmpm.render.overlay import Overlay
-from snowmpm.render.passes import checked_pass, sky_of, with_alpha
+from snowmpm.render.passes import checked_pass
+from snowmpm.render.plan_inset import WISHES
 from snowmpm.render.quality import Quality
-from snowmpm.render.relief import build_relief
-from snowmpm.render.section import Profile, draw_section
-from snowmpm.render.sheet import sheet_of
-from snowmpm.render.snow import SNOW, draw_snow, seen_snow
-from snowmpm.render.solid import draw_solids, nearby, placed
-from snowmpm.render.timing import Timing, pace_in_words
-from snowmpm.render.tracking import plan_track
-from snowmpm.render.winter import GROUNDS, snow_cover
+from snowmpm.render.section_view import SectionView
+from snowmpm.render.space_view import SpaceView
+from snowmpm.render.timing import Timing
+from snowmpm.render.upright import upright
+from snowmpm.render.winter import GROUNDS
 from snowmpm.render.workers import drawn, worker_count
 from snowmpm.stages import stage
 
 PREPARING = "choosing colours and camera, lighting the ground"
 SIZES = (64, 8192)
-INSET = 0.30  # of the picture's sides
 
 
 def render_run(
     run_path: PathLike | Run, output: PathLike, *, color: str | None = None, camera: str | None = None,
     time: float | None = None, size: tuple[int, int] = (1280, 720), fps: float = 25, cutaway: bool = False,
     progress: Callable[[int, int], object] | None = None, timing: Timing | None = None, plain: bool = False,
-    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full"
+    camera_path: PathLike | None = None, layer: str = "picture", ground: str = "auto", quality: str = "full",
+    inset: str = "auto"
 ) -> Path:
     """Draw a run; needs no display and no graphics library. Returns the path written.
 
@@ -62,6 +50,9 @@ def render_run(
     size       (width, height) [px];  progress(done, total) is called before the first picture and after each
     timing     `timing.Timing` of a film: which frames, at which speed; instead of fps
     plain      no words, scales and insets
+    inset      the whole in a corner, "on", "off" or "auto": in 3-D a map of the terrain with the track so far, the snow
+               and what the camera shows, by itself where that is less than a quarter of the terrain; of a section all
+               of it, by itself where the view is close
     layer      for compositing, in 3-D and without words: "transparent", the sky is see-through (.png, folder); "depth",
                metres along the view as 32-bit numbers, inf where there is sky (.tif, folder)
     ground     of runs in 3-D: "winter", under snow, which the flow sweeps away; "summer"; by default "auto": winter
@@ -78,7 +69,8 @@ def render_run(
     if quality != "full" and layer != "picture":
         raise InputError.at("quality", quality, f'goes without pass = "{layer}", which is for compositing')
     with stage(PREPARING):
-        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality)
+        view = view_of(run, size, color, camera, cutaway, camera_path, ground, quality=quality,
+                       inset="off" if inset in WISHES and (plain or layer != "picture") else inset)
     view.plain, view.layer_drawn = plain, layer
     return write_pictures(view, run.times, output, time, timing, progress)
 
@@ -133,11 +125,14 @@ def check_drawable(run):
 
 
 def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None, ground="auto", drawn=True,
-            quality="full"):
+            quality="full", inset="auto"):
     """The view of a run whose `picture(i)` draws its frame i; drawn False: with its colours and camera, but without
     pictures; other arguments and errors as of `render_run`."""
     check_drawable(run)
+    run = upright(run)
     quality = Quality.named(quality)
+    if inset not in WISHES:
+        raise InputError.not_in("inset", inset, WISHES)
     if cutaway and run.dimension == 2:
         raise InputError(f"{run.path}: a cutaway is of a run in three dimensions; of a section, the colour {FRACTURE}"
                          " shows the weak layer")
@@ -148,10 +143,10 @@ def view_of(run, size, color=None, camera=None, cutaway=False, camera_path=None,
     if run.dimension == 2:
         if ground not in GROUNDS:
             raise InputError.not_in("ground", ground, GROUNDS)
-        return SectionView(run, size, color, camera or "auto", quality=quality)
+        return SectionView(run, size, color, camera or "auto", quality=quality, inset=inset)
     path = None if camera_path is None else CameraPath.read(Path(camera_path), run.origin)
     return SpaceView(run, size, color, camera or "auto", cutaway, path=path, ground=ground, drawn=drawn,
-                     quality=quality)
+                     quality=quality, inset=inset if drawn else "off")
 
 
 def nearest_frame(run, time):
@@ -170,213 +165,3 @@ def checked_size(size, even):
         raise InputError.at("size", size, f"must be width, height, each {low} to {high}")
     # H.264 wants even sides; one pixel is not worth an error.
     return (width - width % 2, height - height % 2) if even else (width, height)
-
-
-class _View:
-    """What the pictures of one film share: colours, particle size, words."""
-
-    def __init__(self, run, size, color):
-        self.run, self.size = run, size
-        self.layer = WeakLayer.of(run) if color == FRACTURE else None
-        self.cut = None
-        self.scale = self.layer.scale() if self.layer else choose_scale(run, color)
-        self.table = None if self.scale is None else light.decode(self.scale.table())
-        self.spacing = particle_spacing(run)
-        self.title, self.cautions = run.name, cautions(run)
-        self.pace, self.plain, self.layer_drawn = None, False, "picture"
-        self.quality, self.as_sheet = Quality(), False
-
-    @property
-    def most_points(self):
-        """Particles of the fullest frame."""
-        return max(self.run.n_points(i) for i in range(len(self.run)))
-
-    def fields_of(self, i):
-        """Frame `i` with the fields that its colours need."""
-        names = [] if self.scale is None else [self.scale.field]
-        names += ["material"] if self.layer or self.cut else []
-        names += ["depth"] if "depth" in self.run.field_names else []
-        known = "id" in self.run.field_names
-        return self.run.frame(i, dict.fromkeys([*names, *(["id"] if known else [])]))
-
-    def _frame(self, i):
-        """(time, what the drawing functions take of frame `i`: points, spacing, colours, identity)."""
-        frame = self.fields_of(i)
-        good = np.isfinite(frame.points).all(axis=1)
-        thin = 1 if "depth" in frame.fields or self.run.dimension == 2 else self.quality.share(self.most_points)
-        if thin > 1:
-            # The same ones in every frame, where they are known
-            good &= frame.fields.get("id", np.arange(len(good))) % thin == 0
-        if self.cut:
-            good &= self.cut.shown(frame)
-        colours = None
-        if self.layer:
-            colours = self.layer.colours(frame, self.table, SNOW)[good]
-        elif self.scale is not None:
-            share = np.nan_to_num(self.scale.share(self.scale.numbers(frame)[good]))
-            colours = self.table[np.round(255 * share).astype(int)]
-        identity = frame.fields["id"][good] if "id" in frame.fields else None
-        points = frame.points[good]
-        spacing = particle_spacing(self.run, frame.time) * thin ** (1.0 / 3.0)
-        if "depth" in frame.fields and len(points):
-            depth, fine = frame.fields["depth"][good], self.run.provenance.get("zone_spacing")
-            # Particles in three dimensions, before or after a hand-over, have a depth of zero
-            if self.as_sheet and fine is None and np.mean(depth > 0.0) > 0.5:
-                shown = np.tile(SNOW, (len(points), 1)) if colours is None else colours
-                sheet = sheet_of(points, np.nan_to_num(depth.ravel()), spacing, shown, self.relief.height)
-                if sheet is not None:
-                    return frame.time, (*sheet, None)
-            each = None if fine is None else np.where(depth.ravel() > 0.0, spacing, min(spacing, fine))
-            points, colours, identity, each = piled(points, depth, spacing, colours, identity, each)
-            spacing = spacing if each is None else each
-        return frame.time, (points, spacing, colours, identity)
-
-    def _legend(self, overlay, time, side="right"):
-        overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
-        if time == self.run.times[-1]:
-            overlay.warnings(self.cautions)
-        if self.scale is not None:
-            overlay.colour_scale(self.scale, side)
-
-
-class SpaceView(_View):
-    """Three-dimensional runs: the ground is drawn once, or for each frame where the camera moves, the snow over it."""
-
-    def __init__(self, run, size, color, camera, cutaway=False, action=None, path=None, ground="auto",
-                 drawn=True, quality=None):
-        """action: what the camera has to show, by default that of the run (`framing.sample_action`); path: `CameraPath`
-        of one that moves; ground: as of `winter.snow_cover`; drawn: as of `view_of`;
-        quality: a `Quality`."""
-        super().__init__(run, size, color)
-        self.quality = quality or self.quality
-        action = action or sample_action(run)
-        action = action.showing(nearby(run, action.points.min(axis=0), action.points.max(axis=0)))
-        relief = None if run.terrain is None else build_relief(run.terrain, *action.box())
-        self.action, self.relief, self.as_sheet = action, relief, relief is not None
-        self.camera = choose_camera("auto" if camera in MOVING else camera, action, relief, size)
-        self.path = path_of(camera, self.camera, run, action.points) if camera in MOVING else path
-        facing = np.array([0.0, 0.0, 1.0]) if relief is None else relief.normals.mean(axis=0)
-        self.sun = light.sun_direction(self.camera.axes, facing)
-        self.side = emptier_side(self.camera, action)
-        self.cover = snow_cover(run, relief, self.spacing, ground)
-        # Half of the time of a page would go into a picture of the ground that it does not show
-        self.ground = self._drawn_ground(self.quality.camera(self.camera)) if drawn else None
-        if cutaway:
-            self.cut = Cutaway.of(run, self.layer or WeakLayer.of(run), self.camera)
-
-    def picture(self, i):
-        """Frame `i`: (height, width, 3) uint8, with alpha (height, width, 4) of the pass "transparent", float32
-        (height, width) of the pass "depth"."""
-        time, snow = self._frame(i)
-        camera = self.camera if self.path is None else self.path.camera(time, self.size)
-        if self.layer_drawn == "depth":
-            behind = self._behind(i, camera)
-            return np.minimum(seen_snow(behind, camera, *snow[:2])[1], behind.depth).astype(np.float32)
-        if self.layer_drawn == "transparent":
-            return with_alpha(*(draw_snow(self._behind(i, camera, sky_of(brightness)), camera, self.sun, *snow)
-                                for brightness in (0.0, 1.0)))
-        seen = self.quality.camera(camera)
-        ground = self._behind(i, seen)
-        picture = light.encode(draw_snow(ground, seen, self.sun, *snow, in_crumbs=self.quality.crumbs))
-        overlay = Overlay(self.quality.enlarged(picture, camera.size))
-        if self.plain:
-            return overlay.picture()
-        self._legend(overlay, time, self.side)
-        other = "left" if self.side == "right" else "right"
-        if not camera.perspective:
-            overlay.length_scale(camera.scale, other)
-        elif ground.contour_interval:
-            words = [f"contours every {ground.contour_interval:g} m", attribution(self.run.provenance)]
-            overlay.note("; ".join(filter(None, words)), other)
-        else:
-            overlay.length_scale(self.action.size_in(camera), other, about=True)
-        return overlay.picture()
-
-    def _behind(self, i, camera, sky=light.sky):
-        """`Ground` with the solids of frame `i`, as a camera sees them."""
-        known = self.path is None and sky is light.sky
-        ground = self.ground if known else self._drawn_ground(camera, sky)
-        return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *placed(self.run, i))
-
-    def _drawn_ground(self, camera, sky=light.sky):
-        return draw_ground(self.relief, camera, self.sun, sky, self.cover)
-
-
-class SectionView(_View):
-    """Plane-strain runs: the section, and an inset with the whole of it when the view is close."""
-
-    def __init__(self, run, size, color, camera, track=None, quality=None):
-        """track: the moving view, by default that of the run (`tracking.plan_track`); quality: a `Quality`."""
-        super().__init__(run, size, color)
-        self.quality = quality or self.quality
-        if camera not in ("auto", "side"):
-            raise InputError.at("camera", camera, "must be auto or side for a run in two dimensions")
-        self.profile = Profile.of(run.terrain)
-        self.track = track or plan_track(run, self.profile, self.spacing, size, close=camera == "auto")
-
-    def picture(self, i):
-        """(height, width, 3) uint8 of frame `i`."""
-        time, snow = self._frame(i)
-        camera, snow = self.track.camera(i), (*snow, placed(self.run, i))
-        overlay = Overlay(self._section(camera, snow))
-        if self.plain:
-            return overlay.picture()
-        side = "right" if self.track.falls_left else "left"
-        if self.track.close:
-            self._inset(overlay, camera, snow)
-        self._legend(overlay, time, side)
-        overlay.length_scale(camera.scale, side, beside=self.scale is not None)
-        return overlay.picture()
-
-    def _inset(self, overlay, camera, snow):
-        """The whole section, with a frame around what the picture shows, in the upper corner over lower ground."""
-        width, height = (int(INSET * side) for side in self.size)
-        whole = self.track.overview((width, height))
-        top = overlay.px(20)
-        left = self.size[0] // 2 - width // 2 if self.track.falls_left else self.size[0] - width - top
-        overlay.inset(self._section(whole, snow), (left, top))
-        half = 0.5 * np.array(self.size) / camera.scale
-        x, y, _ = whole.project(camera.eye + np.array([[-half[0], 0.0, half[1]], [half[0], 0.0, -half[1]]]))
-        x, y = np.clip(x, 1, width - 2) + left, np.clip(y, 1, height - 2) + top
-        overlay.rectangle([x[0], y[0], x[1], y[1]])
-
-    def _section(self, camera, snow):
-        picture = draw_section(self.profile, self.quality.camera(camera), *snow)
-        return self.quality.enlarged(light.encode(picture), camera.size)
-
-
-def piled(points, depth, spacing, *others):
-    """Columns of snow as piles of points: points (n, 3) at half their depth (n,) [m], in layers at most `spacing` [m]
-    apart from the ground to the surface; -> (points, others), each layer with all rows of the others.
-
-    Depths are normal to the ground, of which a frame does not know the slope: they are drawn upwards.
-    """
-    layers = 1 + int(np.ceil(np.nan_to_num(depth).max(initial=0.0) / spacing))
-    if layers == 1:
-        return points, *others
-    at = np.linspace(-0.5, 0.5, layers)
-    piles = np.tile(points.astype(float), (layers, 1))
-    piles[:, 2] += (at[:, None] * np.nan_to_num(depth)).ravel()
-    return piles, *(None if other is None else np.concatenate([other] * layers) for other in others)
-
-
-def particle_spacing(run, time=0.0):
-    """Distance [m] between particles: what the run says of itself, of its method at a time [s], or from the field
-    `volume`, or between neighbours in the first frame that has any."""
-    noted = run.provenance.get("particle_spacing")
-    for record in methods_of(run):
-        if record["time"] < time:
-            noted = record["particle_spacing"]
-    if isinstance(noted, int | float) and noted > 0.0:
-        return float(noted)
-    i = next(i for i in range(len(run)) if run.n_points(i))
-    if "volume" in run.field_names:
-        volume = float(np.median(run.frame(i, ["volume"]).fields["volume"]))
-        if volume > 0.0:
-            return volume ** (1.0 / run.dimension)
-    points = run.frame(i, []).points
-    points = points[np.isfinite(points).all(axis=1)]
-    sample = points[np.random.default_rng(0).permutation(len(points))[:2000]]
-    nearest = cKDTree(points).query(sample, k=2)[0][:, 1] if len(points) > 1 else np.array([1.0])
-    nearest = nearest[np.isfinite(nearest) & (nearest > 0.0)]
-    return float(np.median(nearest)) if len(nearest) else 1.0

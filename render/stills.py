@@ -24,8 +24,8 @@ def render_stills(run: Run, output: PathLike, count: int = 6, *, size: tuple[int
     """Draw `count` frames of a run, evenly from `begin` to `end` [s], to a .jpg or .png of `size`; -> its path.
 
     As many columns as rows, or one more. progress(done, total) as of `render_run`; choices: its color, camera, cutaway,
-    ground and quality. Raises InputError for another ending, more than MOST stills, times outside of the run, and as
-    `render_run`.
+    ground, quality and inset. Raises InputError for another ending, more than MOST stills, times outside of the run,
+    and as `render_run`.
     """
     path, size = Path(output), checked_size(size, even=False)
     if path.suffix.lower() not in KINDS:

@@ -18,18 +18,18 @@ GAP = 6  # px of white between two moments
 
 
 def render_strip(run: Run, output: PathLike, *, times: Iterable[float] | None = None, color: str | None = None,
-                 camera: str | None = None, size: tuple[int, int] = (1280, 480),
+                 camera: str | None = None, size: tuple[int, int] = (1280, 480), inset: str = "auto",
                  plots: Sequence[Callable[[Run, Path], object]] = (),
                  notes: Mapping[str, object] | None = None) -> Path:
     """Draw the frames of a `snowmpm.io.Run` nearest to `times` [s] (by default its last) to a PNG; -> its path.
 
-    color, camera, size as `render_run` takes them. plots: functions (run, file) that draw a PNG each, put below. notes:
-    texts by name that go into the file and come back by `notes_of`. Errors as of `render_run`.
+    color, camera, size, inset as `render_run` takes them. plots: functions (run, file) that draw a PNG each, put below.
+    notes: texts by name that go into the file and come back by `notes_of`. Errors as of `render_run`.
     """
     path = Path(output)
     if path.suffix.lower() != ".png":
         raise InputError.at("output", str(output), "must end in .png")
-    view = view_of(run, tuple(size), color, camera)
+    view = view_of(run, tuple(size), color, camera, inset=inset)
     chosen = dict.fromkeys([len(run) - 1] if times is None else [nearest_frame(run, time) for time in times])
     pictures = [Image.fromarray(view.picture(i)) for i in counted(chosen, "drawing", "pictures")]
     with draft(path) as part:

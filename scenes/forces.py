@@ -8,7 +8,7 @@ from snowmpm.scenes.formula import Formula
 from snowmpm.scenes.regions import Region
 from snowmpm.scenes.shapes import check_corners
 from snowmpm.scenes.space import NUMBER, TEXT, FileName, Vector, by_type, dimension
-from snowmpm.scenes.spec import NonNegative, Number, Positive, Spec, check_period, refuse
+from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, check_period, refuse
 
 Value = Annotated[Annotated[Number, NUMBER] | Annotated[Formula, TEXT], by_type(NUMBER, TEXT)]
 
@@ -84,7 +84,82 @@ class Pressure(_Timed):
         return self
 
 
-Force = Annotated[Acceleration | Pressure, Field(discriminator="kind")]
+class Part(Spec):
+    """A block along the axes of the scene, flat where a surface is."""
+
+    min: Vector
+    """lower corner [m]"""
+    max: Vector
+    """upper corner [m]; may be as low as min along an axis"""
+
+    @model_validator(mode="after")
+    def _corners(self):
+        if any(low > high for low, high in zip(self.min, self.max, strict=False)):
+            raise refuse(f"must not be below min = {list(self.min)} along any axis", "max", self.max)
+        return self
+
+
+class _OnFace(_Timed):
+    """What acts on the surface that a body has at time zero, or on a part of it."""
+
+    name: Name
+    """of its columns in the history"""
+    body: str
+    """name of the body, whose shape is a box, sphere, cylinder, mesh or polygon"""
+    within: Part | None = None
+    """the part of its surface: that in a block; all of it that does not lie on a side of the domain when missing"""
+
+    @model_validator(mode="after")
+    def _has_a_value(self):
+        if (self.value is None) == (self.file is None):
+            raise refuse("needs value or file, and not both")
+        if isinstance(self.value, tuple) and dimension() not in (None, len(self.value)):
+            raise refuse(f"must have {dimension()} entries, one an axis", "value", self.value)
+        return self
+
+
+class Traction(_OnFace):
+    """A force of fixed direction on a body's own surface."""
+
+    kind: Literal["traction"]
+    value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
+    """[Pa] over the area at time zero: a number or a formula of x, y, z and t, one an axis"""
+    file: FileName | None = None
+    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
+    tx, ty, tz"""
+
+
+class FollowerPressure(_OnFace):
+    """A pressure on a body's own surface, which stays normal to it as it moves and stretches."""
+
+    kind: Literal["follower_pressure"]
+    value: Value | None = None
+    """[Pa] over the area now, compression positive: a number or a formula of x, y, z and t"""
+    file: FileName | None = None
+    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
+    pressure"""
+
+
+class Displacement(_OnFace):
+    """A surface of prescribed motion, wherever it cuts the grid, to which a body's own surface is tied by a penalty."""
+
+    kind: Literal["displacement"]
+    value: Annotated[tuple[Value, ...], Field(min_length=2, max_length=3)] | None = None
+    """[m] from the place at time zero: a number or a formula of x, y, z (that place) and t, one an axis"""
+    file: FileName | None = None
+    """table (.csv) on a grid in space and time, in place of the value: time, x, y, z (those that it depends on), then
+    ux, uy, uz"""
+    contact: Literal["stick", "slip", "separate"] = "stick"
+    """stick: in all directions; slip: along the normal at time zero; separate: the same, but snow is never pulled"""
+    penalty: Annotated[Positive, Field(le=1e8)] | None = None
+    """stiffness of the tie over that of a cell of the material [-]: the surface gives way as a layer of dx / penalty
+    would. When missing 10, which shortens explicit steps to about 0.4, and 1000 with steps that are solved for"""
+
+
+FACES = (Traction, FollowerPressure, Displacement)
+"""Forces on a part of a body's surface."""
+
+Force = Annotated[Acceleration | Pressure | Traction | FollowerPressure | Displacement, Field(discriminator="kind")]
 
 
 class Damping(_Timed):

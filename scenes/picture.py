@@ -18,6 +18,8 @@ class Picture(Spec):
     """field that colours the snow, or "snow"; its speed when missing"""
     camera: str = "auto"
     """view, as for `snowmpm render --camera`"""
+    inset: Literal["auto", "on", "off"] = "auto"
+    """the whole in a corner, as for `snowmpm render --inset`"""
     size: tuple[Pixels, Pixels] = (1280, 480)
     """width and height of each picture [pixels]"""
     plot: Literal["history", "compression", "saw_test", "thalweg_time"] | None = None

@@ -14,6 +14,7 @@ from snowmpm.scenes.cards import cards_near, with_cards
 from snowmpm.scenes.choices import Choice, choices
 from snowmpm.scenes.events import Event
 from snowmpm.scenes.forces import Damping, Force
+from snowmpm.scenes.frameworks import AnyStructure, Framework
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.numerics import Domain, Output, Solver
 from snowmpm.scenes.picture import Picture
@@ -22,7 +23,6 @@ from snowmpm.scenes.saw_test import MADE, SawTest, made_by
 from snowmpm.scenes.space import LIST, NUMBER, TABLE, Vector, by_type, surroundings
 from snowmpm.scenes.spec import Name, NonNegative, Number, Positive, Spec, refuse
 from snowmpm.scenes.stop import Stop
-from snowmpm.scenes.structures import Structure
 from snowmpm.scenes.switch import Switch, with_switches
 from snowmpm.scenes.terrain import Terrain
 from snowmpm.scenes.toml import to_toml
@@ -90,8 +90,8 @@ class Scene(Glance, Spec):
     bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
-    structures: Annotated[tuple[Structure, ...], Field(max_length=16)] = ()
-    """masts, posts and walls that bend"""
+    structures: Annotated[tuple[AnyStructure, ...], Field(max_length=16)] = ()
+    """masts, posts and walls that bend, and frameworks of members"""
     events: tuple[Event, ...] = ()
     forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""
@@ -233,6 +233,12 @@ def _check_references(scene):
             if item.name in seen:
                 raise refuse(f"there is another of this name among the {table}", f"{table}.{i}.name", item.name)
             seen.add(item.name)
+    for i, item in enumerate(scene.structures):
+        if isinstance(item, Framework):  # its numbers and segments have names of its own
+            for other in (*scene.obstacles, *scene.structures):
+                if other.name.startswith(f"{item.name}_"):
+                    raise refuse(f"must not be how the name of another begins: {other.name}", f"structures.{i}.name",
+                                 item.name)
     for i, body in enumerate(scene.bodies):
         if body.material not in scene.materials:
             key = f"bodies.{i}.material" if not scene.saw_test else "saw_test"
@@ -255,12 +261,23 @@ def _check_references(scene):
         if event.NEEDS == "water" and scene.water is None:
             raise refuse("needs water: a table [water]", f"events.{i}.kind", event.kind)
     bodies = [body.name for body in scene.bodies]
+    _check_names_of_faces(scene)
     for table in ("events", "forces"):
         for i, item in enumerate(getattr(scene, table)):
             body = getattr(item, "body", None)
             if body is not None and body not in bodies:
                 near = did_you_mean(body, bodies)
                 raise refuse(f"must be one of the bodies: {', '.join(bodies)}{near}", f"{table}.{i}.body", body)
+
+
+def _check_names_of_faces(scene):
+    """Check that forces with columns in the history have names of their own."""
+    seen = set()
+    for i, force in enumerate(scene.forces):
+        name = getattr(force, "name", None)
+        if name in seen:
+            raise refuse("there is another of this name among the forces", f"forces.{i}.name", name)
+        seen.update([name] if name else [])
 
 
 def _check_answer(scene):

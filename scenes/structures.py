@@ -9,14 +9,10 @@ from snowmpm.scenes.spec import Fraction, Name, NonNegative, Positive, refuse
 from snowmpm.scenes.terrain import Touching
 
 
-class Structure(Touching):
-    """A mast, post or wall that stands clamped on its foot, and bends: a round tube, in 2-D a plate."""
+class Bending(Touching):
+    """What all structures say: round tubes, in 2-D plates, of one material."""
 
     name: Name
-    foot: Vector
-    """where it is clamped [m]"""
-    top: Vector
-    """its free end [m]"""
     width: Positive
     """outer diameter; 2-D: thickness of the plate [m]"""
     wall: Positive | None = None
@@ -30,14 +26,24 @@ class Structure(Touching):
     hardening: NonNegative = 0.0
     """stiffness of a part that yields over the elastic one [-]"""
     strength: Positive | None = None
-    """bending stress of the outermost fibre at which it breaks for good [Pa]; it does not when missing"""
+    """stress of the outermost fibre, of bending and in frameworks of pull or push, at which it breaks for good [Pa]; it
+    does not when missing"""
     damping: Fraction = 0.01
     """share of the critical damping of its first mode [-]"""
-    segments: Annotated[int, Field(strict=True, ge=2, le=32)] = 8
-    """straight pieces"""
     coupling: Literal["weak", "strong", "one_way"] = "weak"
     """weak: the snow meets it as it is bent; strong: with the velocity that it has at the end of the step, so that it
     may be lighter than the snow around it; one_way: as it stood at the start"""
+
+
+class Structure(Bending):
+    """A mast, post or wall that stands clamped on its foot, and bends: a round tube, in 2-D a plate."""
+
+    foot: Vector
+    """where it is clamped [m]"""
+    top: Vector
+    """its free end [m]"""
+    segments: Annotated[int, Field(strict=True, ge=2, le=32)] = 8
+    """straight pieces"""
 
     @model_validator(mode="after")
     def _is_slender(self):

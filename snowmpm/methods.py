@@ -62,6 +62,8 @@ class Capabilities:
     """events that take particles out"""
     forces: bool = True
     """accelerations and pressures in space and time (`snowmpm.forcing`)"""
+    faces: bool = False
+    """tractions, pressures and displacements of a part of a body's surface (`snowmpm.forcing.faces`)"""
     forcing: bool = True
     """damping and gravity that changes"""
     sleeping: bool = False
@@ -70,6 +72,8 @@ class Capabilities:
     """bases of `schemes.BASES` with a box, for comparison"""
     f_bar: bool = False
     """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
+    averaging: bool = False
+    """materials whose loss of strength is averaged over a length (`snowmpm.particles.averaging`)"""
     water: bool = False
     """water in the pores (`snowmpm.water`)"""
     two_velocities: bool = False
@@ -140,13 +144,14 @@ class MethodEntry:
 
 METHODS = {entry.name: entry for entry in (
     MethodEntry("mpm", "snowmpm.mpm.solver:MpmSolver.of", Capabilities(
-        receives=True, sleeping=True, averaged_hats=True, f_bar=True, water=True, two_velocities=True, interfaces=True,
+        receives=True, sleeping=True, averaged_hats=True, f_bar=True, averaging=True, water=True, two_velocities=True,
+        interfaces=True,
         separate_bodies=True, saw_test=True, grid=True, presets=True, free_bodies=True, structures=True,
-        strong_coupling=True,
+        strong_coupling=True, faces=True,
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, free_bodies=True, structures=True, seepage=True), options="sph",
+        filling=1, free_bodies=True, structures=True, seepage=True, averaging=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,
@@ -156,7 +161,7 @@ METHODS = {entry.name: entry for entry in (
         plan=True, receives=True, usual_filling=4), options="depth", words="depth-averaged"),
     MethodEntry("implicit", "snowmpm.implicit.solver:ImplicitSolver.of", Capabilities(
         precisions=("f64",), moving_obstacles=False, initial_stress=("geostatic", "isotropic"),
-        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True),
+        settling=False, forcing=False, saw_test=True, grid=True, solves=True, solved_water=True, faces=True),
         words="implicit MPM"),
 )}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.render.export.snow_surface import require_splashsurf, snow_surface
-from snowmpm.render.run_film import particle_spacing, piled
+from snowmpm.render.view import particle_spacing, piled
 
 IDENTITY = "id"
 """Field with the number of each particle."""

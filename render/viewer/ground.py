@@ -35,7 +35,7 @@ class Mesh:
 
 
 def space_ground(view):
-    """`Mesh` of the ground in space of a `run_film.SpaceView`; None without ground."""
+    """`Mesh` of the ground in space of a `space_view.SpaceView`; None without ground."""
     relief = view.relief
     if relief is None:
         return None

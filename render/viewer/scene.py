@@ -11,7 +11,6 @@ from snowmpm.io import Run
 from snowmpm.render.ground import contour_interval
 from snowmpm.render.page import escaped, page, script, write_page
 from snowmpm.render.run_film import view_of
-from snowmpm.render.solid import placed
 from snowmpm.render.viewer.fields import PLAIN, fields_of
 from snowmpm.render.viewer.ground import section_ground, space_ground
 from snowmpm.render.viewer.layers import layers_of
@@ -50,7 +49,7 @@ def viewer(run, view, frames=FRAMES, points=POINTS, letters=LETTERS):
     snow = Snow(view, fields, chosen)
     snow.fit(points, letters)
     cells = [snow.frame(int(i)) for i in chosen]
-    solids = [placed(run, int(i)) for i in chosen] if run.obstacles else []
+    solids = [view.solids(int(i)) for i in chosen] if run.obstacles or view.saw else []
     if flat:
         solids = [_ribbon(*solid, 0.02 * max(np.ptp(one.points[:, 0]) for one in cells if len(one.points)))
                   for solid in solids]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from snowmpm.render.run_film import particle_spacing, piled
 from snowmpm.render.surface_points import SurfacePoints, surface_points
+from snowmpm.render.view import particle_spacing, piled
 from snowmpm.render.viewer.packing import Parts, in_box
 
 COARSEST = 8.0  # particle spacings: side of the cells that stand for the snow, at most

@@ -62,7 +62,7 @@ def draw_exhibit(scene, run, folder, settings=()):
     plots = () if chosen.plot is None else (PLOTS[chosen.plot],)
     target = Path(folder) / f"{scene.name}.png"
     return render_strip(run, target, times=chosen.times, color=chosen.color, camera=chosen.camera, size=chosen.size,
-                        plots=plots, notes=_facts(scene, run, settings or ()))
+                        inset=chosen.inset, plots=plots, notes=_facts(scene, run, settings or ()))
 
 
 def _facts(scene, run, settings):

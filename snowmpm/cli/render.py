@@ -93,6 +93,10 @@ def render(
         str, typer.Option(metavar="NAME", help='Ground of runs in 3-D: "winter", under snow that the flow sweeps away;'
                           ' "summer"; or "auto": winter where snow moves on a slope.')
     ] = "auto",
+    inset: Annotated[
+        str, typer.Option(metavar="WHEN", help='The whole in a corner, "on", "off" or "auto": a map of the terrain'
+                          " where the camera shows less than a quarter of it; in 2-D, where the view is close.")
+    ] = "auto",
     layer: Annotated[
         str, typer.Option("--pass", metavar="NAME", help='For compositing, of runs in 3-D: "transparent", without sky'
                           ' (.png or a folder), or "depth", metres along the view (.tif or a folder).')
@@ -125,7 +129,8 @@ def render(
                   "--from": begin, "--to": end, "--every": every if every != 1 else None,
                   "--camera-path": camera_path, "--pass": layer if layer != "picture" else None,
                   "--ground": ground if ground != "auto" else None,
-                  "--quality": quality if quality != "full" else None, "--stills": stills}
+                  "--quality": quality if quality != "full" else None, "--stills": stills,
+                  "--inset": inset if inset != "auto" else None}
         _draw_page(opened, output, color, camera, quiet, others)
         return
     if stills is not None:
@@ -133,7 +138,7 @@ def render(
                   "--every": every if every != 1 else None, "--pass": layer if layer != "picture" else None}
         _refuse(others, "a sheet of stills")
         draw(opened, output or opened.path.with_name("stills.jpg"), quiet, count=stills, size=shape, begin=begin,
-             end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality)
+             end=end, color=color, camera=camera, cutaway=cutaway, ground=ground, quality=quality, inset=inset)
         return
     if beside:
         second = Run(beside)
@@ -144,9 +149,10 @@ def render(
     choices = {"color": color, "camera": camera, "time": time, "size": shape, "timing": timing, "cutaway": cutaway,
                "plain": plain}
     alone = {"camera_path": camera_path, "layer": layer if layer != "picture" else None,
-             "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None}
+             "ground": ground if ground != "auto" else None, "quality": quality if quality != "full" else None,
+             "inset": inset if inset != "auto" else None}
     if second and any(alone.values()):
-        raise InputError("--camera-path, --ground, --pass and --quality: not with two runs side by side")
+        raise InputError("--camera-path, --ground, --inset, --pass and --quality: not with two runs side by side")
     choices |= {name: value for name, value in alone.items() if value is not None}
     draw(opened, target, quiet, second, **choices)
 

@@ -2,8 +2,9 @@
 
     R(u) = sum_p V P g + c M u - H - sum_p m b w,    T^T R = 0,    M = sum_p m w w
 
-b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest. A pressure
-around the snow, less that in its pores, is a pull s beside the stress of the laws,
+b: acceleration of weight and loads; c M u - H the inertia by Newmark's rule (`newmark`), nothing at rest; what acts on
+the surfaces of bodies (`face_loads`) comes to it. A pressure around the snow, less that in its pores, is a pull s
+beside the stress of the laws,
 
     P = (tau + s J I) f^-T,    dP_ij / dA_kl = ... + s J (f^-T_ij f^-T_kl - f^-T_il f^-T_kj)
 """
@@ -54,6 +55,9 @@ class Balance:
         self.external = mesh.W.T @ (self.mass[:, None] * body)
         self._history = np.zeros_like(self.external) if history is None else history
         self._stiffness = None
+        self._faces = matter.faces
+        if self._faces is not None:
+            self._faces.meet(mesh)
 
     def internal(self, P):
         """sum_p V P g, (N, dim)."""
@@ -67,11 +71,12 @@ class Balance:
         if self._inertia:
             inertia = self._inertia * (self.mesh.W.T @ (self.mass[:, None] * (self.mesh.W @ u)))
         net = inertia - self._history
-        full = self.internal(P) + net - self.external
+        external = self.external if self._faces is None else self.external + self._faces.at(u)
+        full = self.internal(P) + net - external
         pulls = np.linalg.norm(self.volume * np.linalg.norm(P, axis=(1, 2))) / self._dx
         free = self.held.reduced(full)
         sound = bool(np.isfinite(free).all() and upright and (after.growth > 0.0).all())
-        scale = pulls + np.linalg.norm(net) + np.linalg.norm(self.external)
+        scale = pulls + np.linalg.norm(net) + np.linalg.norm(external)
         noise = ROUND_OFF * (np.linalg.norm(inertia) + np.linalg.norm(self._history) + scale)
         return Trial(v, u, after, full, free, float(scale), float(noise), sound)
 
@@ -104,10 +109,16 @@ class Balance:
             self._stiffness = Stiffness(self.mesh)
         if self._dilation is None:
             C = self.volume[:, None, None, None, None] * trial.after.C
-            return self._stiffness.matrix(C, self._inertia * self.mass)
+            return self._with_faces(self._stiffness.matrix(C, self._inertia * self.mass), trial)
         C, shared = self._dilation.matrix(self.mesh.gradient_of(trial.u), trial.after)
         plain = self._stiffness.matrix(C, self._inertia * self.mass)
-        return sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize))
+        return self._with_faces(sparse.bsr_array(plain + shared.tobsr(blocksize=plain.blocksize)), trial)
+
+    def _with_faces(self, K, trial):
+        """K with what forces on surfaces add to it."""
+        if self._faces is None:
+            return K
+        return sparse.bsr_array(K + self._faces.matrix(trial.u).tobsr(blocksize=K.blocksize))
 
 
 def turned(A, growth):

@@ -68,7 +68,7 @@ class Passed:
     """What a step did. impulse of surfaces [N s]; force of surfaces at its end [N]; plastic work [J]; yielding,
     unconverged: particles; parts: solved; residuals of the last part; rubbed: energy that friction took [J]; given:
     impulse and moment that obstacles got, pressing: force and moment on them at the end (`Touch.on_obstacles`); lines:
-    that touch, spared: settled by a rule (`Touch.counts`), of all parts."""
+    that touch, spared: settled by a rule (`Touch.counts`), of all parts; loaded: impulse on surfaces of bodies."""
 
     impulse: np.ndarray
     force: np.ndarray
@@ -83,6 +83,7 @@ class Passed:
     pressing: np.ndarray | float = 0.0
     lines: int = 0
     spared: int = 0
+    loaded: np.ndarray | float = 0.0
 
     def count(self, touch):
         """Add the lines of a part's `Touch`."""
@@ -129,6 +130,8 @@ class March:
                     raise SimulationError(self._why(error, "the loads")) from error
                 continue
             self._book(passed, matter, solved)
+            if matter.faces is not None:
+                passed.loaded += matter.faces.carry(solved.trial.u, 0.0, dt if share == 1.0 else 0.0)
             matter.cells += touch.mesh.W @ solved.trial.u / self.grid.dx
             matter.velocity[:] = 0.0
             matter.affine[:] = 0.0
@@ -212,7 +215,8 @@ class March:
         acceleration (n, dim): of stress and surfaces at the start, becomes that of the end; body (n, dim): b; starts:
         nobody knows that acceleration; pressing: force and moment on obstacles at the start. Raises SimulationError.
         """
-        passed = Passed(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration, pressing=pressing)
+        loads = 0.0 if matter.faces is None else matter.faces.force
+        passed = Passed(np.zeros(matter.cells.shape[1]), matter.mass @ acceleration - loads, pressing=pressing)
         done, part = 0.0, 1.0
         while done < 1.0:
             part = min(part, 1.0 - done)
@@ -264,6 +268,8 @@ class March:
                                 + rule.gamma * force)
         passed.impulse += kept * lost_momentum[taken].sum(axis=0)
         passed.force = force
+        if matter.faces is not None:
+            passed.loaded += matter.faces.carry(u, (1.0 - rule.gamma) * dt, rule.gamma * dt)
         if touch.changes:
             passed.count(touch)
             passed.rubbed += touch.taken(solved.trial)

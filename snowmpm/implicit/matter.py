@@ -12,7 +12,8 @@ from snowmpm.particles.store import IDENTITY, MATERIAL
 class Matter:
     """Columns of particles (n, ...): cells [cells], velocity [m/s], volume at the reference [m3], mass [kg], material,
     number, h, tau [Pa] (n, 4 or 6), state, ratio J, affine (n, dim, dim) [1/s]; around: pressure around the snow [Pa]
-    (n,), None without; water: what pores hold (`water.particle_kernels`), None without."""
+    (n,), None without; water: what pores hold (`water.particle_kernels`), None without; faces: `face_loads.FaceLoads`,
+    None without."""
 
     cells: np.ndarray
     velocity: np.ndarray
@@ -27,6 +28,7 @@ class Matter:
     affine: np.ndarray
     around: np.ndarray | None = None
     water: np.ndarray | None = None
+    faces: object = None
 
     @classmethod
     def of_store(cls, store):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.implicit.face_loads import FaceLoads
 from snowmpm.implicit.march import Grid, March, Rules
 from snowmpm.implicit.matter import Matter
 from snowmpm.implicit.soaked_march import SoakedMarch
@@ -92,6 +93,8 @@ class ImplicitSolver(Solver):
             gain = None if before is None else matter.velocity - before
             if self.forcing:
                 matter.around = self.forcing.taken_over()
+            if self.faces:
+                matter.faces = FaceLoads(self.faces, matter, self.time + dt)
             ratio = matter.ratio
             if not np.isfinite(matter.velocity).all():
                 self._fail(int(np.flatnonzero(~np.isfinite(matter.velocity).all(axis=1))[0]))
@@ -148,6 +151,7 @@ class ImplicitSolver(Solver):
         """Put particles back, and keep the books."""
         store, passed = self.particles, self.passed
         self._held_impulse += passed.impulse
+        self._loaded += passed.loaded
         self._given, self._pressing = self._given + passed.given, self._pressing * 0.0 + passed.pressing
         self.contact_work += passed.rubbed
         self.lines, self.spared = self.lines + passed.lines, self.spared + passed.spared

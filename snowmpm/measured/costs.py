@@ -38,6 +38,8 @@ class Scheme:
     """of its mesh over the depth of a column"""
     f_bar: bool = False
     """one change of volume a cell"""
+    averaging: bool = False
+    """a loss of strength that is averaged over a length"""
     lengths: str = "constant"
     """smoothing lengths of SPH"""
 
@@ -46,6 +48,7 @@ class Scheme:
         solver, water = scene.solver, scene.water
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
                    water.scheme if water else "", getattr(water, "layers", 1), solver.f_bar,
+                   any(law.averaging_length for law in scene.materials.values()),
                    solver.sph.lengths if solver.method == "sph" else "constant")
 
 
@@ -79,13 +82,19 @@ def transfers(scheme):
     if on_grid(scheme):
         step = "quadratic affine apic"
         names = f"{scheme.kernel} {scheme.gradient}", scheme.transfer, "f_bar" if scheme.f_bar else "apic"
-    found = base = row("step", scheme.dimension, scheme.precision, step)
+    base = row("step", scheme.dimension, scheme.precision, step)
+    found = base + averaging(scheme)
     for name in names:
         if name not in BASE:
             # Measured in float32; what they add in float64 is more by as much as the whole step is
             single = row("step", scheme.dimension, "f32", step)
             found += row("more", scheme.dimension, "f32", name) * (base / single)
     return found
+
+
+def averaging(scheme):
+    """ns of the average of a loss of strength, 0 without."""
+    return row("more", scheme.dimension, "f32", "averaging") if scheme.averaging else 0.0
 
 
 def usual_law(scheme):
@@ -194,7 +203,7 @@ def _of(scheme, what, name):
 
 def call(scheme):
     """Seconds of a step that do not go with the number of particles: calls of kernels, and what is kept of a step."""
-    return 1e-9 * _of(scheme, "call", scheme.method)
+    return 1e-9 * (_of(scheme, "call", scheme.method) + (_of(scheme, "call", "averaging") if scheme.averaging else 0.0))
 
 
 def step(scheme, crowd, settling=False):

@@ -13,6 +13,7 @@ from snowmpm.mpm.contact.body_contact import BodyContact
 from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
 from snowmpm.mpm.dilation import CellDilation
+from snowmpm.mpm.face_loads import FaceLoads
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
@@ -22,6 +23,7 @@ from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
+from snowmpm.particles.averaging import FadingAverage
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
@@ -99,7 +101,8 @@ class MpmSolver(Solver):
         self._dilation = None
         if f_bar:
             self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip)
-        self._interface = None
+        self._averaging = FadingAverage.of(self.particles, precision, self._serial)
+        self._interface = self._face_loads = None
         if population.interface is not None:
             self._interface = InterfaceLayer(self, population, laws, self._serial)
             self.grid.hiding = hiding_kernels(real, self._serial)
@@ -136,8 +139,12 @@ class MpmSolver(Solver):
                 if self._interface:
                     self.add_impulse(self.damping_factor * self._interface.impulse(pushed))
                 self.particles_to_grid(pushed)
+                if self._face_loads:
+                    self.add_impulse(self._face_loads.act(dt, pushed))
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
+                if self._face_loads:
+                    self._face_loads.follow(dt)
             if self.sleep and self.damping_factor == 1.0:
                 self.sleep.after_step(dt, pushed, self._reports, self._held[0])
         self._advance_clock(dt, pushed)
@@ -221,10 +228,14 @@ class MpmSolver(Solver):
         report.fill(0.0)
         if self._dilation:
             self._dilation.find(store, grid, dt)
+        if self._averaging:
+            self._averaging.remember()
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
+        if self._averaging:
+            self._averaging.spread()
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
             report[stiff] = np.maximum(report[stiff], self.sleep.floors)
@@ -307,7 +318,14 @@ class MpmSolver(Solver):
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
-        return self._interface.shorten(dt, self.critical_cfl, elastic) if self._interface else dt, cause
+        for layer in (self._interface, self._face_loads):
+            dt = layer.shorten(dt, self.critical_cfl, elastic) if layer else dt
+        return dt, cause
+
+    def load_faces(self, faces):
+        """`Solver.load_faces`."""
+        super().load_faces(faces)
+        self._face_loads = FaceLoads(self, faces)
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 
@@ -360,7 +378,7 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes + (self._dilation.bytes if self._dilation else 0)
+        return self.grid.bytes + sum(part.bytes for part in (self._dilation, self._averaging) if part)
 
     @property
     def workload(self):

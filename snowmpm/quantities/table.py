@@ -42,8 +42,8 @@ HISTORY = (
              "solver.sleeping.", AUDIT),
     Quantity("contact_work", "work taken by contact", "J", "Energy that ground and obstacles took since the start.",
              AUDIT),
-    Quantity("force_work", "work of forces", "J", "Work that prescribed accelerations and pressures have done on the "
-             "snow since the start.", AUDIT),
+    Quantity("force_work", "work of forces", "J", "Work that prescribed accelerations, pressures, tractions and "
+             "displacements have done on the snow since the start.", AUDIT),
     Quantity("damping_work", "work taken by damping", "J", "Energy that prescribed damping took since the start.",
              AUDIT),
     Quantity("removed_energy", "energy that left", "J", "Energy of the particles that left or were taken out.", AUDIT),

@@ -166,7 +166,7 @@ class Audit:
                **self._angular_momentum(fields, mass, x, v), **energies}
         row["plastic_work"], row["contact_work"] = totals.plastic_work, totals.contact_work
         forcing = solver.forcing
-        row["force_work"] = forcing.force_work if forcing else 0.0
+        row["force_work"] = (forcing.force_work if forcing else 0.0) + (solver.faces.work if solver.faces else 0.0)
         row["damping_work"] = forcing.damping_work if forcing else 0.0
         # Position of zero potential energy
         lift = 0.0 if forcing and forcing.course else float(self._reference @ self._falling)
@@ -179,6 +179,8 @@ class Audit:
             row["removed_water"] = removed["water"]
         for mover in solver.movers.values():
             row.update(mover.row(solver.gravity))
+        if solver.faces:
+            row.update(solver.faces.row())
         given = row["force_work"] + row.get("water_work", 0.0)
         row["energy_remainder"] = self._start_energy + given - sum(energies.values()) - sum(
             row[name] for name in ("plastic_work", "contact_work", "damping_work", "removed_energy")) - (
@@ -238,7 +240,10 @@ class Audit:
     def _momentum_residual(self, momentum, totals):
         """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
         left = self._solver.particles.removed["momentum"]
-        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -totals.impulse - totals.held_impulse]
+        # What acts on a body at rest cancels with what holds it: each counts for its own size
+        given = [face.given.impulse for face in self._solver.faces.faces] if self._solver.faces else []
+        others = totals.impulse + totals.held_impulse - sum(given)
+        parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -others, *(-one for one in given)]
         size = sum(np.linalg.norm(part) for part in parts)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 

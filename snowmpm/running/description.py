@@ -6,6 +6,7 @@ from snowmpm import memory
 from snowmpm.io import layout
 from snowmpm.methods import METHODS
 from snowmpm.running.forecast import forecast
+from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.switch import parts
 
 
@@ -62,7 +63,9 @@ def _force(force):
     where += [f"in {key}" for key in ("within", "region") if getattr(force, key, None) is not None]
     if force.kind == "pressure":
         where = ["around the snow" if force.acts_on == "surface" else "in its pores"]
-    unit = "m/s2" if force.kind == "acceleration" else "Pa"
+    if isinstance(force, FACES):
+        where[0] = f"on the surface of {force.body}"
+    unit = {"acceleration": "m/s2", "displacement": "m"}.get(force.kind, "Pa")
     return " ".join([f"{value} {unit}", *where]) + _time(force)
 
 

@@ -17,6 +17,7 @@ from snowmpm.methods import METHODS
 from snowmpm.particles.population import Population
 from snowmpm.results.map_grid import grid_for
 from snowmpm.results.maps import cell_for
+from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.formula import compiled
 from snowmpm.scenes.friction import ByVolume
 from snowmpm.scenes.friction_cards import friction_card, law_for_volume
@@ -27,6 +28,7 @@ from snowmpm.setup.flow_water import flow_water
 from snowmpm.setup.forests import forest_at
 from snowmpm.setup.free_bodies import rigid_world
 from snowmpm.setup.interface_points import thickness_of
+from snowmpm.setup.loaded_faces import loaded_faces
 from snowmpm.setup.pore_water import pore_water
 from snowmpm.setup.standing import rods
 from snowmpm.setup.two_velocities import has_own_water, two_velocities
@@ -181,7 +183,8 @@ class Model:
     @cached_property
     def force_numbers(self):
         """Arrays of gravity and forces read from files, for a digest."""
-        return self.forcing().numbers()
+        faces = loaded_faces(self)
+        return self.forcing().numbers() + (faces.numbers() if faces else [])
 
     def forcing(self):
         """`Forcing` of the scene, false if there is none; its time starts at time zero."""
@@ -189,6 +192,8 @@ class Model:
         names, ends = [body.name for body in scene.bodies], [*self.body_starts, len(self.population.volumes)]
         fields = []
         for i, spec in enumerate(scene.forces):
+            if isinstance(spec, FACES):
+                continue
             body = names.index(spec.body) if getattr(spec, "body", None) is not None else None
             numbers = None if body is None else (ends[body], ends[body + 1])
             try:
@@ -216,6 +221,8 @@ class Model:
         solver, forcing = self._solver(population), self.forcing()
         if forcing:
             solver.force(forcing)
+        if faces := loaded_faces(self):
+            solver.load_faces(faces)
         if any(obstacle.free for obstacle in self.obstacles):
             solver.move("rigid", rigid_world(self))
         if self.scene.structures:

@@ -47,19 +47,30 @@ def refuse_unreachable(model):
 
 
 def doubts(model):
-    """`Doubt`s about the obstacles of a `Model`."""
+    """`Doubt`s about the obstacles of a `Model`; of the segments of a member, about the first that has one."""
+    doubted = set()
+    for i, doubt in _all_doubts(model):
+        segment = i >= len(model.scene.obstacles)
+        about = (model.obstacles[i].name.rsplit("_", 1)[0], doubt.says) if segment else i
+        if not segment or about not in doubted:
+            yield doubt
+        doubted.add(about)
+
+
+def _all_doubts(model):
+    """Number of an obstacle of a `Model`, and a `Doubt` about it."""
     dx, on_grid = model.scene.solver.dx, METHODS[model.scene.solver.method].capabilities.grid
     for i, obstacle in enumerate(model.obstacles):
         key = key_of(model, i)
         width = across(obstacle)
         if on_grid and width < ACROSS * dx * (1.0 - 1e-6):
-            yield Doubt(key, f"{width / dx:.2g} cells across: the force on what is thinner than {ACROSS:g} cells across"
-                             " the flow depends on where it lies between the nodes, and may be 0",
-                        f"solver.dx = {_rounded_down(width / ACROSS):g} or less")
+            yield i, Doubt(key, f"{width / dx:.2g} cells across: the force on what is thinner than {ACROSS:g} cells"
+                                " across the flow depends on where it lies between the nodes, and may be 0",
+                           f"solver.dx = {_rounded_down(width / ACROSS):g} or less")
         share = _reached(model, obstacle)
         if share < BURIED:
-            yield Doubt(key, f"snow can reach {share:.0%} of it: the rest is below the ground or outside the domain",
-                        "look where it stands")
+            yield i, Doubt(key, f"snow can reach {share:.0%} of it: the rest is below the ground or outside the"
+                                " domain", "look where it stands")
 
 
 def key_of(model, i):

@@ -4,12 +4,16 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
+from snowmpm.scenes.forces import FACES
 from snowmpm.scenes.friction_cards import possible_laws
 from snowmpm.scenes.gravity import Gravity
 from snowmpm.scenes.switch import BROKEN, parts
 from snowmpm.scenes.zone import within
 from snowmpm.schemes import BASES, TRANSFERS
 from snowmpm.setup.interface_refusals import refuse_interfaces
+
+SOLID = ("box", "sphere", "cylinder", "mesh", "polygon")
+"""Shapes of bodies with a surface that forces may act on."""
 
 OF_WATER = {"u_p": ("drainage",), "v_w": ("rain",), "seepage": ("rain",)}
 """Events that a scheme of water has where its method may not have them for others."""
@@ -26,6 +30,9 @@ def demands(scene, later=False):
         yield "averaged_hats", True, "solver.kernel", scene.solver.kernel
     if scene.solver.f_bar:
         yield "f_bar", True, "solver.f_bar", scene.solver.f_bar
+    for name, law in averaged(scene).items():
+        if not (later and METHODS[scene.solver.method].capabilities.plan):  # columns have no strength
+            yield "averaging", True, f"materials.{name}.nonlocal_length", law.averaging_length
     if scene.saw_test:
         yield "saw_test", True, "solver.method", scene.solver.method
     if scene.terrain:
@@ -75,7 +82,7 @@ def demands(scene, later=False):
     if isinstance(scene.gravity, Gravity):
         yield "forcing", True, "gravity", "a table"
     for i, force in enumerate(scene.forces):
-        yield "forces", True, f"forces.{i}.kind", force.kind
+        yield "faces" if isinstance(force, FACES) else "forces", True, f"forces.{i}.kind", force.kind
     if scene.damping:
         yield "forcing", True, "damping.coefficient", scene.damping.coefficient
     if scene.water:
@@ -127,7 +134,9 @@ def refuse_beyond(scene):
     _refuse_free(scene)
     refuse_interfaces(scene)
     _refuse_f_bar(scene)
+    _refuse_averaging(scene)
     _refuse_averaged_hat(scene)
+    _refuse_beside_faces(scene)
 
 
 OF_THE_RELEASE = ("delays", "thickness_rasters")
@@ -189,6 +198,22 @@ def _refuse_f_bar(scene):
         raise InputError.at("solver.implicit.f_bar", True, f"must be false beside {' and '.join(found)}", scene.source)
 
 
+def averaged(scene):
+    """Laws of a scene whose loss of strength is averaged over a length, by material."""
+    return {name: law for name, law in scene.materials.items() if law.averaging_length}
+
+
+def _refuse_averaging(scene):
+    """Raise InputError for a loss of strength that is averaged, beside what leaves particles out of the average."""
+    for name, law in averaged(scene).items():
+        beside = {"solver.sleeping": scene.solver.sleeping > 0.0,
+                  'initial.relaxation = "static"': scene.initial.relaxation == "static",
+                  "an interface": any(body.interface and body.material == name for body in scene.bodies)}
+        if found := [what for what, there in beside.items() if there]:
+            raise InputError.at(f"materials.{name}.nonlocal_length", law.averaging_length,
+                                f"does not go with {' and '.join(found)}", scene.source)
+
+
 def _refuse_averaged_hat(scene):
     """Raise InputError for a kernel of comparison beside what nothing was compared for."""
     solvers = {"solver": scene.solver, **{f"switch.{i}.solver": one.solver for i, one in enumerate(scene.switch)},
@@ -201,6 +226,23 @@ def _refuse_averaged_hat(scene):
             if found := [name for name, there in beside.items() if there]:
                 raise InputError.at(f"{key}.kernel", solver.kernel,
                                     f'must be "quadratic" or "cubic" beside {" and ".join(found)}', scene.source)
+
+
+def _refuse_beside_faces(scene):
+    """Raise InputError for forces on a body's own surface beside what does not know it."""
+    for i, force in enumerate(scene.forces):
+        if not isinstance(force, FACES):
+            continue
+        body = next(body for body in scene.bodies if body.name == force.body)
+        beside = {"switch": scene.switch, "zone": scene.zone, "water": scene.water,
+                  "initial.from": scene.initial.from_run is not None,
+                  'initial.stress = "settle"': scene.initial.stress == "settle",
+                  f'solver.kernel = "{scene.solver.kernel}"': BASES[scene.solver.kernel].box}
+        if found := [name for name, there in beside.items() if there]:
+            raise InputError.at(f"forces.{i}.kind", force.kind, f"does not go with {' and '.join(found)}", scene.source)
+        if body.shape.kind not in SOLID:
+            raise InputError.at(f"forces.{i}.body", force.body, f'needs a shape of kind {", ".join(SOLID)}, and has'
+                                f' "{body.shape.kind}"', scene.source)
 
 
 def _refuse_sleeping(scene):

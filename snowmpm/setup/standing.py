@@ -1,11 +1,14 @@
-"""The structures of a scene: rods, and the obstacles that their segments are."""
+"""The structures of a scene: rods and frameworks, and the obstacles that their segments are."""
 
 import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
+from snowmpm.scenes.frameworks import Framework as FrameworkSpec
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape
 from snowmpm.solids.primitives import BOX, CYLINDER
+from snowmpm.structures.framework import Framework
+from snowmpm.structures.framework_mesh import Member
 from snowmpm.structures.rod import Rod
 from snowmpm.structures.rods import Rods, Standing
 from snowmpm.structures.section import Section
@@ -16,25 +19,29 @@ HELD = 1.0
 
 
 def standing(scene):
-    """`Rod`s of the structures of a scene, and the `Obstacle`s of their segments."""
-    made = [_rod(spec, scene.dimension) for spec in scene.structures]
+    """`Rod`s and `Framework`s of the structures of a scene, and the `Obstacle`s of their segments."""
+    made = [_framework(scene, i) if isinstance(spec, FrameworkSpec) else _rod(spec, scene.dimension)
+            for i, spec in enumerate(scene.structures)]
     pairs = zip(scene.structures, made, strict=True)
-    return made, [_segment(spec, rod, s, scene.dimension) for spec, rod in pairs for s in range(rod.n)]
+    return made, [_segment(spec, rod, s, label, section.width, scene.dimension) for spec, rod in pairs
+                  for s, (label, section) in enumerate(_segments(spec, rod))]
 
 
 def rods(model):
-    """`Rods` of a `Model`, whose last obstacles are their segments. InputError: a rod that snow would outweigh."""
+    """`Rods` of a `Model`, whose last obstacles are their segments. InputError: a structure that snow would outweigh,
+    feet outside the domain."""
     scene = model.scene
     density = max(law.density for law in model.laws)
     found, first = [], len(scene.obstacles)
     for i, (spec, rod) in enumerate(zip(scene.structures, model.rods, strict=True)):
-        share = held_share(scene, spec, rod, density)
+        share, mass = heaviest_held(scene, spec, rod, density)
         if share > 1.0 and spec.coupling != "strong":
             strong = ', coupling = "strong"' if METHODS[scene.solver.method].capabilities.strong_coupling else ""
-            mass = rod.section.line_mass
             raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: {mass:.3g} kg/m,"
                              f" and the snow in the cells around it has up to {share * mass:.3g} kg/m\n"
                              f"give it more mass{strong}, or lower solver.dx")
+        if isinstance(spec, FrameworkSpec):
+            _refuse_feet_outside(model, i, spec)
         if model.distance is not None:
             _stand(rod, spec, model.distance)
         found.append(Standing(spec.name, rod, first, spec.coupling == "strong"))
@@ -42,37 +49,79 @@ def rods(model):
     return Rods(found, scene.dimension)
 
 
+def _refuse_feet_outside(model, i, spec):
+    for name in spec.feet:
+        x = np.asarray(spec.joints[name], float)
+        if (x < model.lower).any() or (x > model.upper).any():
+            raise InputError.at(f"structures.{i}.joints.{name}", list(spec.joints[name]),
+                                "is a foot, and must lie in the domain, from"
+                                f" {np.round(model.lower, 2).tolist()} to {np.round(model.upper, 2).tolist()} m",
+                                model.scene.source)
+
+
 def _stand(rod, spec, ground):
-    """Let a `Rod` that falls come to lie on the ground at its foot, taken for a plane."""
-    foot = np.asarray(spec.foot, float)
+    """Let a structure that falls come to lie on the ground at its foot, the first one, taken for a plane."""
+    framework = isinstance(spec, FrameworkSpec)
+    foot = np.asarray(spec.joints[next(iter(spec.feet))] if framework else spec.foot, float)
     distance, normal = (found[0] for found in ground.query(foot[None]))
     rod.stand_on(_in_space(normal), normal @ foot - distance + 0.5 * spec.width)
 
 
-def held_share(scene, spec, rod, density):
-    """Mass of the snow of this density [kg/m3] in the cells around a `Rod` over its own."""
-    around = (2.0 if scene.dimension == 2 else np.pi * spec.width) * HELD * scene.solver.dx
-    return around * density / rod.section.line_mass
+def heaviest_held(scene, spec, rod, density):
+    """Mass of the snow of this density [kg/m3] in the cells around a structure over its own, where that is most; and
+    its own there [kg/m]."""
+    def share(section):
+        around = (2.0 if scene.dimension == 2 else np.pi * section.width) * HELD * scene.solver.dx
+        return around * density / section.line_mass
+
+    section = max((section for _, section in _segments(spec, rod)), key=share)
+    return share(section), section.line_mass
 
 
 def _rod(spec, dim):
+    return Rod(_in_space(spec.foot), _in_space(spec.top), spec.segments, _section(spec, spec.width, spec.wall, dim),
+               spec.damping)
+
+
+def _framework(scene, i):
+    """InputError: members that are no structure, since something moves without resistance."""
+    spec, dim = scene.structures[i], scene.dimension
+    members = [Member(*member.ends, _section(spec, spec.of(member, "width"), spec.of(member, "wall"), dim),
+                      spec.of(member, "segments"), member.pinned) for member in spec.members]
+    made = Framework({name: _in_space(x) for name, x in spec.joints.items()}, spec.feet, members,
+                     poisson_ratio=spec.poisson_ratio, damping=spec.damping, plane=dim == 2)
+    if (loose := made.modes.loose) is not None:
+        joint = list(spec.joints)[loose]
+        raise InputError(f"{scene.source}: structures.{i} ({spec.name}): a mechanism, not a structure: nothing holds"
+                         f" joint {joint}, at {list(spec.joints[joint])} m\ngive it fixed feet, fewer pinned ends, or a"
+                         " member across")
+    return made
+
+
+def _section(spec, width, wall, dim):
     given = {"yield_stress": spec.yield_stress, "strength": spec.strength, "hardening": spec.hardening}
     if dim == 2:
-        section = Section.plate(spec.width, spec.youngs_modulus, spec.density, **given)
-    else:
-        section = Section.tube(spec.width, spec.wall or 0.5 * spec.width, spec.youngs_modulus, spec.density, **given)
-    return Rod(_in_space(spec.foot), _in_space(spec.top), spec.segments, section, spec.damping)
+        return Section.plate(width, spec.youngs_modulus, spec.density, **given)
+    return Section.tube(width, wall or 0.5 * width, spec.youngs_modulus, spec.density, **given)
 
 
 def _in_space(point):
     return (point[0], 0.0, point[1]) if len(point) == 2 else point
 
 
-def _segment(spec, rod, s, dim):
+def _segments(spec, rod):
+    """Name and `Section` of each segment."""
+    if not isinstance(spec, FrameworkSpec):
+        return [(f"{spec.name}_{s + 1}", rod.section) for s in range(rod.n)]
+    return [(f"{spec.name}_{member.name}_{s + 1}", member.section) for member in rod.mesh.members
+            for s in range(member.segments)]
+
+
+def _segment(spec, rod, s, name, width, dim):
     """Segment s as an `Obstacle`: a box in 2-D, a round cylinder in 3-D."""
     motion = SegmentMotion(rod, s, dim)
-    origin, half, r = motion.start_centre, 0.5 * rod.length, 0.5 * spec.width
-    along = rod.clamp
+    origin, half, r = motion.start_centre, 0.5 * rod.lengths[s], 0.5 * width
+    along = rod.along[s]
     if dim == 2:
         axes, size, kind = np.array([[along[2], -along[0]], [along[0], along[2]]]), np.array([r, half]), BOX
     else:
@@ -81,4 +130,4 @@ def _segment(spec, rod, s, dim):
         axes, size, kind = np.array([across, np.cross(along, across), along]), np.array([r, r, half]), CYLINDER
     if spec.coupling == "one_way":
         motion = RigidMotion(origin)
-    return Obstacle(f"{spec.name}_{s + 1}", SolidShape(kind, origin, axes, size), motion, spec.contact, spec.friction)
+    return Obstacle(name, SolidShape(kind, origin, axes, size), motion, spec.contact, spec.friction)

@@ -18,6 +18,7 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.materials.packs import LANES
+from snowmpm.particles.averaging import FadingAverage
 from snowmpm.particles.coordinates import Frame
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.sph.boundary import Boundary
@@ -116,6 +117,7 @@ class SphSolver(Solver):
             extrapolation_kernel(layout, real, *smoothing, scheme.momentum, scheme.walls, moved, serial)
             for moved in (False, True)])
         self._operators = Operators(self.rows, self._near, dummies.first_row, self.precision, *smoothing)
+        self._averaging = FadingAverage.of(store, self.precision, serial)
         self._regularisation = Regularisation(scheme, store.layout, layout.pairs, self.precision)
         self._reports = None
 
@@ -169,10 +171,14 @@ class SphSolver(Solver):
         Raises SimulationError if a particle is no longer finite.
         """
         packs, store, report = self._near.packs, self.particles, np.zeros(step_report.N_REPORT)
+        if self._averaging:
+            self._averaging.remember()
         self._update(packs.table, store.reals, store.slot_offset, store.material, self.materials.numbers,
                      self.materials.law_of, self._speeds, self.rows.source, self.rows.moved,
                      *self._near.of_particles, self._near.mean_velocity, dt, self.dx, self._reports, report, packs.n,
                      packs.chunk_bounds)
+        if self._averaging:
+            self._averaging.spread()
         self._read(report)
 
     @property
@@ -262,7 +268,8 @@ class SphSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes
+        averaging = self._averaging.bytes if self._averaging else 0
+        return self.rows.bytes + self._near.bytes + self.boundary.dummies.bytes + averaging
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

@@ -102,6 +102,8 @@ class Method(ABC):
     """return maps that failed since time zero"""
     forcing: Any = None
     """`forcing.Forcing` that acts on the particles, or None"""
+    faces: Any = None
+    """`forcing.faces.Faces`: what acts on parts of the surface of bodies, or None"""
     water: Any = None
     """`water.pore_water.PoreWater` in the particles, or None"""
     movers: Mapping[str, Any] = MappingProxyType({})

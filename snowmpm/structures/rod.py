@@ -29,8 +29,9 @@ class Rod:
 
     x, v (n + 1, 3): nodes; plastic (n, 3): phi^p in space; broken (n,); moments (n, 3) [N m] of the hinges, from the
     foot; held (3,) [N s]: impulse that clamp, damping and ground gave; largest_moment [N m] at the foot so far.
-    met (n + 1, 3) [m/s]: velocities with which the snow meets the nodes while it is sought which they will have; None:
-    theirs.
+    ends (n, 2): nodes of each segment; along (n, 3), lengths (n,) [m]: of the segments at the start; free: numbers of
+    the nodes that are not clamped. met (n + 1, 3) [m/s]: velocities with which the snow meets the nodes while it is
+    sought which they will have; None: theirs.
     """
 
     met = None
@@ -42,6 +43,10 @@ class Rod:
         self.section, self.n = section, segments
         self.length = float(np.linalg.norm(top - foot)) / segments
         self.clamp = (top - foot) / (segments * self.length)
+        self.ends = np.column_stack([np.arange(segments), np.arange(1, segments + 1)])
+        self.along, self.lengths = np.tile(self.clamp, (segments, 1)), np.full(segments, self.length)
+        self.free = np.arange(1, segments + 1)
+        self.wave_speed = float(np.sqrt(section.axial / section.line_mass))
         self._nodes, self._hinges, self._numbers = np.zeros((segments + 1, 13)), np.zeros((segments, 15)), np.zeros(15)
         self.masses = self._nodes[:, at.MASS]
         self.masses[:] = section.line_mass * self.length
@@ -105,6 +110,23 @@ class Rod:
         bent = (self.moments**2).sum(axis=1) / self._stiffness
         pulled = self.section.axial * self.length * (stretch @ stretch)
         return 0.5 * float(self.masses @ (self.v**2).sum(axis=1) + pulled + bent.sum())
+
+    def numbers(self, dim):
+        """Numbers of the history, by what follows its name: (value, unit). Displacement of the top, bending moment in
+        the hinge at the foot, its largest size so far, hinges that yielded and broke."""
+        axes, where = ("xz", [0, 2]) if dim == 2 else ("xyz", [0, 1, 2])
+        top = (self.x[-1] - self.x[0] - self.n * self.length * self.clamp)[where]
+        found = {f"top_{axis}": (value, "m") for axis, value in zip(axes, top, strict=True)}
+        unit = "N m/m" if dim == 2 else "N m"
+        if dim == 2:
+            found["foot_moment"] = -self.moments[0][1], unit
+        else:
+            found.update({f"foot_moment_{axis}": (value, unit)
+                          for axis, value in zip(axes, self.moments[0], strict=True)})
+        found.update(largest_moment=(self.largest_moment, unit),
+                     yielded=(np.count_nonzero(self.plastic.any(axis=1)), "1"),
+                     broken=(np.count_nonzero(self.broken), "1"))
+        return {name: (float(value), unit) for name, (value, unit) in found.items()}
 
     def state(self):
         """All that a continuation needs, by name."""

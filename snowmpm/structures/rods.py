@@ -1,4 +1,4 @@
-"""Rods in the snow: loads of their segments, their motion, their numbers in the history.
+"""Rods and frameworks in the snow: loads of their segments, their motion, their numbers in the history.
 
 Weak coupling: in a step the snow meets each segment where it is, with the velocity that it has, as a rigid obstacle;
 then the rod moves for as long under the mean forces and moments of that step. Strong: with the velocity that the rod
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.structures.framework import Framework
 from snowmpm.structures.quasi_newton import QuasiNewton
 from snowmpm.structures.rod import Rod
 
@@ -20,16 +21,17 @@ STILL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A `Rod`: first, number of the obstacle that is its lowest segment; strong: whether it answers within the step."""
+    """A `Rod` or `Framework`: first, number of the obstacle that is its first segment; strong: whether it answers
+    within the step."""
 
     name: str
-    rod: Rod
+    rod: Rod | Framework
     first: int
     strong: bool = False
 
 
 class Rods:
-    """All rods of a scene."""
+    """All rods and frameworks of a scene."""
 
     def __init__(self, rods, dim):
         """rods: `Standing`s; dim: of the scene."""
@@ -37,7 +39,7 @@ class Rods:
         self._axes = [0, 2] if dim == 2 else [0, 1, 2]
         self.strong = [each for each in self.rods if each.strong]
         """`Standing`s that answer within the step"""
-        self._newton = QuasiNewton(sum(each.rod.n for each in self.strong) * dim)
+        self._newton = QuasiNewton(sum(len(each.rod.free) for each in self.strong) * dim)
         self.begin()
 
     def begin(self):
@@ -60,15 +62,16 @@ class Rods:
             each.rod.advance(dt, forces)
 
     def _forces(self, each, gravity, pushes):
-        """Forces (n + 1, 3) [N] on the nodes of a `Standing`; pushes (obstacles, ...): of the snow, a second."""
+        """Forces (nodes, 3) [N] on the nodes of a `Standing`; pushes (obstacles, ...): of the snow, a second."""
         rod, weight = each.rod, np.zeros(3)
         weight[self._axes] = gravity
         forces = rod.masses[:, None] * weight
         force, moment = self._in_space(pushes[each.first : each.first + rod.n, :-1])
-        edges = np.diff(rod.x, axis=0)
+        lower, upper = rod.ends.T
+        edges = rod.x[upper] - rod.x[lower]
         couple = np.cross(moment, edges) / (edges**2).sum(axis=1)[:, None]
-        forces[:-1] += 0.5 * force - couple
-        forces[1:] += 0.5 * force + couple
+        np.add.at(forces, lower, 0.5 * force - couple)
+        np.add.at(forces, upper, 0.5 * force + couple)
         return forces
 
     def _in_space(self, rows):
@@ -90,9 +93,10 @@ class Rods:
         """Let the snow meet the rods that answer with velocities x (m,) [m/s] of their nodes but the clamped ones."""
         at = 0
         for each in self.strong:
-            size = each.rod.n * self.dim
+            free = each.rod.free
+            size = len(free) * self.dim
             each.rod.met = np.zeros_like(each.rod.v)
-            each.rod.met[1:, self._axes] = x[at : at + size].reshape(-1, self.dim)
+            each.rod.met[np.ix_(free, self._axes)] = x[at : at + size].reshape(-1, self.dim)
             at += size
 
     def answer(self, dt, gravity, gains):
@@ -101,7 +105,7 @@ class Rods:
         for each in self.strong:
             kept = each.rod.state()
             each.rod.advance(dt, self._forces(each, gravity, gains / dt))
-            found.append(each.rod.v[1:, self._axes].ravel())
+            found.append(each.rod.v[np.ix_(each.rod.free, self._axes)].ravel())
             each.rod.restore(kept)
         return np.concatenate(found)
 
@@ -110,7 +114,7 @@ class Rods:
         forces of the step before."""
         pushes = self._pushes if np.ndim(self._pushes) else np.zeros((max(self.segments_of_strong) + 1, self.dim + 4))
         start = self.answer(dt, gravity, dt * pushes)
-        fastest = max(np.sqrt(each.rod.section.axial / each.rod.section.line_mass) for each in self.strong)
+        fastest = max(each.rod.wave_speed for each in self.strong)
         floor = max(np.linalg.norm(gravity) * dt, STILL * fastest) * np.sqrt(len(start))
         x, rounds, settled = self._newton.solve(answer, start, floor)
         self.rounds += rounds
@@ -121,17 +125,12 @@ class Rods:
     # ---- reading ----------------------------------------------------------------------------------------------
 
     def row(self, gravity):
-        """Numbers of the history by "NAME_top_x" and so on: displacement of the top, bending moment in the hinge
-        at the foot, its largest size so far, hinges that yielded and broke; what is left open of the balance of
-        momentum."""
+        """Numbers of the history: those of each structure by "NAME_top_x" and so on; what is left open of the balance
+        of momentum."""
         found, left, size = {}, 0.0, 0.0
         for each, gained in zip(self.rods, self._gained, strict=True):
             rod = each.rod
-            top = (rod.x[-1] - rod.x[0] - rod.n * rod.length * rod.clamp)[self._axes]
-            moment = [-rod.moments[0][1]] if self.dim == 2 else rod.moments[0]
-            values = [*top, *moment, rod.largest_moment, np.count_nonzero(rod.plastic.any(axis=1)),
-                      np.count_nonzero(rod.broken)]
-            found.update(zip(self._units(each.name), map(float, values), strict=True))
+            found.update({f"{each.name}_{part}": value for part, (value, _) in rod.numbers(self.dim).items()})
             momentum = rod.masses @ rod.v
             left += float(np.linalg.norm(momentum - gained - rod.held))
             size += float(np.linalg.norm(momentum) + np.linalg.norm(gained) + np.linalg.norm(rod.held))
@@ -141,15 +140,8 @@ class Rods:
 
     def units(self):
         """Unit of each number of `row` that carries the name of a structure."""
-        return {name: unit for each in self.rods for name, unit in self._units(each.name).items()}
-
-    def _units(self, name):
-        axes = "xz" if self.dim == 2 else "xyz"
-        moments = {"foot_moment": "N m/m"} if self.dim == 2 else {f"foot_moment_{axis}": "N m" for axis in axes}
-        unit = "N m/m" if self.dim == 2 else "N m"
-        parts = {**{f"top_{axis}": "m" for axis in axes}, **moments, "largest_moment": unit, "yielded": "1",
-                 "broken": "1"}
-        return {f"{name}_{part}": unit for part, unit in parts.items()}
+        return {f"{each.name}_{part}": unit for each in self.rods
+                for part, (_, unit) in each.rod.numbers(self.dim).items()}
 
     # ---- checkpoint -------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ import numpy as np
 class Section:
     """axial E A [N], bending E I [N m2], the same about every axis across; line_mass [kg/m]; yield_moment,
     breaking_moment [N m], infinite where it does not yield or break; hardening: stiffness of a plastic hinge over the
-    elastic one [-]. In 2-D per metre of width."""
+    elastic one [-]; width: of the section across [m], where it breaks. In 2-D per metre of width."""
 
     axial: float
     bending: float
@@ -17,6 +17,19 @@ class Section:
     yield_moment: float = np.inf
     breaking_moment: float = np.inf
     hardening: float = 0.0
+    width: float = 0.0
+
+    @property
+    def breaking_force(self):
+        """Axial force f_b A [N] at which it breaks, of M_b = f_b 2 I / D; infinite where it does not."""
+        if np.isinf(self.breaking_moment):
+            return np.inf
+        return self.breaking_moment * self.width * self.axial / (2.0 * self.bending)
+
+    @property
+    def polar_mass(self):
+        """rho 2 I [kg m]: moment of inertia about its own axis, by length."""
+        return 2.0 * self.line_mass * self.bending / self.axial
 
     @classmethod
     def tube(cls, width, wall, modulus, density, *, yield_stress=None, strength=None, hardening=0.0):
@@ -42,4 +55,4 @@ class Section:
     def _of(cls, area, second, plastic, width, modulus, density, yield_stress, strength, hardening):
         return cls(modulus * area, modulus * second, density * area,
                    np.inf if yield_stress is None else yield_stress * plastic,
-                   np.inf if strength is None else strength * 2.0 * second / width, hardening)
+                   np.inf if strength is None else strength * 2.0 * second / width, hardening, width)

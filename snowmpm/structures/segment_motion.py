@@ -1,4 +1,4 @@
-"""Motion of a piece of a rod as a rigid obstacle."""
+"""Motion of a piece of a rod or framework as a rigid obstacle."""
 
 import numpy as np
 
@@ -7,31 +7,32 @@ from snowmpm.solids.rotation import cross_matrix, no_turn, spin
 
 
 class SegmentMotion(RigidMotion):
-    """Middle and direction of segment s of a `Rod`, without turn about itself.
+    """Middle and direction of segment s of a `Rod` or `Framework`, without turn about itself. From its node a to b,
 
-        centre = (x_s + x_s+1) / 2,   v = (v_s + v_s+1) / 2,   omega = d x (v_s+1 - v_s) / |e|
+        centre = (x_a + x_b) / 2,   v = (v_a + v_b) / 2,   omega = d x (v_b - v_a) / |e|
 
     The rotation is the smallest one that carries the direction of the start to that of now.
     """
 
     def __init__(self, rod, s, dim):
         self._axes = [0, 2] if dim == 2 else [0, 1, 2]
-        super().__init__(0.5 * (rod.x[s] + rod.x[s + 1])[self._axes])
+        self._a, self._b = rod.ends[s]
+        super().__init__(0.5 * (rod.x[self._a] + rod.x[self._b])[self._axes])
         self._rod, self._s, self._dim, self.still = rod, s, dim, False
 
     def pose(self, time):
         """`Pose` now; before time zero [s], while the snow settles, that of the start."""
-        rod, s, dim = self._rod, self._s, self._dim
+        rod, a, b, dim = self._rod, self._a, self._b, self._dim
         if time < 0.0:
             return Pose(self.start_centre, np.eye(dim), np.zeros(dim), no_turn(dim))
         v = rod.v if rod.met is None else rod.met
-        edge = rod.x[s + 1] - rod.x[s]
+        edge = rod.x[b] - rod.x[a]
         length = np.linalg.norm(edge)
         direction = edge / length
-        rotation = _carrying(rod.clamp, direction)[np.ix_(self._axes, self._axes)]
-        omega = spin(direction, (v[s + 1] - v[s])[None])[0] / length
-        return Pose(0.5 * (rod.x[s] + rod.x[s + 1])[self._axes], rotation,
-                    0.5 * (v[s] + v[s + 1])[self._axes], -float(omega[1]) if dim == 2 else omega)
+        rotation = _carrying(rod.along[self._s], direction)[np.ix_(self._axes, self._axes)]
+        omega = spin(direction, (v[b] - v[a])[None])[0] / length
+        return Pose(0.5 * (rod.x[a] + rod.x[b])[self._axes], rotation,
+                    0.5 * (v[a] + v[b])[self._axes], -float(omega[1]) if dim == 2 else omega)
 
 
 def _carrying(a, b):

@@ -192,6 +192,19 @@ def _flies_off(simulation):
     assert v[:, 0].mean() == pytest.approx(3.0 * simulation.time, rel=1e-9)
 
 
+def _pulled(method):
+    dim = given.least_dimension(method)
+    return _free(method, forces=[{"kind": "traction", "name": "pull", "body": "one",
+                                  "value": given.point(dim, 30.0, 0.0)}])
+
+
+def _follows_its_surface(simulation):
+    before = momentum(simulation)
+    steps(simulation, 3)
+    pull = simulation.solver.faces.faces[0].given.impulse
+    assert pull[0] > 0.0 and np.allclose(momentum(simulation) - before, pull, rtol=0.0, atol=1e-9 * pull[0])
+
+
 def _tilted(method):
     return _free(method, gravity={"times": [0.0, 1.0], "values": [given.G, given.G], "tilts": [30.0, 30.0]})
 
@@ -274,6 +287,23 @@ def _has_one_volume_a_cell(simulation):
     assert 0.0 <= (high - low).max() < 1e-6 * np.ptp(fields["J"]) and simulation.audit()["momentum_residual"] < 1e-11
 
 
+def _remoulded(method):
+    """Clay that loses its strength at a wall, and over a length beyond its own size."""
+    clay = {"kind": "softening_cone", "density": given.DENSITY, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+            "friction_angle": 0.0, "residual_friction_angle": 0.0, "cohesion": 2e3, "residual_cohesion": 1e3,
+            "softening_strain": 0.1, "nonlocal_length": 4 * given.SIDE}
+    dim = given.least_dimension(method)
+    lower, upper = given.point(dim, given.SIDE + 0.02, -0.4, -0.4), given.point(dim, given.SIDE + 0.4, 0.8, 0.8)
+    return _with_block(method, (8.0, 0.0), materials={"snow": clay}, obstacles=[
+        {"name": "wall", "shape": {"kind": "box", "min": lower, "max": upper}}])
+
+
+def _has_lost_strength_everywhere(simulation):
+    steps(simulation, 15)
+    strain = simulation.particles["plastic_strain"]
+    assert 0.5 * strain.max() < strain.min() < strain.max() and simulation.audit()["momentum_residual"] < 1e-11
+
+
 def _soaked(method):
     return _free(method, precision="f64", gravity=given.G, water={"permeability": 1e-9, "table": 0.2, "suction": 0.0,
                                                                   "saturation": 0.3})
@@ -348,6 +378,7 @@ CAPABILITIES = {
     "loads": Asked(_loaded, _pushed),
     "removal": Asked(lambda method: _event(method, kind="remove"), _gone),
     "forces": Asked(_blown_at, _flies_off),
+    "faces": Asked(_pulled, _follows_its_surface),
     "forcing": Asked(_tilted, _slides_along),
     "water": Asked(_soaked, _holds_water),
     "two_velocities": Asked(_with_moving_water, _falls_together),
@@ -358,6 +389,7 @@ CAPABILITIES = {
     "saw_test": Asked(_saw, _is_recorded),
     "sleeping": Asked(_lying, _sleeps),
     "f_bar": Asked(_squeezed, _has_one_volume_a_cell),
+    "averaging": Asked(_remoulded, _has_lost_strength_everywhere),
     "averaged_hats": Asked(_on_hats, _stopped),
     "presets": Asked(_along, _changes_something),
 }

@@ -7,7 +7,7 @@ import pytest
 
 import snowmpm
 from snowmpm.errors import InputError
-from snowmpm.render.run_film import particle_spacing
+from snowmpm.render.view import particle_spacing
 from snowmpm.setup.build import build
 from tests.handover.slab_in_two_methods import scene
 from tests.support.same_runs import assert_same, assert_same_runs, run_with_signal

@@ -14,7 +14,7 @@ def height(x, y=0.0):
     slope, bend, flat = np.tan(np.radians(38.0)), 90.0, 40.0
     s = np.clip((np.asarray(x, float) - bend) / flat, 0.0, None)
     drop = np.where(s <= 0.0, x * slope, bend * slope + slope * flat * np.where(s < 1.0, s - 0.5 * s**2, 0.5))
-    relief = 0.004 * np.asarray(y, float) ** 2 / (1.0 + np.exp((np.asarray(x) - 110.0) / 15.0))
+    relief = 0.004 * np.clip(y, -70.0, 70.0) ** 2 / (1.0 + np.exp((np.asarray(x) - 110.0) / 15.0))
     waves = 1.2 * np.sin(np.asarray(x) / 11.0) * np.sin(np.asarray(y) / 9.0)
     return 90.0 - drop + relief + waves
 
@@ -57,10 +57,10 @@ def slab_2d(path, *, spacing=0.12, frames=12, duration=8.0, thickness=0.6, extra
 
 def slab_3d(
     path, *, particles=20000, frames=8, duration=8.0, thickness=1.2, cell=2.5, origin=(0.0, 0.0, 0.0), hole=False,
-    obstacles=False
+    obstacles=False, far=0.0
 ):
     """A 3-D run on a gully of triangles of side `cell`; with `hole`, a patch of the terrain is missing; `obstacles`: a
-    house and a mast that falls over."""
+    house and a mast that falls over; far [m]: more terrain on each side."""
     rng = np.random.default_rng(2)
     width = 44.0
     along = rng.uniform(*RELEASE, particles)
@@ -83,7 +83,38 @@ def slab_3d(
         house.apply_translation([125.0, 6.0, height(125.0, 6.0)])
         mast.apply_translation([118.0, -12.0, height(118.0, -12.0) + 9.0])
         drawings = {"house": (house.vertices, house.faces), "mast": (mast.vertices, mast.faces)}
-    _write(path, 3, positions, frames, duration, gully(cell, hole), volume, {}, 0, origin, drawings)
+    _write(path, 3, positions, frames, duration, gully(cell, hole, far), volume, {}, 0, origin, drawings)
+
+
+def saw_column(path, dimension, *, slope=0.0, frames=3, length=2.0, spacing=0.025):
+    """A saw test that stands still while its saw goes 0.5 m a second, in `frames` seconds: a slab of 0.3 m on a weak
+    layer of 0.05 m on the ground, which the saw takes away."""
+    half = 0.15
+    across = np.arange(-half + 0.5 * spacing, half, spacing) if dimension == 3 else np.zeros(1)
+    x, y, z = (g.ravel() for g in np.meshgrid(np.arange(0.5 * spacing, length, spacing), across,
+                                              np.arange(0.5 * spacing, 0.35, spacing), indexing="ij"))
+    scene = f"""
+dimension = {dimension}
+[solver]
+dx = {2.0 * spacing}
+[saw_test]
+length = {length}
+slope_angle = {slope}
+weak_layer = {{ material = "weak", thickness = 0.01, cells = 1 }}
+[[saw_test.slab]]
+material = "slab"
+thickness = 0.3
+"""
+    middles = np.arange(0.05, length, 0.1)
+    test = {"about": {"length": length, "slope_angle": slope, "notch": 0.0}, "series": {"time": "s", "saw": "m"},
+            "lines": {}, "bins": {"x": (middles, "m")}}
+    record = {"scene_name": "column", "scene": scene, "materials": ["slab", "weak"], "particle_spacing": spacing}
+    with RunWriter(path, provenance=record, dimension=dimension, units={"velocity": "m/s"}, saw_test=test) as writer:
+        for i in range(frames):
+            writer.history(float(i), {"max_speed": 0.0}, {})
+            left = (z > 2.0 * spacing) | (x > 0.5 * i)
+            writer.frame(float(i), np.column_stack([x, y, z])[left], {"velocity": np.zeros((left.sum(), 3))},
+                         saw_test=({"time": np.array([float(i)]), "saw": np.array([0.5 * i])}, {}))
 
 
 def weak_layer_3d(path, *, spacing=0.5, frames=3):
@@ -138,9 +169,10 @@ def moves(name, t, dimension):
     return rotation, centre - rotation @ centre + shift
 
 
-def gully(cell, hole=False):
-    """(vertices, triangles) of the slope."""
-    x, y = np.meshgrid(np.arange(-15.0, 200.0, cell), np.arange(-70.0, 70.01, cell), indexing="ij")
+def gully(cell, hole=False, far=0.0):
+    """(vertices, triangles) of the slope, with `far` [m] more on each side."""
+    x, y = np.meshgrid(np.arange(-15.0 - far, 200.0 + far, cell), np.arange(-70.0 - far, 70.01 + far, cell),
+                       indexing="ij")
     vertices = np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()])
     number = np.arange(x.size).reshape(x.shape)
     a, b, c, d = (n.ravel() for n in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))

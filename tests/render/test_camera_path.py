@@ -10,7 +10,7 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import render_run
 from snowmpm.render.camera_path import CameraPath, path_of
-from snowmpm.render.run_film import SpaceView
+from snowmpm.render.space_view import SpaceView
 
 SIZE, ORIGIN = (160, 90), np.array([5.0e5, 2.0e5, 1.5e3])
 HEADER = "time [s],eye_x,eye_y,eye_z,target_x,target_y,target_z,field_of_view [deg]\n"

@@ -13,9 +13,11 @@ from snowmpm.errors import InputError
 from snowmpm.io import Run, RunWriter
 from snowmpm.render import light, render_run
 from snowmpm.render.colour import choose_scale
-from snowmpm.render.run_film import SectionView, SpaceView, particle_spacing
+from snowmpm.render.section_view import SectionView
 from snowmpm.render.snow import draw_snow
 from snowmpm.render.solid import AREA, draw_solids, placed, rings
+from snowmpm.render.space_view import SpaceView
+from snowmpm.render.view import particle_spacing
 
 SIZE = (320, 180)
 

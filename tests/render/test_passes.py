@@ -9,7 +9,7 @@ from synthetic_runs import slab_2d, slab_3d
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.render import light, render_run
-from snowmpm.render.run_film import SpaceView
+from snowmpm.render.space_view import SpaceView
 
 SIZE = (160, 90)
 

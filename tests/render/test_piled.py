@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.render.run_film import piled
+from snowmpm.render.view import piled
 
 
 def test_piles_reach_from_the_ground_to_the_surface():

@@ -5,9 +5,9 @@ import pytest
 from synthetic_runs import slab_3d
 
 from snowmpm.io import Run
-from snowmpm.render.run_film import SpaceView
 from snowmpm.render.shadow import Shadow
 from snowmpm.render.snow import _smooth_depth, draw_snow
+from snowmpm.render.space_view import SpaceView
 
 HIGH = np.array([0.0, 0.0, 12.0])
 

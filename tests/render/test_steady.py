@@ -10,8 +10,8 @@ from snowmpm.render import light, snow
 from snowmpm.render.camera import fit_camera
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.light import sun_direction
-from snowmpm.render.run_film import SpaceView
 from snowmpm.render.snow import draw_snow, seen_snow
+from snowmpm.render.space_view import SpaceView
 
 SPACING = 0.2
 

@@ -9,7 +9,11 @@ from tests.support.column_against_wall import measure, scene
 pytestmark = pytest.mark.slow
 GRID = 0.005
 NOT_SO = {
-    "first_peak": "7.8 for 9.4 mm; why is not known", "half_range": "1.9 for 2.4 mm", "period": "133 for 134 ms"}
+    "first_peak": "7.8 for 9.4 mm: the affine gradient bends the wall of one body too far, where the published one is"
+                  " too stiff (test_a_wall_that_its_interpolation_stiffens)",
+    "half_range": "1.9 for 2.4 mm, likewise", "period": "133 for 134 ms"}
+STIFF = {"precision": "f64", "particles_per_cell": 4, "gradient": "shape", "transfer": "flip", "flip_ratio": 0.97}
+"""Strain from the interpolation at the particles, as of a finite element, in place of the affine velocity field."""
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +48,19 @@ def test_what_parting_changes(couplings, what, larger):
 @pytest.mark.xfail(strict=True, raises=AssertionError, reason="3.20 for 3.23 kg/m; on 5 mm 3.28 for 3.26")
 def test_more_grains_are_set_in_motion_where_they_may_part(finer):
     assert finer["parts"]["upper_left"] > 1.005 * finer["one body"]["upper_left"]
+
+
+def test_a_wall_that_its_interpolation_stiffens(couplings):
+    """Why two of the published differences are missed: they are those of a wall of one body that is too stiff.
+
+    With the gradient of the shape functions the wall of one body bends as the published one: the less, the coarser the
+    grid. Beside it the parts have the published higher peak and wider swing.
+    """
+    one, finer = (measure(dx, True, until, solver={"dx": dx, **STIFF})[2]
+                  for dx, until in ((GRID, 1.0), (0.5 * GRID, 0.52)))
+    assert one["first_peak"] < 0.8 * finer["first_peak"] < 0.8 * 0.008
+    for what in ("first_peak", "half_range"):
+        assert couplings["parts"][what] > 1.2 * one[what]
 
 
 def test_it_settles_and_its_momentum_is_accounted_for(couplings):

@@ -1,7 +1,8 @@
 """Rules: structures that bend in the snow, and free bodies."""
 
 from snowmpm.advice.cautions.caution import Caution, beyond, rule, worded
-from snowmpm.setup.standing import held_share
+from snowmpm.scenes.frameworks import Framework
+from snowmpm.setup.standing import heaviest_held
 
 HEAVIER = 30.0
 """Ratio of the masses of two free bodies from which on `heavy_on_light` is asked."""
@@ -9,8 +10,10 @@ HEAVIER = 30.0
 
 @rule("mpm", "sph")
 def few_segments(facts):
-    """A structure of fewer pieces than its deflection needs."""
+    """A mast of fewer pieces than its deflection needs; elements of a framework bend by themselves."""
     for i, spec in enumerate(facts.scene.structures):
+        if isinstance(spec, Framework):
+            continue
         if border := beyond("few_segments", "load at its end", float(spec.segments)):
             yield worded(border, f"structures.{i}.segments", float(spec.segments))
 
@@ -19,7 +22,7 @@ def few_segments(facts):
 def light_structure(facts):
     """A structure with weak coupling that snow cannot leave, by the mass of the snow that contact holds."""
     for i, (spec, rod) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
-        share = held_share(facts.scene, spec, rod, max(law.density for law in facts.model.laws))
+        share, _ = heaviest_held(facts.scene, spec, rod, max(law.density for law in facts.model.laws))
         setting = "weak, separate" if spec.contact == "separate" else "weak, stick"
         if spec.coupling == "weak" and (border := beyond("light_structure", setting, share)):
             yield worded(border, f"structures.{i}.coupling", share)
@@ -29,11 +32,21 @@ def light_structure(facts):
 def short_segments(facts):
     """Pieces shorter than a cell, which the grid does not tell apart."""
     for i, (spec, rod) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
-        if rod.length < facts.dx and spec.segments > 8:
-            most = max(8, int(rod.length * rod.n / facts.dx))
-            says = (f"{spec.segments} pieces of {rod.length / facts.dx:.2g} cells: the snow does not tell them apart,"
-                    " and each costs as much as an obstacle")
-            yield Caution("", f"structures.{i}.segments", says, f"{most} segments")
+        for key, n, enough, length in _pieces(spec, rod):
+            if length < facts.dx and n > enough:
+                most = max(enough, int(length * n / facts.dx))
+                says = (f"{n} pieces of {length / facts.dx:.2g} cells: the snow does not tell them apart, and each"
+                        " costs as much as an obstacle")
+                yield Caution("", f"structures.{i}.{key}", says, f"{most} segments")
+
+
+def _pieces(spec, rod):
+    """Key of the number of segments, the number, how many are enough to bend, and their length [m]: of a mast, or of
+    each member of a framework."""
+    if not isinstance(spec, Framework):
+        return [("segments", spec.segments, 8, rod.length)]
+    return [(f"members.{k}.segments", member.segments, 4, rod.lengths[rod.mesh.elements(k)[0]])
+            for k, member in enumerate(rod.mesh.members)]
 
 
 @rule("mpm", "sph")

@@ -1,0 +1,111 @@
+"""Frameworks that yield and break: the limit load of a portal, strength under bending and pull, ends that come free."""
+
+import numpy as np
+import pytest
+
+from snowmpm.structures.framework import Framework
+from snowmpm.structures.framework_mesh import Member
+from snowmpm.structures.framework_motion import BREAKING
+from snowmpm.structures.section import Section
+from tests.support.frameworks import HEIGHT, WIDTH, moved, portal, pushed
+
+MODULUS, YIELD, STRENGTH = 2.1e11, 2.35e8, 3e8
+
+
+def bar(**more):
+    return Section.tube(WIDTH, 0.5 * WIDTH, MODULUS, 7850.0, **more)
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.95, True), (1.05, False)])
+def test_a_portal_bears_its_plastic_limit_load(share, holds):
+    """Hinges at four ends of the columns: P = 4 M_p / h (J. Heyman (1971), Plastic Design of Frames). Small movements:
+    yield stress a tenth, so that leaning changes nothing."""
+    section = bar(yield_stress=0.1 * YIELD)
+    one = portal(section=section, damping=1.0)
+    load = {"b": [share * 4.0 * section.yield_moment / HEIGHT, 0.0, 0.0]}
+    before = moved(pushed(one, load, periods=9.0), "b")[0]
+    after = moved(pushed(one, load, periods=1.0), "b")[0]
+    assert np.linalg.norm(one.moments, axis=2).max() <= section.yield_moment * (1.0 + 1e-6)
+    assert one.plastic.any() and one.plastic_work > 0.0
+    assert (after < 1.001 * before) == holds and (after > 1.05 * before) != holds
+
+
+def test_what_yielded_stays_bent():
+    section = bar(yield_stress=YIELD)
+    one = Framework({"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, 1.0)}, {"a": "fixed"}, [Member("a", "b", section, 4)],
+                    damping=1.0, plane=True)
+    pushed(one, {"b": [0.9 * section.yield_moment, 0.0, 0.0]})
+    assert not one.plastic.any()
+    pushed(one, {"b": [1.2 * section.yield_moment, 0.0, 0.0]}, periods=0.8)
+    pushed(one, {"b": np.zeros(3)})
+    turned = one.plastic[0, 0, 1]
+    assert turned != 0.0 and moved(one, "b")[0] == pytest.approx(np.sin(abs(turned)), rel=0.02)
+    assert one.plastic_work == pytest.approx(section.yield_moment * abs(turned), rel=1e-3)
+
+
+def test_bending_and_pull_break_it_together():
+    """|N| / A + |M| D / 2 I against the strength, half of it by the pull, which also straightens the bar: the moment at
+    the foot under a push F across is F tanh(k L) / k with k^2 = N / E I."""
+    section, L = bar(strength=STRENGTH), 0.5
+    one = Framework({"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, L)}, {"a": "fixed"}, [Member("a", "b", section, 4)],
+                    damping=1.0)
+    pull = 0.5 * section.breaking_force
+    k = np.sqrt(pull / section.bending)
+    least = 0.5 * section.breaking_moment * k / np.tanh(k * L)
+    for share in np.arange(0.1, 1.05, 0.1):  # slowly: no swing beyond
+        pushed(one, {"b": [0.0, 0.0, share * pull]}, periods=1.0)
+    assert not one.broken.any()
+    for share in np.arange(0.8, 1.1, 0.01):
+        pushed(one, {"b": [share * least, 0.0, pull]}, periods=1.0)
+        if one.broken.any():
+            break
+    assert share == pytest.approx(1.0, abs=0.02) and one.broken[0, 0]
+
+
+def test_a_foot_that_broke_is_pinned():
+    """The same sway as of a portal that was built with that foot pinned, and no moment there."""
+    section, P = bar(strength=STRENGTH), {"b": [60.0, 0.0, 0.0]}
+    one, other = portal(section=section), portal(pinned=[("a-b", "a")])
+    flaw = one._elements[0, BREAKING]
+    one._elements[0, BREAKING] = 1.0 / 30.0  # of what its foot would have to bear, less than half
+    while not one.broken.any():
+        pushed(one, P, periods=0.002)
+    one._elements[0, BREAKING] = flaw
+    pushed(one, P, periods=5.0)
+    pushed(other, P)
+    assert one.broken[0, 0] and np.count_nonzero(one.broken) == one.numbers(2)["broken"][0] == 1
+    assert moved(one, "b")[0] == pytest.approx(moved(other, "b")[0], rel=1e-4)
+    assert np.abs(one.moments[0, 0]).max() < 1e-3 * np.abs(one.moments).max()
+
+
+def test_breaking_keeps_momentum():
+    """A free angle that is torn open: both momenta stay, energy does not grow."""
+    section = bar(strength=1e6)
+    one = Framework({"a": (0.0, 0.0, 0.0), "b": (1.0, 0.0, 0.0), "c": (1.0, 0.8, 0.3)}, {},
+                    [Member("a", "b", section, 2), Member("b", "c", section, 2)])
+    one.substep *= 0.1  # for the ripple of the energy
+    one.v[0], one.v[2] = [0.0, 0.0, 5.0], [3.0, 0.0, -4.0]
+    momenta, energy = (one.masses @ one.v, one.angular_momentum), one.energy
+    for _ in range(30):
+        one.advance(0.002, np.zeros_like(one.x))
+    assert one.broken.any() and one.energy < energy * (1.0 + 1e-3)
+    for before, after in zip(momenta, (one.masses @ one.v, one.angular_momentum), strict=True):
+        assert after == pytest.approx(before, abs=1e-11 * np.linalg.norm(before))
+
+
+def test_what_broke_comes_to_lie_on_the_ground():
+    section = bar(strength=STRENGTH)
+    one = Framework({"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, 1.0)}, {"a": "fixed"}, [Member("a", "b", section, 4)],
+                    damping=0.01)
+    one.stand_on([0.0, 0.0, 1.0], 0.03)
+    weight, given, dt = one.masses[:, None] * np.array([0.0, 0.0, -9.81]), np.zeros(3), 0.01
+    push = np.where(np.arange(len(one.x))[:, None] == 1, 1.5 * section.breaking_moment * np.array([1.0, 0.2, 0.0]), 0.0)
+    for k in range(300):
+        forces = weight + (push if not one.broken.any() else 0.0)
+        one.advance(dt, forces)
+        given += dt * forces.sum(axis=0)
+        assert one.x[1:, 2].min() >= 0.03 - 1e-12
+        if k == 50:
+            assert one.broken[0, 0]
+    assert one.x[:, 2].max() < 0.1
+    assert np.allclose(one.masses @ one.v, given + one.held, rtol=0, atol=1e-9 * np.abs(given).max())
