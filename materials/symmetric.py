@@ -23,6 +23,13 @@ def size(dimension: int) -> int:
     return {2: 4, 3: 6}[dimension]
 
 
+def entries(dimension: int) -> tuple[tuple[int, ...], ...]:
+    """Which stored entry is (i, j), i, j < dimension: rows."""
+    entry = {pair: k for k, pair in enumerate(PAIRS)}
+    axes = range(dimension)
+    return tuple(tuple(entry[min(i, j), max(i, j)] for j in axes) for i in axes)
+
+
 def pack(tensor: ArrayLike, dimension: int = 3) -> NDArray[Any]:
     """(..., 3, 3) symmetric NumPy tensors -> (..., 6) or, for dimension 2, (..., 4)."""
     tensor = np.asarray(tensor)

@@ -1,6 +1,6 @@
 """Expected run time of a scene by its parts, from measured costs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,8 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
-                                 work.strong)
+                                 work.strong, work.points, bool(scene.saw_test))
+        self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
         self.settling_steps = usual if scene.initial.stress == "settle" else 0
@@ -137,6 +138,9 @@ class Budget:
             what = [words for n, words in ((crowd.free, f"{crowd.free} free bodies"),
                                            (crowd.segments, f"{crowd.segments} segments")) if n]
             rows.append(("bodies and structures", " and ".join(what), stages["movers"]))
+        if crowd.points:
+            shorter = f", steps {self._shortened:.2f} times as long as without" if self._shortened < 0.995 else ""
+            rows.append(("interface", f"{crowd.points} points{shorter}", stages["interface"]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))
@@ -151,6 +155,10 @@ class Budget:
             speed, time = calm(facts.scene.solver.sleeping, facts.dx, facts.solver.gravity)
             found.append(Payment("sleeping", f"snow slower than {speed:.2g} m/s for {time:.2g} s is left out of the"
                                              " steps; what that saves is not forecast", None, None))
+        if scheme.lengths != "constant":
+            times = costs.transfers(scheme) / costs.transfers(replace(scheme, lengths="constant"))
+            found.append(Payment("smoothing lengths", f"{scheme.lengths}: {times:.1f} times the cost of constant ones,"
+                                                      " and steps half as long", None, None))
         fields = int(facts.model.population.field.max()) + 1
         if fields > 1:
             found.append(Payment("velocity fields", f"{fields}: nodes of touching bodies are kept once for each", None,

@@ -40,13 +40,16 @@ class Scheme:
     """one change of volume a cell"""
     averaging: bool = False
     """a loss of strength that is averaged over a length"""
+    lengths: str = "constant"
+    """smoothing lengths of SPH"""
 
     @classmethod
     def of(cls, scene):
         solver, water = scene.solver, scene.water
         return cls(scene.dimension, solver.precision, solver.kernel, solver.gradient, solver.transfer, solver.method,
                    water.scheme if water else "", getattr(water, "layers", 1), solver.f_bar,
-                   any(law.averaging_length for law in scene.materials.values()))
+                   any(law.averaging_length for law in scene.materials.values()),
+                   solver.sph.lengths if solver.method == "sph" else "constant")
 
 
 @functools.cache
@@ -75,14 +78,16 @@ def on_grid(scheme):
 
 def transfers(scheme):
     """ns a particle of scatter and gather, or of a step of a method without a grid, with the usual law."""
-    if not on_grid(scheme):
-        return row("step", scheme.dimension, scheme.precision, scheme.method) + averaging(scheme)
-    base = row("step", scheme.dimension, scheme.precision, "quadratic affine apic")
-    # Measured in float32; what they add in float64 is more by as much as the whole step is
-    single = row("step", scheme.dimension, "f32", "quadratic affine apic")
+    step, names = scheme.method, () if scheme.lengths == "constant" else (f"{scheme.method} {scheme.lengths}",)
+    if on_grid(scheme):
+        step = "quadratic affine apic"
+        names = f"{scheme.kernel} {scheme.gradient}", scheme.transfer, "f_bar" if scheme.f_bar else "apic"
+    base = row("step", scheme.dimension, scheme.precision, step)
     found = base + averaging(scheme)
-    for name in (f"{scheme.kernel} {scheme.gradient}", scheme.transfer, "f_bar" if scheme.f_bar else "apic"):
+    for name in names:
         if name not in BASE:
+            # Measured in float32; what they add in float64 is more by as much as the whole step is
+            single = row("step", scheme.dimension, "f32", step)
             found += row("more", scheme.dimension, "f32", name) * (base / single)
     return found
 
@@ -120,6 +125,10 @@ class Crowd:
     segments: int = 0
     strong: int = 0
     """rigid bodies; segments of structures; those of structures that answer within the step"""
+    points: float = 0
+    """of interfaces, which are particles too"""
+    followed: bool = False
+    """whether a saw test follows them in each step"""
 
     @property
     def n(self):
@@ -129,19 +138,21 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests, self.free, self.segments, self.strong)
+                     self.obstacles, self.rests, self.free, self.segments, self.strong, particles * self.points,
+                     self.followed)
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, free bodies and structures, calls of kernels. Nothing moves far enough to be sorted while an
-    initial state settles."""
+    water in the pores, free bodies and structures, interfaces, calls of kernels. Nothing moves far enough to be sorted
+    while an initial state settles, and no saw test has begun."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
-             "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd), "calls": 1e9 * call(scheme)}
+             "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd),
+             "interface": interface(scheme, crowd, crowd.followed and not settling), "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
@@ -175,6 +186,15 @@ def movers(scheme, crowd):
     """ns of a step that free bodies and structures take, beside their contact with snow as moving obstacles."""
     counts = {"free": crowd.free, "segment": crowd.segments, "strong": crowd.strong}
     return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
+
+
+def interface(scheme, crowd, followed):
+    """ns that points of interfaces add to a step, beside what they take as particles; followed: by a saw test."""
+    if not crowd.points:
+        return 0.0
+    counts = {"particle": crowd.n, "point": crowd.points, "step": 1.0}
+    found = sum(n * _of(scheme, "interface", name) for name, n in counts.items())
+    return found + followed * sum(counts[name] * _of(scheme, "record", name) for name in ("point", "step"))
 
 
 def _of(scheme, what, name):

@@ -24,6 +24,8 @@ class InterfaceLayer:
         lift = population.interface[:, lift_at(solver.dim)].max(initial=0.0) / solver.dx
         self._rate = stiffest(population, laws, solver.dim) * swing(lift, STENCILS[solver.basis].inverse_second_moment)
         self._impulse = InterfaceImpulse(solver.particles, serial)
+        self.points = int(population.interface[:, : solver.dim].any(axis=1).sum())
+        """How many there are at the start."""
 
     def impulse(self, dt):
         """Impulse (dim,) [N s] of a step of dt [s], by the stresses before it."""

@@ -255,9 +255,9 @@ class MpmSolver(Solver):
         self.particles.sort(self.extremes.speed)
         self._rebuild_for_blocks()
 
-    def open(self, cut, state):
-        """Cut points of interfaces, `cut` (n,) true in the order of their rows."""
-        self.particles.open(cut, state)
+    def open(self, numbers, reached, state):
+        """Cut points of interfaces (`SortedParticles.open`)."""
+        self.particles.open(numbers, reached, state)
 
     def remove(self, gone):
         """Take particles out, `gone` (n,) true; they count as removed."""
@@ -383,8 +383,12 @@ class MpmSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
+        joined = {}
+        if self._interface:
+            alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
+            joined = {"points": self._interface.points, "shortened": self.expected_dt()[0] / alone}
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
-                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial, **self.moved)
+                        sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial, **self.moved, **joined)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

@@ -8,14 +8,14 @@ import taichi as ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.materials.symmetric import entries
 from snowmpm.particles.store import accessors
 
 
 @functools.cache
 def impulse_kernel(layout, real, serial):
     """Kernel that adds up -dt V tau b / J of all points (`particles.interface`), block by block."""
-    dim, access, at = layout.dim, accessors(layout), layout.offsets
-    entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
+    dim, access, at, entry = layout.dim, accessors(layout), layout.offsets, entries(layout.dim)
 
     @taichi_kernel
     def add_up(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), chunk_bounds: ti.types.ndarray(),

@@ -8,7 +8,7 @@ from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.errors import InputError
 from snowmpm.particles.blocks import EDGE, LEAD, BlockMap, fields_of, sort_kernels
 from snowmpm.particles.contract import Particles
-from snowmpm.particles.interface import CUT
+from snowmpm.particles.interface_cut import cut_points
 from snowmpm.particles.material_table import MaterialTable
 from snowmpm.particles.plan_sums import plan_sums
 from snowmpm.particles.probe import Probe
@@ -221,20 +221,11 @@ class SortedParticles(ParticleStore, Particles):
                 self.reals, self.slot_offset, self.identity, self.start, self.coordinates, line, radius / self.dx,
                 *numbers, np.array(state, numpy_real), len(self.blocks))
 
-    def open(self, cut, state):
-        """Cut points of interfaces, `cut` (n,) true: no stress from now on, and the law's severed `state`, if any. What
-        they stored counts as removed energy."""
-        table, where, rows = self.table(), self.layout.columns, np.flatnonzero(cut)
-        stress, state_before, volume = (table[rows, where(name)].astype(np.float64)
-                                        for name in ("stress", "state", "volume"))
-        self.removed["energy"] += self.materials.elastic_energy(self.labels()[rows, MATERIAL], stress, state_before,
-                                                                volume[:, 0])
-        for name in ("elastic", "stress"):
-            table[rows, where(name)] = 0.0
-        if state:
-            table[rows, where("state").start : where("state").start + len(state)] = state
-        table[rows, where("interface").start + CUT * self.dim] = 1.0
-        self.overwrite(table)
+    def open(self, numbers, reached, state):
+        """Cut the points of interfaces numbers[0] <= number < numbers[1] with x < reached [m]: no stress from now on,
+        and the law's severed `state`, if any. What they stored counts as removed energy."""
+        self.changes += 1
+        self.removed["energy"] += cut_points(self, numbers, reached, state or ())
 
     def push(self, numbers, gain):
         """Add `gain` (dim,) [m/s] to the velocity of the particles numbers[0] <= number < numbers[1]."""

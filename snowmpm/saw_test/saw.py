@@ -1,9 +1,5 @@
 """The saw: it removes the weak layer as it advances; of an interface it takes the stress."""
 
-import numpy as np
-
-from snowmpm.particles.interface import CUT
-
 STROKE = 0.5
 """Advance of the saw at a time [cells]: the grid resolves no less. Of an interface it is a point."""
 
@@ -27,7 +23,7 @@ class Saw:
 
     def at(self, time):
         """Position x [m] of the saw at a time [s]."""
-        return float(np.clip(self._notch + (time - self._start) * self._speed, self._notch, self._length))
+        return float(min(max(self._notch + (time - self._start) * self._speed, self._notch), self._length))
 
     def to_come(self, time):
         """Whether the saw still cuts after `time` [s]."""
@@ -43,12 +39,12 @@ class Saw:
         reached = self.at(simulation.time)
         if reached < self._length and reached < self.cut_to + self._stroke * simulation.scene.solver.dx:
             return
-        fields = simulation.particles
-        gone = (fields["body"] == self._body) & (fields["position"][:, 0] < reached)
         if self._opens:
-            gone &= fields.column("interface")[:, CUT * simulation.scene.dimension] == 0.0
-        if gone.any() and self._opens:
-            simulation.solver.open(gone, simulation.law_of_body(self._body).severed_state())
-        elif gone.any():
-            simulation.solver.remove(gone)
+            simulation.solver.open(simulation.numbers_of_body(self._body), reached,
+                                   simulation.law_of_body(self._body).severed_state())
+        else:
+            fields = simulation.particles
+            gone = (fields["body"] == self._body) & (fields["position"][:, 0] < reached)
+            if gone.any():
+                simulation.solver.remove(gone)
         self.cut_to, self.done = reached, reached >= self._length

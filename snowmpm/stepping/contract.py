@@ -67,7 +67,8 @@ class Workload:
 
     blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
     surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
-    rigid bodies; segments: of structures, strong: of those that answer within the step.
+    rigid bodies; segments: of structures, strong: of those that answer within the step; points: of interfaces, and
+    shortened: the step with them over that of the cells alone.
     """
 
     blocks: int
@@ -79,6 +80,8 @@ class Workload:
     free: int = 0
     segments: int = 0
     strong: int = 0
+    points: int = 0
+    shortened: float = 1.0
 
 
 class Method(ABC):

@@ -1,13 +1,8 @@
 """What `snowmpm check` says that a run will take, against runs of every scene of the library that were measured.
 
-`scene_runs.csv` holds processor times of the first part of each run, by stage (tests/benchmarks/scene_runs.py); the
-forecast is of the same part. Its times are brought to the speed of the machine that the costs are for by the speed that
-was sampled while they ran; 18 rows, measured before it was sampled, carry the mean of their day. Steps of whole runs
-are those of the gallery's page.
+Runs: `tests.support.scene_runs`. Steps of whole runs are those of the gallery's page.
 """
 
-import csv
-import functools
 import re
 from pathlib import Path
 
@@ -17,16 +12,12 @@ import pytest
 from snowmpm import load_scene
 from snowmpm.advice.budget import PARALLEL, WITHIN, Budget
 from snowmpm.advice.calibration import Speed, measured_speed
-from snowmpm.advice.facts import SceneFacts
 from snowmpm.measured import costs
 from snowmpm.scenes.library import library
-from snowmpm.setup.build import build
+from tests.support.scene_runs import budget_of, forecast, measured, rows
 
 ROOT = Path(__file__).parents[2]
 STIFFENING = ("sand_between_plates",)
-WARM_UP = 3
-"""First steps of a run in the table, which count as start there."""
-STEPPING = ("scatter", "grid", "contact", "gather", "sort", "rest")
 PAGE = (ROOT / "scenes" / "gallery" / "README.md").read_text(encoding="utf-8")
 STEPS = {"impact_mast": 0.7}
 """C of the pictures, which are of before the step followed the state; 0.4 where none is given."""
@@ -48,13 +39,6 @@ def but_for(exceptions):
             else name for name in sorted(library())]
 
 
-@functools.cache
-def budget_of(name, settings=()):
-    scene = load_scene(name, dict(settings))
-    model = build(scene)
-    return Budget(SceneFacts(scene, model, model.solver()))
-
-
 def drawn_with(name):
     """Settings that make the steps of a scene those of its picture."""
     scene = load_scene(name)
@@ -62,26 +46,9 @@ def drawn_with(name):
     return () if own else (("solver.cfl", STEPS.get(name, 0.4)),)
 
 
-@functools.cache
 def runs():
-    with open(ROOT / "snowmpm" / "measured" / "scene_runs.csv", newline="", encoding="utf-8") as file:
-        return {row["scene"]: row for row in csv.DictReader(file) if not row["settings"]}
-
-
-def forecast(budget, row):
-    """Seconds of the part of a run that a row of the table is of, its start left out. Who can say when a state has
-    settled? Of settling steps only the cost is foretold here, not the number."""
-    steps = budget.facts.steps_until(float(row["part"]))
-    settling = float(row["settling_steps"]) * sum(budget.stages(settling=True).values())
-    return settling + steps * budget.step() + float(row["frames"]) / budget.frames * budget.output
-
-
-def measured(row):
-    """The same as measured, on a machine of the speed that the costs are for. Seconds."""
-    seconds = sum(float(row[stage]) for stage in (*STEPPING, "settling", "output"))
-    steps = float(row["steps"]) + float(row["settling_steps"])
-    more = (steps + WARM_UP) / steps  # the first steps count as start there
-    return more * seconds * costs.reference_speed()[0] / float(row["vector"])
+    """Rows of the library's scenes as they are, by name."""
+    return {row["scene"]: row for row in rows() if not row["settings"] and not row["scene"].endswith(".toml")}
 
 
 def test_the_table_leaves_no_scene_out():

@@ -11,6 +11,7 @@ import taichi as ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane
+from snowmpm.materials.symmetric import entries
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE, tile_strides
 from snowmpm.mpm.node import node_mask, node_size, node_vector
@@ -38,7 +39,7 @@ def scatter_pack_kernel(layout, real, flip, basis, gradient, affine, serial, lis
     columns = (("x", dim), ("v", dim), ("C", dim * dim * affine), ("tau", sym_size), ("volume", 1), ("mass", 1),
                ("w", width * dim), ("bulk", int(layout.water_size > 0)), ("per_length", dim * joined),
                ("ratio", 1 * joined), ("lift", 1 * joined))
-    entry = ((0, 3), (3, 1)) if dim == 2 else ((0, 3, 5), (3, 1, 4), (5, 4, 2))
+    entry = entries(dim)
 
     @ti.func
     def read_pack(pack: ti.template(), first, count, reals: ti.template(), places, material: ti.template(),
