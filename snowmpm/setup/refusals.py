@@ -1,6 +1,5 @@
 """Refusal of scenes that ask for more than their method can do, from its capabilities."""
 
-
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS, who_can
 from snowmpm.scenes.forces import FACES
