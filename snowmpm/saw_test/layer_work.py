@@ -78,7 +78,7 @@ class ParticleLayer(LayerWork):
 
     def _stress_power(self):
         """tau : d [W/m3] (n,)."""
-        dim = self._solver.dim
+        dim = self._solver.frame.dim
         stress, gradient = self._column("stress"), self._column("affine").reshape(-1, dim, dim)
         power = sum(stress[:, c] * (gradient[:, i, j] + gradient[:, j, i]) * (0.5 if i == j else 1.0)
                     for c, (i, j) in enumerate(PAIRS[: size(dim)]) if max(i, j) < dim)
