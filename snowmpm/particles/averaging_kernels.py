@@ -83,7 +83,8 @@ def averaging_kernels(layout, real, index, serial):
 
     @grouped_kernel(real)
     def gain(rows: Rows, kept: Array, averaged: Array, most: Array, count: int):
-        """Leave Δκ in `kept`, the κ before, and the largest of the materials that are averaged in `most`."""
+        """Replace the κ that `kept` has from before the step by the gain Δκ, of materials that are averaged; `most`:
+        the largest gain in size."""
         ti.loop_config(serialize=ti.static(serial))
         for p in range(count):
             places = access.places(rows.reals, rows.slot_offset)
@@ -101,6 +102,7 @@ def averaging_kernels(layout, real, index, serial):
 
     @grouped_kernel(real)
     def scatter(rows: Rows, nodes: Nodes, kept: Array, per_gain: Real, per_volume: Real):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(rows.chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, rows.chunk_bounds)
@@ -140,6 +142,7 @@ def averaging_kernels(layout, real, index, serial):
 
     @grouped_kernel(real)
     def gather(rows: Rows, nodes: Nodes, kept: Array, per_gain: Real):
+        ti.loop_config(serialize=ti.static(serial))
         for i in range(chunks(rows.chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, rows.chunk_bounds)

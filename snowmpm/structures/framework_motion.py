@@ -5,6 +5,7 @@ import functools
 import taichi as ti
 
 from snowmpm.compiler.launch import taichi_kernel
+from snowmpm.structures.rod_motion import put, vector
 
 SMALL = 1e-4
 """Angle [rad] below which sines and cotangents are taken from their series, exact to round-off there."""
@@ -28,15 +29,6 @@ SUBSTEP, DRAG, GIVEN, WORK, DONE, WORST = 0, 1, 2, 5, 6, 7
 def framework_kernel():
     """Kernel move(places (p, 14), turns (t, 20), elements (n, 32), links (n, 4), numbers (8,), ground (4,), count):
     `count` substeps, or as many as it takes until an end has to break; ground as in `rod_motion.rod_kernel`."""
-
-    @ti.func
-    def vector(table: ti.template(), row, column: ti.template()):
-        return ti.Vector([table[row, column + a] for a in ti.static(range(3))])
-
-    @ti.func
-    def put(table: ti.template(), row, column: ti.template(), value):
-        for a in ti.static(range(3)):
-            table[row, column + a] = value[a]
 
     @ti.func
     def add(table: ti.template(), row, column: ti.template(), value):

@@ -20,20 +20,24 @@ PLASTIC, MOMENT, BELOW, OWN, LENGTH, STIFF, BROKEN = 0, 3, 6, 9, 12, 13, 14
 SUBSTEP, DRAG, AXIAL, REST, YIELD, HARDENING, BREAKING, CLAMP, HELD, WORK, LARGEST = 0, 1, 2, 3, 4, 5, 6, 7, 10, 13, 14
 
 
+@ti.func
+def vector(table: ti.template(), row, column: ti.template()):
+    """Three numbers of a row from a column on."""
+    return ti.Vector([table[row, column + a] for a in ti.static(range(3))])
+
+
+@ti.func
+def put(table: ti.template(), row, column: ti.template(), value):
+    """Write them."""
+    for a in ti.static(range(3)):
+        table[row, column + a] = value[a]
+
+
 @functools.cache
 def rod_kernel():
     """Kernel move(nodes (n + 1, 13), hinges (n, 15), numbers (15,), ground (4,), count): `count` substeps of velocity
     Verlet. ground: normal of a plane, and its level along it [m], below which no node but the clamped one goes: what
     would is put back on it, and keeps its velocity along it."""
-
-    @ti.func
-    def vector(table: ti.template(), row, column: ti.template()):
-        return ti.Vector([table[row, column + a] for a in ti.static(range(3))])
-
-    @ti.func
-    def put(table: ti.template(), row, column: ti.template(), value):
-        for a in ti.static(range(3)):
-            table[row, column + a] = value[a]
 
     @ti.func
     def deform(nodes: ti.template(), hinges: ti.template(), numbers: ti.template(), n):
