@@ -30,7 +30,9 @@ FEW_STEPS = {
     "avalanche_depth_averaged": "20 % too few: in the gully the flow is deeper and faster than blocks, and stops later",
     "slushflow": "20 % too few: 24 for 35 m/s, at rest after 54 for 66 s, since blocks keep the release's depth and"
                  " feel no pressure; blocks of 2 and 4 times the depth rest sooner, and take 222 and 246 steps; water"
-                 " that drains over 2 to 6 times the depth changes it by 1 %"}
+                 " that drains over 2 to 6 times the depth changes it by 1 %",
+    "slab_release": "19 % too few, 6550 for 8132: bonds break from the saw cut until the slab has left its layer, t ="
+                    " 0.5 to 4.4 s, and long steps are foretold for all of them"}
 """Scenes whose steps are foretold worse than within 8 %."""
 
 
@@ -79,9 +81,7 @@ def test_steps_of_measured_runs(name):
     assert steps == pytest.approx(float(row["steps"]), rel=0.15)
 
 
-MANY_STEPS = {"slab_release": "22 % too many, 10 816 for 8880: the layer breaks for the first 4 of 12 s, and short"
-                              " steps are foretold for all of them",
-              "avalanche_on_raster": "35 % too many, 5777 for 4290: it rests, and ends, after 33 of 45 s; until then"
+MANY_STEPS = {"avalanche_on_raster": "35 % too many, 5777 for 4290: it rests, and ends, after 33 of 45 s; until then"
                                      " 4240 are foretold"}
 """Scenes whose whole runs take fewer steps than is foretold."""
 LONG_BREAKING = {"pst": "18 % too few, 2275 for 2780: bonds break for longer than is foretold",

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from snowmpm import load_scene
 from snowmpm.advice.report import advise
 from snowmpm.measured import costs
 from snowmpm.scenes.schema import Scene
@@ -66,6 +67,17 @@ def test_what_is_not_needed_is_named(key, needless, needed):
     found = savings(slab(2, end_time=10.0, **needless))[key]
     assert found.seconds > 0.0 and found.says and 0.0 < found.share < 1.0
     assert key not in savings(slab(2, end_time=10.0, **needed))
+
+
+def test_flows_in_space_do_with_four_particles_a_cell():
+    found = savings(slab(3, end_time=10.0))["solver.particles_per_cell"]
+    assert found.overrides == {"solver.particles_per_cell": 4} and found.share > 0.15
+    for needed in (dict(solver={"particles_per_cell": 4}), dict(gravity=0.0), dict(end_time=0.1)):
+        assert "solver.particles_per_cell" not in savings(slab(3, **{"end_time": 10.0, **needed}))
+
+
+def test_no_crack_is_measured_with_fewer_particles():
+    assert "solver.particles_per_cell" not in savings(load_scene("pst"))
 
 
 def test_a_cubic_kernel_costs_half_as_much_again_in_3d():

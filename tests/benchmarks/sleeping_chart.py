@@ -27,36 +27,46 @@ LOADING = 30.0
 """Times the median of all steps: a step that takes longer loads kernels."""
 
 
-def ran(dx, sleeping):
-    """Row, fronts and mass in plan cells of a run."""
-    simulation = Simulation(load_scene("column_collapse_3d", {
-        "solver.dx": dx, "solver.sleeping": sleeping, "end_time": END, "output.interval": INTERVAL}))
+def ran(settings, cell):
+    """Particles, processor seconds, audits and {plan cell of `cell` [m]: mass} of a run of `column_collapse_3d`."""
+    simulation = Simulation(load_scene("column_collapse_3d", settings))
+    end, interval = simulation.scene.end_time, simulation.scene.output.interval
     simulation.step()
     spent, audits = [], []
-    for until in np.arange(1, round(END / INTERVAL) + 1) * INTERVAL:
+    for until in np.arange(1, round(end / interval) + 1) * interval:
         while simulation.time < until:
             began = time.process_time()
             simulation.step(until)
             spent.append(time.process_time() - began)
         audits.append(simulation.audit())
     spent, fields = np.array(spent), simulation.particles
-    place, number = np.unique(np.floor(fields["position"][:, :-1] / CELL).astype(int), axis=0, return_inverse=True)
+    place, number = np.unique(np.floor(fields["position"][:, :-1] / cell).astype(int), axis=0, return_inverse=True)
     mass = dict(zip(map(tuple, place), np.bincount(number.ravel(), fields["mass"]), strict=True))
-    seconds = float(spent[spent < LOADING * np.median(spent)].sum())
-    row = {"dx": dx, "sleeping": sleeping, "particles": simulation.n_particles, "seconds": seconds,
-           "asleep": float(np.mean([audit.get("asleep_share", 0.0) for audit in audits]))}
-    return row, np.array([audit["front_distance"] for audit in audits]), mass
+    return simulation.n_particles, float(spent[spent < LOADING * np.median(spent)].sum()), audits, mass
+
+
+def compared(run, reference):
+    """Columns `particles`, `seconds`, `front` and `depth` of what `ran` gives, beside that of a reference."""
+    particles, seconds, audits, mass = run
+    fronts, whole = ([audit["front_distance"] for audit in of] for of in (audits, reference[2]))
+    cells = {*mass, *reference[3]}
+    return {"particles": particles, "seconds": seconds,
+            "front": float(np.abs(np.subtract(fronts, whole)).mean()),
+            "depth": sum(abs(mass.get(at, 0.0) - reference[3].get(at, 0.0)) for at in cells)
+            / sum(reference[3].values())}
+
+
+def rounded(row):
+    return {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()}
 
 
 def computed():
     rows, reference = [], None
     for dx, sleeping in CASES:
-        row, front, mass = ran(dx, sleeping)
-        reference = reference or (front, mass)
-        row["front"] = float(np.abs(front - reference[0]).mean())
-        row["depth"] = sum(abs(mass.get(cell, 0.0) - reference[1].get(cell, 0.0)) for cell in {
-            *mass, *reference[1]}) / sum(reference[1].values())
-        rows.append({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()})
+        run = ran({"solver.dx": dx, "solver.sleeping": sleeping, "end_time": END, "output.interval": INTERVAL}, CELL)
+        reference = reference or run
+        asleep = float(np.mean([audit.get("asleep_share", 0.0) for audit in run[2]]))
+        rows.append(rounded({"dx": dx, "sleeping": sleeping, "asleep": asleep, **compared(run, reference)}))
         print(rows[-1], flush=True)
     return rows
 
