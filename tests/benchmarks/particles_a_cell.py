@@ -47,7 +47,7 @@ def draw(rows, path):
             points = sorted((float(row["seconds"]), float(row[name])) for row in rows
                             if int(row["per_cell"]) == per_cell)
             axis.loglog(*zip(*points, strict=True), style, label=f"{per_cell} a cell")
-        axis.set(xlabel="processor seconds of the steps", title=f"difference of the {label}")
+        axis.set(xlabel="processor seconds of the steps", title=f"off by: {label}")
     axes[0].legend()
     figure.savefig(path, dpi=110)
 
