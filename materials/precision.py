@@ -1,7 +1,5 @@
 """Which float a kernel is being compiled for, and constants that depend on it."""
 
-import contextlib
-
 import numpy as np
 import taichi as ti
 
@@ -41,12 +39,21 @@ def is_within(x, limit: ti.template()):
     return within
 
 
-@contextlib.contextmanager
-def working_precision(name):
+class working_precision:
     """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
 
     -> Taichi's and NumPy's float. One thread at a time, since Taichi has one default float for all.
-    Raises RuntimeError when Taichi has not been started.
+    Raises RuntimeError when Taichi has not been started. A class, as `compiling` is: each step enters it several times.
     """
-    with compiler().working_precision(DTYPES[name][0]):
-        yield DTYPES[name]
+
+    __slots__ = ("_inner", "_name")
+
+    def __init__(self, name):
+        self._name, self._inner = name, compiler().working_precision(DTYPES[name][0])
+
+    def __enter__(self):
+        self._inner.__enter__()
+        return DTYPES[self._name]
+
+    def __exit__(self, *error):
+        self._inner.__exit__(*error)

@@ -5,7 +5,6 @@ integers of 64 bits, keeps them for its own kernels; those here are compiled and
 `OWN`, so that results are the same to the bit.
 """
 
-import contextlib
 import functools
 import sys
 import threading
@@ -123,23 +122,29 @@ def working_float():
     return impl.get_runtime().default_fp
 
 
-@contextlib.contextmanager
-def working_precision(real):
+class working_precision:
     """Compile and launch kernels with `real`, ti.f32 or ti.f64, as the type of literals and of `float`.
 
     Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
     Raises RuntimeError when Taichi has not been started.
     """
-    with compiling():
-        runtime = impl.get_runtime()
-        if not runs(runtime):
+
+    __slots__ = ("_before", "_real", "_runtime", "_turn")
+
+    def __init__(self, real):
+        self._real, self._turn = real, compiling()
+
+    def __enter__(self):
+        self._turn.__enter__()
+        self._runtime = impl.get_runtime()
+        if not runs(self._runtime):
+            self._turn.__exit__()
             raise RuntimeError("Taichi is not running: call snowmpm.start() first")
-        before = runtime.default_fp
-        runtime.default_fp = real
-        try:
-            yield
-        finally:
-            runtime.default_fp = before
+        self._before, self._runtime.default_fp = self._runtime.default_fp, self._real
+
+    def __exit__(self, *error):
+        self._runtime.default_fp = self._before
+        self._turn.__exit__(*error)
 
 
 compilation.provide(sys.modules[__name__])

@@ -169,7 +169,9 @@ class Solver(Method):
         return self._step_at(self.critical_cfl, FLIGHT_LIMIT)
 
     def _step_at(self, elastic, advective):
-        extremes = replace(self.extremes, speed=max(self._pushing_speed, self.extremes.speed))
+        extremes = self.extremes
+        if (pushing := self._pushing_speed) > extremes.speed:
+            extremes = replace(extremes, speed=pushing)
         if self.water:
             extremes = replace(extremes, wave_speed=max(extremes.wave_speed, self.water.wave_speed))
         return stable_step(self.dx, elastic, advective, self.materials.fastest_wave, extremes)

@@ -49,10 +49,11 @@ def points_on(dx):
     return max(2, round(dx / POINT))
 
 
-def scene_of(case, dx, interface, stress="geostatic"):
-    """pst_2d with the layer as an interface or drawn two cells thick. stress: "settle" begins at rest; without, waves
-    from the ends of the column shake the layer while the saw comes."""
-    layer = {"interface": points_on(dx)} if interface else {"cells": 2}
+def scene_of(case, dx, interface, stress="geostatic", points=None):
+    """pst_2d with the layer as an interface, of `points` a cell and direction (none: `points_on`), or drawn two cells
+    thick. stress: "settle" begins at rest; without, waves from the ends of the column shake the layer while the saw
+    comes."""
+    layer = {"interface": points or points_on(dx)} if interface else {"cells": 2}
     return snowmpm.load_scene("pst_2d", {
         "solver.dx": dx, "materials.weak_layer": case.law, "saw_test.ends": "normal", "initial.stress": stress,
         "saw_test.length": case.length, "saw_test.slope_angle": case.slope_angle, "end_time": 0.45,
@@ -60,10 +61,10 @@ def scene_of(case, dx, interface, stress="geostatic"):
         **{f"saw_test.{key}": value for key, value in case.more}})
 
 
-def cracked(case, dx, interface, stress="geostatic"):
+def cracked(case, dx, interface, stress="geostatic", points=None):
     """Results of a case by name, with `seconds` of processor time of its steps, `steps`, `particles` and, of the energy
     that the crack took, the share that the scheme lost, `remainder`."""
-    scene = scene_of(case, dx, interface, stress)
+    scene = scene_of(case, dx, interface, stress, points)
     simulation, end = snowmpm.Simulation(scene), 0.45
     simulation.step()
     start = time.process_time()
