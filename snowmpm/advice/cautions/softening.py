@@ -15,5 +15,5 @@ def short_average(facts):
         length = law.averaging_length
         if length and (border := beyond("averaging_on_grid", facts.scene.solver.method, length / facts.dx)):
             yield replace(worded(border, f"materials.{name}.nonlocal_length", length / facts.dx),
-                          cure=f"solver.dx = {length / ENOUGH:.3g} or less, or a longer nonlocal_length with a"
-                          " softening_strain that is shorter in proportion")
+                          cure=f"solver.dx = {length / ENOUGH:.3g} or less, or, where all shear is in bands, a longer"
+                          " nonlocal_length with a softening_strain that is shorter in proportion")

@@ -31,8 +31,8 @@ ENTRIES = (
         name="averaging_on_grid", title="Few cells over the length of an average",
         scene="A layer of clay that softens, sheared between rigid walls until it has slipped on one band",
         seen="The cells that slip add their own thickness to the length: a band that softens takes too much work",
-        cure="four cells or more over nonlocal_length, or a longer one with a softening_strain that is shorter in"
-             " proportion",
+        cure="four cells or more over nonlocal_length, or, where all shear is in bands, a longer one with a"
+             " softening_strain that is shorter in proportion",
         parameter="cells over the length", unit="", values=(2.0, 3.0, 4.0, 6.0, 8.0), fails="below",
         settings={"mpm": {"scheme": APIC}, "sph": {"scheme": SPH}},
         symptom="work of softening over that of the length, less 1", limit=SHORT, measure=work_of_cells, shown="mpm",
