@@ -9,6 +9,13 @@ v_p is the volume at the start of the step. Laws, and the volume of a particle, 
 particle's stress: where the particles of a cell have the same pressure, as they do who have shared their changes of
 volume, these are the forces of the mean. Coombs et al. 2018, doi:10.1016/j.cma.2018.01.010.
 
+Particles that come from another cell bring another pressure, and since all change their volumes alike, nothing would
+ever even it out: in flow, pressures of one cell part until they throw particles about. So a particle has in each step
+
+    j_bar + RELAXED (e_bar - e),    e = tr tau / 3K,    e_bar = sum_p v_p e_p / sum_p v_p
+
+for j_bar, e its elastic change of volume: differences fade in 1 / RELAXED steps, and the volume of the cell stays.
+
 With f_bar = "whole" the particles of a cell share the mean of grad v, weighted by volume, in the cells between nodes.
 The quadratic spline spreads an opening between two rows of nodes as a hat over two cells: two particles an axis have
 3/4 of it in the cell and 1/4 in each neighbour, which would crack too, or lock. Cells have means of 1/8, 3/4 and 1/8,
@@ -25,6 +32,7 @@ from types import SimpleNamespace
 import taichi as ti
 
 from snowmpm.compiler import runtime
+from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.mpm.transfer.interpolation import interpolation
@@ -33,22 +41,27 @@ from snowmpm.particles.blocks import EDGE, step_along
 from snowmpm.particles.store import accessors
 
 SPARE = 1.25
+RELAXED = 0.1
+"""Share of what parts the elastic changes of volume in a cell that goes in a step."""
 
 
 class CellDilation:
     """The cells of an `MpmSolver`, whose particles have a column `dilation`."""
 
-    def __init__(self, layout, precision, basis, gradient, flip):
+    def __init__(self, layout, precision, basis, gradient, flip, laws):
+        self._per_stress = real_array([1.0 / (3.0 * law.bulk_modulus) for law in laws])
         self.precision, self._cells = precision, (EDGE[layout.dim] + 2) ** layout.dim
         self._sums = None
         self._kernels = dilation_kernels(layout, runtime.DTYPES[precision][0], basis, gradient, flip)
 
     def find(self, particles, grid, dt):
         """Leave with each particle what those of its cell share in a step of dt [s], by the velocities of the nodes."""
-        n, numbers = max(1, len(particles.blocks)) * self._cells, 1 + particles.layout.dilation_size
+        size = particles.layout.dilation_size
+        n, numbers = max(1, len(particles.blocks)) * self._cells, sums_of(size)
         if self._sums is None or self._sums.shape[0] < n:
             self._sums = ti.ndarray(ti.types.vector(numbers, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
-        kernels, of_particles = self._kernels, (particles.reals, particles.slot_offset, particles.start)
+        kernels = self._kernels
+        of_particles = particles.reals, particles.slot_offset, particles.start, particles.material, self._per_stress
         kernels.add(*of_particles, grid.tiles, self._sums, dt, particles.dx, particles.chunk_bounds)
         kernels.join(self._sums, grid.first_tile, grid.tiles_at, grid.node_chunk_bounds)
         kernels.spread(*of_particles, self._sums, particles.chunk_bounds)
@@ -59,6 +72,12 @@ class CellDilation:
         if self._sums is None:
             return 0
         return self._sums.element_shape[0] * self._sums.shape[0] * (4 if self.precision == "f32" else 8)
+
+
+def sums_of(size):
+    """Numbers that a cell adds up where its particles share `size`: these times volume, volume, and, of volumes alone,
+    their elastic change."""
+    return size + 1 + (size == 1)
 
 
 @functools.cache
@@ -118,7 +137,7 @@ def dilation_kernels(layout, real, basis, gradient, flip):
     of_node = grid.of_node
     size = layout.dilation_size
     even = even_functions(dim, real, size)
-    of_cell = ti.types.vector(size + 1, real)  # sums of volume times what is shared, and of volumes
+    relaxes, of_cell = size == 1, ti.types.vector(sums_of(size), real)
 
     @ti.func
     def cell_of(x, b):
@@ -129,10 +148,16 @@ def dilation_kernels(layout, real, basis, gradient, flip):
             cell = cell * wide + ti.max(0, ti.min(wide - 1, own))
         return b * ti.static(wide**dim) + cell
 
+    @ti.func
+    def elastic(reals: ti.template(), places: ti.template(), p, material: ti.template(), per_stress: ti.template()):
+        """Elastic change of volume."""
+        tau = access.load(reals, places, p, at["stress"], 3)
+        return ti.cast(per_stress[ti.cast(material[p], ti.i32)], real) * (tau[0] + tau[1] + tau[2])
+
     @taichi_kernel
-    def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
-            tiles: ti.types.ndarray(dtype=of_node, ndim=1), sums: ti.types.ndarray(dtype=of_cell, ndim=1), dt: real,
-            dx: real, chunk_bounds: ti.types.ndarray()):
+    def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), material: ti.types.ndarray(),
+            per_stress: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1),
+            sums: ti.types.ndarray(dtype=of_cell, ndim=1), dt: real, dx: real, chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
@@ -152,6 +177,8 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                         for k in ti.static(range(size)):
                             more[k] = volume * shared[k]
                         more[size] = volume
+                        if ti.static(relaxes):
+                            more[size + 1] = volume * elastic(reals, places, p, material, per_stress)
                         sums[cell] = sums[cell] + more
 
     @ti.func
@@ -186,8 +213,9 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                                     sums[tiles_at[k, 0] * ti.static(wide**dim) + place] = total
 
     @taichi_kernel
-    def spread(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
-               sums: ti.types.ndarray(dtype=of_cell, ndim=1), chunk_bounds: ti.types.ndarray()):
+    def spread(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), material: ti.types.ndarray(),
+               per_stress: ti.types.ndarray(), sums: ti.types.ndarray(dtype=of_cell, ndim=1),
+               chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
@@ -196,6 +224,9 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                     for p in range(start[b], start[b + 1]):
                         cell = sums[cell_of(access.load(reals, places, p, at["position"], dim), b)]
                         mean = ti.Vector([cell[k] / cell[size] for k in ti.static(range(size))])
+                        if ti.static(relaxes):
+                            own = elastic(reals, places, p, material, per_stress)
+                            mean[0] += ti.static(RELAXED) * (cell[size + 1] / cell[size] - own)
                         access.store(reals, places, p, at["dilation"], mean)
 
     return SimpleNamespace(add=add, join=join, spread=spread)

@@ -100,7 +100,7 @@ class MpmSolver(Solver):
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
         self._dilation = None
         if f_bar:
-            self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip)
+            self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip, laws)
         self._averaging = FadingAverage.of(self.particles, precision, self._serial)
         self._interface = self._face_loads = None
         if population.interface is not None:

@@ -14,6 +14,8 @@ SNOW = {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e6, "poisson_rat
 
 
 ICE = {**SNOW, "density": 900.0}
+CLAY = {**SNOW, "kind": "softening_cone", "friction_angle": 0.0, "residual_friction_angle": 0.0, "cohesion": 1e4,
+        "residual_cohesion": 1e3, "softening_strain": 0.1}
 FLUFFY, SOFT, HARD = ({**SNOW, "youngs_modulus": E} for E in (5e3, 2e4, 2e7))
 
 
@@ -79,6 +81,8 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
     "sph_layers": (dict(solver={"method": "sph"}, materials={"ice": ICE}, bodies=[another(*ABOVE, "ice")]),
                    dict(solver={"method": "sph", "sph": {"momentum": "volume"}}, materials={"ice": ICE},
                         bodies=[another(*ABOVE, "ice")]), "solver.sph.momentum"),
+    "averaging_on_grid": (dict(materials={"snow": {**CLAY, "nonlocal_length": 0.2}}),
+                          dict(materials={"snow": {**CLAY, "nonlocal_length": 0.4}}), "materials.snow.nonlocal_length"),
     "small_strains": (dict(gravity=0.0, bodies=[another([0.8, 0.0], [1.2, 0.4], velocity=[1e-7, 0.0])]),
                       dict(gravity=9.81), "solver.precision"),
 }

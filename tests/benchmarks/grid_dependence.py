@@ -19,8 +19,8 @@ import matplotlib.pyplot as plt
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from snowmpm.compiler import runtime
 from snowmpm.study.atlas.softening import energy_of_a_row
+from snowmpm.study.problems.softening_layer import LENGTH, Layer, sheared
 from tests.support.notched_plate import broken
-from tests.support.softening_layer import LENGTH, sheared
 
 LAYERS = tuple(LENGTH / cells for cells in (2, 3, 4, 6, 8))
 ROWS = (0.25, 0.5, 1.0)
@@ -29,7 +29,7 @@ PLATES = (0.01, 0.0075, 0.006)
 
 def curves():
     """(name, style, spacing over that of the first, work over what the material says) of each."""
-    shear = [[sheared(dx, length).softened for dx in LAYERS] for length in (None, LENGTH)]
+    shear = [[sheared(Layer(dx, length)).softened for dx in LAYERS] for length in (None, LENGTH)]
     cells = [dx / LENGTH for dx in LAYERS]
     yield "sheared clay as it is", "C3o--", cells, shear[0]
     yield "the same, nonlocal_length", "C0o-", cells, shear[1]

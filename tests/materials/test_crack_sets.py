@@ -194,6 +194,8 @@ def test_elastic_material_around_a_crack_is_the_crack_alone():
     ({"bulk": {**SNOW, "return_map": "substepped"}}, 'bulk.return_map = "substepped" must be "implicit"'),
     ({"bulk": {**SAND, "card": "lube_sand"}}, "bulk.card is not read"),
     ({"bulk": {**SAND, "friction": 1.0}}, "friction"),
+    ({"bulk": {**SAND, "kind": "softening_cone", "residual_friction_angle": 20.0, "softening_strain": 0.1,
+               "nonlocal_length": 0.5}}, "bulk.nonlocal_length is not averaged"),
 ])
 def test_what_does_not_go_together_is_refused(changes, said):
     with pytest.raises(ValidationError, match=said):

@@ -72,12 +72,13 @@ def test_drained_triaxial_compression(law):
     assert plastic[-1] > law.softening_strain and q.max() > 1.2 * q[-1]  # past its peak
 
 
-def test_without_softening_it_is_drucker_prager():
-    numbers = {**SOIL, "friction_angle": 33.0, "dilation_angle": 7.0, "cohesion": 5e3}
+@pytest.mark.parametrize("left", [5e3, 1e3], ids=["keeps its cohesion", "loses cohesion"])
+def test_with_one_friction_angle_it_is_drucker_prager(left):
+    numbers = {**SOIL, "friction_angle": 33.0, "dilation_angle": 7.0, "cohesion": 5e3, "residual_cohesion": left,
+               "softening_strain": 0.02}
     for cone in ("triaxial_compression", "triaxial_extension", "plane_strain"):
         plain = DruckerPrager(**numbers, cone=cone)
-        fading = SofteningCone(**numbers, cone=cone, residual_friction_angle=33.0, residual_cohesion=5e3,
-                               softening_strain=0.1)
+        fading = SofteningCone(**numbers, cone=cone, residual_friction_angle=33.0)
         rng = np.random.default_rng(3)
         A = 3e-3 * rng.standard_normal((200, 3, 3)) - 1e-3 * np.eye(3)
         h = np.tile(pack(plain.h_from_stress(-3e4 * np.eye(3))), (200, 1))

@@ -6,20 +6,20 @@ import json
 import sys
 
 from snowmpm.compiler import parallel, runtime
-from tests.support.softening_layer import layer
+from snowmpm.study.problems.softening_layer import Layer
 
-DX, CELLS, STEPS, AT = 0.05, 12, 12, 4000
+DX, HEIGHT, STEPS, AT = 0.05, 0.6, 12, 4000
 """Of a thin layer, which has passed its peak in so many steps of a speed that is `AT` times as high."""
 
 
 def hurried():
     """Solver of a layer whose particles have the speed at which it yields in the first steps."""
-    solver, grips = layer(DX, cells=CELLS)
+    solver, clay = Layer(DX, height=HEIGHT, seconds=4.0).solver()
     table = solver.particles.table()
     for name in ("velocity", "affine"):
         table[:, solver.particles.layout.columns(name)] *= AT
     solver.particles.overwrite(table)
-    return solver, grips
+    return solver, clay
 
 
 def main(threads):

@@ -12,8 +12,8 @@ from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, free_solver, lattice
+from snowmpm.study.problems.softening_layer import CLAY
 from tests.mpm.averaging_cases import hurried
-from tests.support.softening_layer import CLAY
 from tests.support.sph_block import solver_of
 from tests.support.thread_counts import with_one_and_two_threads
 
@@ -113,11 +113,11 @@ def test_a_restored_solver_goes_on_bit_by_bit():
 
 def test_periodic_sides_have_two_neighbours():
     """A row at one side counts at the other one, as much as within."""
-    solver, grips = hurried()
+    solver, clay = hurried()
     states = ParticleStates(solver)
     column = states.reference[:, 0] < 0.025
-    inside = ~grips & (np.abs(states.reference[:, 1]) < 0.1)
-    found = gained(solver, np.where(column & ~grips, 1.0, 0.0))
+    inside = clay & (np.abs(states.reference[:, 1]) < 0.1)
+    found = gained(solver, np.where(column & clay, 1.0, 0.0))
     at = np.round(states.reference[:, 0] / 0.025 - 0.5).astype(int)
     profile = np.array([found[inside & (at == k)].mean() for k in range(16)])
     np.testing.assert_allclose(profile[1:], profile[:0:-1], atol=0.03 * profile.max())

@@ -1,8 +1,11 @@
-"""`f_bar = "whole"`: the particles of a cell deform as one, by the mean of their velocity gradients."""
+"""`f_bar`: the particles of a cell share their change of volume, or deform as one, by the mean of their velocity
+gradients."""
 
 import numpy as np
+import pytest
 
-from snowmpm.materials import Elastic
+from snowmpm.materials import Elastic, pack
+from snowmpm.mpm.dilation import RELAXED
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import APIC, free_solver, lattice
 
@@ -52,3 +55,29 @@ def test_a_uniform_deformation_is_left_as_it_is():
         found.append(states.column("elastic")[inner])
     assert np.abs(found[0]).max() > 1e-5
     np.testing.assert_allclose(found[1], found[0], atol=1e-13)
+
+
+@pytest.mark.parametrize(("f_bar", "left"), [(True, (1.0 - RELAXED) ** 20), (False, 1.0)])
+def test_pressures_that_part_in_a_cell_fade(f_bar, left):
+    """As where particles of other cells come in; the volume of the cell stays."""
+    x, volumes = lattice([0.0, 0.0], [1.0, 0.8], DX)
+    solver = free_solver(x, volumes, [LAW], APIC, DX, f_bar=f_bar)
+    states = ParticleStates(solver)
+    pressure = 100.0 * np.random.default_rng(3).normal(size=len(x))
+    stress = -pressure[:, None, None] * np.eye(3)
+    states.set(stress=pack(stress, 2), elastic=pack(LAW.h_from_stress(stress), 2))
+    # Cells between knots
+    _, cell = np.unique(np.floor((x - solver.frame.origin) / DX - 0.5).astype(int), axis=0, return_inverse=True)
+    full = np.flatnonzero(np.bincount(cell) == 4)
+
+    def parted():
+        p = -states.column("stress")[:, :3].mean(axis=1)
+        return np.concatenate([p[cell == k] - p[cell == k].mean() for k in full])
+
+    before = parted()
+    volume = np.bincount(cell, states.column("volume_ratio")[:, 0])
+    for _ in range(20):
+        solver.step(1e-9)
+    assert len(full) > 40
+    np.testing.assert_allclose(parted(), left * before, atol=1e-3 * np.abs(before).max())
+    np.testing.assert_allclose(np.bincount(cell, states.column("volume_ratio")[:, 0]), volume, rtol=1e-6)

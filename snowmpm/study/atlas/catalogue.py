@@ -1,6 +1,7 @@
 """All entries of the atlas, by group and by name."""
 
 from snowmpm.study.atlas import (
+    averaging,
     bending,
     columns_in_plan,
     contacts,
@@ -24,7 +25,7 @@ GROUPS = {
     "transfers and splines": transfers.ENTRIES,
     "large deformation": (*stretching.ENTRIES, *bending.ENTRIES),
     "materials and layers": (*layers.ENTRIES, *granular.ENTRIES, *softening.ENTRIES,
-                             *interfaces.ENTRIES),
+                             *averaging.ENTRIES, *interfaces.ENTRIES),
     "contact": contacts.ENTRIES,
     "bodies and structures": standing.ENTRIES,
     "snow at rest": sleeping.ENTRIES,
