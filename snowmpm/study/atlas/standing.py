@@ -35,9 +35,10 @@ def deflected(segments, even):
     return rod.x[-1, 0] / (5.0 / section.bending / (8.0 if even else 3.0)) - 1.0
 
 
-def struck(ratio, coupling, contact):
+def struck(ratio, coupling, contact, structure=None):
     """Energy of a block and of the plate that it is thrown at, at the end over that at the start, less 1; ratio: mass
-    of the snow in the cells on both sides of the plate over that of the plate."""
+    of the snow in the cells on both sides of the plate over that of the plate; structure: keys of a scene's that stands
+    there, in place of a mast."""
     block, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
     speed = 0.01 * SNOW.wave_speed()
     foot, density = 4.3 * DX + 0.5 * PLATE, 2.0 * DX * SNOW.density / (ratio * PLATE)
@@ -46,9 +47,9 @@ def struck(ratio, coupling, contact):
         "domain": {"min": [-1.0, 0.0], "max": [2.0, 2.0]},
         "bodies": [{"name": "block", "material": "snow",
                     "shape": {"kind": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}}],
-        "structures": [{"name": "plate", "foot": [foot, 0.0], "top": [foot, HEIGHT], "width": PLATE, "segments": 4,
-                        "youngs_modulus": 1e6, "density": density, "damping": 0.0, "coupling": coupling,
-                        "contact": contact}]})
+        "structures": [{"name": "plate", "width": PLATE, "youngs_modulus": 1e6, "density": density, "damping": 0.0,
+                        "coupling": coupling, "contact": contact,
+                        **(structure or {"foot": [foot, 0.0], "top": [foot, HEIGHT], "segments": 4})}]})
     made, obstacles = standing(scene)
     solver = Scheme("apic").solver(
         Population(block, volumes, 0, np.tile([speed, 0.0], (len(block), 1))), [SNOW], dx=DX, origin=np.full(2, -1.0),
