@@ -51,8 +51,8 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
-                                 work.elements, work.substeps, work.strong, work.points, work.face_points,
-                                 bool(scene.saw_test))
+                                 work.elements, work.substeps, work.unknowns, work.strong, work.points,
+                                 work.face_points, bool(scene.saw_test))
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -136,8 +136,7 @@ class Budget:
         if scheme.water:
             rows.append(("water", "pressure in the pores", stages["water"]))
         if crowd.free or crowd.segments or crowd.elements:
-            each = crowd.substeps / max(crowd.elements, 1)
-            frames = f"{crowd.elements} elements of frameworks, {each:.3g} substeps each"
+            frames = f"{crowd.elements} elements of frameworks, {crowd.substeps + crowd.unknowns} substeps or unknowns"
             what = [words for n, words in ((crowd.free, f"{crowd.free} free bodies"),
                                            (crowd.segments, f"{crowd.segments} segments"),
                                            (crowd.elements, frames)) if n]

@@ -125,9 +125,10 @@ class Crowd:
     segments: int = 0
     elements: int = 0
     substeps: int = 0
+    unknowns: int = 0
     strong: int = 0
-    """rigid bodies; segments of rods; elements of frameworks, and the substeps of all of them; those of structures that
-    answer within the step"""
+    """rigid bodies; segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
+    rest in each step; segments and elements of structures that answer within the step"""
     points: float = 0
     """of interfaces, which are particles too"""
     face_points: float = 0
@@ -143,8 +144,8 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.strong,
-                     particles * self.points, particles * self.face_points, self.followed)
+                     self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.unknowns,
+                     self.strong, particles * self.points, particles * self.face_points, self.followed)
 
 
 def stages(scheme, crowd, settling=False):
@@ -191,7 +192,7 @@ def pore_water(scheme, n):
 def movers(scheme, crowd):
     """ns of a step that free bodies and structures take, beside their contact with snow as moving obstacles."""
     counts = {"free": crowd.free, "segment": crowd.segments, "element": crowd.elements, "substep": crowd.substeps,
-              "strong": crowd.strong}
+              "unknown": crowd.unknowns, "strong": crowd.strong}
     return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 
 

@@ -67,15 +67,23 @@ def bring_to_rest(one, forces):
                               " yielding it is a mechanism") from None
 
 
+def unknowns(one):
+    """How many a `Framework` has."""
+    rest = _Rest(one)
+    return len(rest.ways[0]) + len(rest.spins[0])
+
+
 class _Rest:
-    """Balance of a `Framework` as it is linked now, from the plastic rotations that it has now."""
+    """Balance of a `Framework` as it is linked now, from the plastic rotations that it has now.
+
+    ways, spins: (numbers, axes) of its places and turns that are free."""
 
     def __init__(self, one):
         self._one = one
         self._begun = one.plastic.copy(), one._elements[:, at.LARGEST].copy(), one.plastic_work
         axes, about = ([0, 2], [1]) if one.plane else (range(3), range(3))
         turns = np.flatnonzero(one._turns[:, at.FREE] > 0.0)
-        self._ways, self._spins = (tuple(np.array([(i, a) for i in rows for a in axes], int).reshape(-1, 2).T)
+        self.ways, self.spins = (tuple(np.array([(i, a) for i in rows for a in axes], int).reshape(-1, 2).T)
                                    for rows, axes in ((one.free, axes), (turns, about)))
         self._unit = float(one.lengths.min())
 
@@ -107,7 +115,7 @@ class _Rest:
         self.within()
         places, turns = self._one._places, self._one._turns
         acts, moments = places[:, at.F : at.INNER] + places[:, at.INNER : at.MASS], turns[:, at.MOMENT : at.INVERSE]
-        return np.concatenate([acts[self._ways], moments[self._spins] / self._unit])
+        return np.concatenate([acts[self.ways], moments[self.spins] / self._unit])
 
     def _tangent(self, r):
         """-d`_left`/du (m, m), u over the unit of length and in rad."""
@@ -124,10 +132,10 @@ class _Rest:
 
     def _shift(self, du):
         """Displacements over the unit of length and spins, du (m,)."""
-        one, n = self._one, len(self._ways[0])
-        one.x[self._ways] += self._unit * du[:n]
+        one, n = self._one, len(self.ways[0])
+        one.x[self.ways] += self._unit * du[:n]
         spins = np.zeros((len(one._turns), 3))
-        spins[self._spins] = du[n:]
+        spins[self.spins] = du[n:]
         for i in np.flatnonzero(spins.any(axis=1)):
             one._turns[i, at.Q : at.SPIN] = _turned(one._turns[i, at.Q : at.SPIN], spins[i])
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.structures.framework import Framework
-from snowmpm.structures.framework_rest import bring_to_rest
+from snowmpm.structures.framework_rest import bring_to_rest, unknowns
 from snowmpm.structures.quasi_newton import QuasiNewton
 from snowmpm.structures.rod import Rod
 
@@ -101,10 +101,12 @@ class Rods:
 
     def workload(self, dt):
         """Of a step of dt [s], for `stepping.contract.Workload`."""
-        frames = [each.rod for each in self.rods if isinstance(each.rod, Framework)]
-        return {"segments": sum(each.rod.n for each in self.rods) - sum(one.n for one in frames),
-                "elements": sum(one.n for one in frames),
-                "substeps": sum(one.n * int(np.ceil(dt / one.substep)) for one in frames),
+        frames = [each for each in self.rods if isinstance(each.rod, Framework)]
+        moving = [each.rod for each in frames if each.rests != "always"]
+        return {"segments": sum(each.rod.n for each in self.rods if each not in frames),
+                "elements": sum(each.rod.n for each in frames),
+                "substeps": sum(one.n * int(np.ceil(dt / one.substep)) for one in moving),
+                "unknowns": sum(unknowns(each.rod) for each in frames if each.rests == "always"),
                 "strong": len(self.segments_of_strong)}
 
     # ---- answers within the step ------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 from costs_in_turn import Slowness
+from scipy.optimize import nnls
 
 from snowmpm import Simulation
 from snowmpm.scenes.schema import Scene
@@ -50,32 +51,32 @@ def _seconds_of_step(solver, dt):
 
 
 def frameworks():
-    """ns of a step that an element of a framework takes, beside its contact with snow as an obstacle that moves, and
-    each of its substeps: of fences with few elements and with many, soft and stiff ones, by least squares. Motion and
-    obstacles are the same in both dimensions."""
+    """ns of a step that an element of a framework takes, beside its contact with snow as an obstacle that moves, each
+    of its substeps, and each unknown where it goes to rest in every step: of fences with few elements and with many,
+    soft and stiff ones, by least squares. Motion and obstacles are the same in both dimensions."""
     rows, spent = [], []
     for elements in (2, 8):
-        for modulus in (1e7, 1e11):
-            counts, ns = _step_of_fence(elements, modulus)
+        for keys in ({"youngs_modulus": 1e7}, {"youngs_modulus": 1e11},
+                     {"youngs_modulus": 1e9, "response": "static", "coupling": "one_way"}):
+            counts, ns = _step_of_fence(elements, keys)
             rows.append(counts)
             spent.append(ns)
-            print("#", counts, ns)
-    factors = np.linalg.lstsq(np.array(rows) / np.array(spent)[:, None], np.ones(len(spent)), rcond=None)[0]
+    factors = nnls(np.array(rows) / np.array(spent)[:, None], np.ones(len(spent)))[0]
     for dim in (2, 3):
-        for name, ns in zip(("element", "substep"), factors, strict=False):
-            yield "mover", dim, "f32", name, max(0.0, ns)
+        for name, ns in zip(("element", "substep", "unknown"), factors, strict=False):
+            yield "mover", dim, "f32", name, ns
 
 
-def _step_of_fence(elements, modulus):
-    """-> (elements, their substeps, 1), median ns of a step but for transfers, grid and contact of a fence beside a
-    block of snow in 3-D, on the table's machine."""
+def _step_of_fence(elements, keys):
+    """-> (elements, their substeps, unknowns, 1), median ns of a step but for transfers, grid and contact of a fence
+    beside a block of snow in 3-D, on the table's machine."""
     members = [{"ends": list(ends), "segments": elements} for ends in (("a", "b"), ("b", "c"), ("c", "d"))]
     scene = Scene.model_validate({
         "name": "fence", "dimension": 3, "end_time": 1.0, "solver": {"dx": 0.2}, "materials": {"snow": SNOW},
         "domain": {"min": [-2.0, -2.0, 0.0], "max": [4.0, 4.0, 4.0], "boundary": {"z_min": "stick"}},
         "bodies": [{"name": "block", "material": "snow",
                     "shape": {"kind": "box", "min": [-0.8, 0.0, 0.0], "max": [-0.2, 2.0, 0.8]}}],
-        "structures": [{"name": "fence", "width": 0.2, "youngs_modulus": modulus, "density": 4000.0,
+        "structures": [{"name": "fence", "width": 0.2, "density": 4000.0, **keys,
                         "joints": {"a": [0.0, 0.0, 0.0], "b": [0.0, 0.0, 1.8], "c": [0.0, 2.0, 1.8],
                                    "d": [0.0, 2.0, 0.0]},
                         "feet": {"a": "fixed", "d": "fixed"}, "members": members}]})
@@ -96,6 +97,6 @@ def _step_of_fence(elements, modulus):
         whole = _seconds_of_step(solver, solver.stable_dt()[0])
         taken.append(whole - other[0])
     work = solver.workload
-    return (work.elements, work.substeps, 1.0), 1e9 * np.median(taken[WARM_UP:]) / slowness()[1]
+    return (work.elements, work.substeps, work.unknowns, 1.0), 1e9 * np.median(taken[WARM_UP:]) / slowness()[1]
 
 

@@ -140,6 +140,40 @@ def test_one_way_snow_meets_it_as_it_stood():
     assert one.audit()["rack_b_x"] > 0.0 and one.audit()["structure_momentum_residual"] < 1e-9
 
 
+def mean_row(simulation, begin, end):
+    """Numbers of the history, as means over the steps from `begin` to `end` [s]."""
+    rows = []
+    while simulation.time < end:
+        simulation.step()
+        if simulation.time > begin:
+            rows.append(simulation.audit())
+    return {name: np.mean([row[name] for row in rows]) for name in rows[0] if name.startswith(("rack", "structure"))}
+
+
+def test_one_way_loads_have_their_static_answer():
+    """Damped motion comes to the same, but for what it still swings; feet give in each step what the snow gives."""
+    swings, rests = (mean_row(Simulation(scene(0.5, coupling="one_way", response=response)), 0.7, 0.8)
+                     for response in ("dynamic", "static"))
+    for name in ("rack_b_x", "rack_a_moment", "rack_c-b_axial", "rack_a_force_x"):
+        assert rests[name] == pytest.approx(swings[name], rel=0.015)
+    assert rests["structure_momentum_residual"] < 1e-12
+
+
+def test_where_snow_begins_settled_it_begins_at_rest():
+    """Under its weight and the snow that leans on it; else it swings under both."""
+    swings = {}
+    for stress in ("none", "settle"):
+        made = scene(0.0, damping=0.02).model_dump()
+        made.update(gravity=9.81, damping=None, initial={"stress": stress})
+        simulation, ways = Simulation(Scene.model_validate(made)), []
+        while simulation.time < 0.1:
+            simulation.step()
+            ways.append(simulation.audit()["rack_b_x"])
+        assert simulation.audit()["structure_momentum_residual"] < 1e-12
+        swings[stress] = np.std(ways) / np.abs(np.mean(ways))
+    assert swings["settle"] < 1e-3 < 0.1 < swings["none"]
+
+
 @pytest.mark.slow
 def test_one_that_breaks_lets_the_snow_through():
     passed = []
@@ -169,6 +203,7 @@ PINNED = [{"ends": ["a", "b"], "pinned": ["a", "b"]}, {"ends": ["c", "b"], "pinn
     ({"foot": [0.0, 0.0]}, "structures.0.foot"), ({"joints": {**RACK["joints"], "b": [0.6, 0.8, 1.0]}}, "2 numbers"),
     ({"joints": {**RACK["joints"], "c": [3.2, 0.0]}}, "structures.0.joints.c"),
     ({"segments": 33}, "structures.0.segments"), ({"density": 50.0}, "too light for this grid"),
+    ({"response": "static"}, 'must be "dynamic" where coupling is not'),
 ])
 def test_what_cannot_be_is_refused_in_two_lines(change, words, tmp_path):
     file = tmp_path / "scene.toml"
