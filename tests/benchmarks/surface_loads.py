@@ -1,4 +1,4 @@
-"""Picture of the three kinds of forces on surfaces: snow that they bend and press, their points and forces.
+"""Picture of the three kinds of forces on surfaces: snow that they bend and press, their points and loads.
 
     python tests/benchmarks/surface_loads.py [-o FILE]
 
@@ -14,6 +14,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from snowmpm import Simulation
@@ -26,9 +27,9 @@ ARROW = 0.45
 """Longest arrow [m]."""
 
 POST = {"size": [0.5, 2.0], "side": "z_min", "steps": 8, "force": {
-    "kind": "traction", "value": ["2.6e4*t", 0.0], "within": {"min": [0.0, 0.0], "max": [0.0, 2.0]}}}
+    "kind": "traction", "value": ["5e3*t", 0.0], "within": {"min": [0.0, 0.0], "max": [0.0, 2.0]}}}
 SHELF = {"size": [2.0, 0.4], "side": "x_min", "steps": 12, "force": {
-    "kind": "follower_pressure", "value": "1.3e4*t", "within": {"min": [0.0, 0.4], "max": [2.0, 0.4]}}}
+    "kind": "follower_pressure", "value": "7e3*t", "within": {"min": [0.0, 0.4], "max": [2.0, 0.4]}}}
 PLATE = {"size": [1.6, 1.0], "side": "z_min", "steps": 6, "force": {
     "kind": "displacement", "contact": "slip", "value": [0.0, "-t*(0.04 + 0.12*x/1.6)"],
     "within": {"min": [0.0, 1.0], "max": [1.6, 1.0]}}}
@@ -60,10 +61,10 @@ def draw(axes, title, case, along):
     most = np.percentile(np.abs(stress), 99)
     dots = axes.scatter(*x.T, c=stress, s=9, lw=0.0, cmap="RdBu", vmin=-most, vmax=most)
     points, face = faces.points, faces.faces[0]
-    forces = faces.forces(1.0, 1e-9, np.ones(faces.count, bool))
-    place, length = points.place, ARROW / np.linalg.norm(forces, axis=1).max()
-    tail = place - length * forces
-    axes.quiver(*tail.T, *(length * forces).T, angles="xy", scale_units="xy", scale=1.0, width=0.0035, color="0.15")
+    loads = faces.forces(1.0, 1e-9, np.ones(faces.count, bool)) / points.size[:, None]  # Pa
+    place, length = points.place, ARROW / np.linalg.norm(loads, axis=1).max()
+    tail = place - length * loads
+    axes.quiver(*tail.T, *(length * loads).T, angles="xy", scale_units="xy", scale=1.0, width=0.0035, color="0.15")
     axes.scatter(*place.T, s=7, color="black", zorder=3)
     axes.scatter(*points.rest.T, s=3, color="0.6", zorder=0)
     size = case["size"]
@@ -82,10 +83,11 @@ def main():
     parser.add_argument("-o", "--output", type=Path, default=Path("surface_loads.png"))
     options = parser.parse_args()
     runtime.start("cpu", threads=1)
-    figure, axes = plt.subplots(1, 3, figsize=(11.5, 4.6), layout="constrained")
+    figure, axes = plt.subplots(1, 3, figsize=(11.0, 4.2), layout="constrained", width_ratios=(1.0, 1.2, 1.1))
     for ax, (title, (case, along)) in zip(axes, CASES.items(), strict=True):
         draw(ax, title, case, along)
     figure.savefig(options.output, dpi=110)
+    Image.open(options.output).convert("RGB").quantize(128).save(options.output, optimize=True)
 
 
 if __name__ == "__main__":

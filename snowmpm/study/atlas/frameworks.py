@@ -6,7 +6,7 @@ from snowmpm.structures.framework import Framework
 from snowmpm.structures.framework_mesh import Member
 from snowmpm.structures.section import Section
 from snowmpm.study.atlas.entry import Entry
-from snowmpm.study.atlas.standing import DX, HEIGHT, PLATE, struck
+from snowmpm.study.atlas.standing import FOOT, HEIGHT, energies_after
 
 BAR = Section.tube(0.06, 0.01, 2e9, 1000.0)
 DEFLECTED = 1e-4
@@ -29,12 +29,11 @@ def bent(elements, pinned):
 
 
 def braced(ratio, coupling, contact):
-    """`standing.struck` for a post that a strut holds from behind."""
-    foot = 4.3 * DX + 0.5 * PLATE
-    return struck(ratio, coupling, contact, {
-        "joints": {"a": [foot, 0.0], "b": [foot, HEIGHT], "c": [foot + HEIGHT, 0.0]},
+    """Largest energy as in `standing.struck`, for a post that a strut holds from behind."""
+    return max(energies_after(ratio, coupling, contact, {
+        "joints": {"a": [FOOT, 0.0], "b": [FOOT, HEIGHT], "c": [FOOT + HEIGHT, 0.0]},
         "feet": {"a": "fixed", "c": "pinned"},
-        "members": [{"ends": ["a", "b"], "segments": 4}, {"ends": ["c", "b"], "pinned": ["b"], "segments": 2}]})
+        "members": [{"ends": ["a", "b"], "segments": 4}, {"ends": ["c", "b"], "pinned": ["b"], "segments": 2}]}))
 
 
 ENTRIES = (
@@ -48,12 +47,13 @@ ENTRIES = (
     Entry(
         name="light_framework", title="A braced post that the snow sticks to",
         scene="An elastic block that is thrown at a post with a strut behind it",
-        seen="As with a mast (light_structure), but the strut leads to the ground what would throw the post back",
+        seen="With weak coupling the post is thrown back by more than the snow came with, as a mast is"
+             " (light_structure): the strut does not help. Snow that may leave does no harm",
         cure='contact = "separate", or coupling = "strong"',
         parameter="mass of the snow in the cells around it over its own", unit="",
-        values=(0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 1.0, 2.0, 5.0, 10.0),
+        values=(0.05, 0.1, 0.2, 0.35, 0.5, 1.0),
         settings={"weak, stick": {"coupling": "weak", "contact": "stick"},
                   "weak, separate": {"coupling": "weak", "contact": "separate"},
-                  "strong, stick": {"coupling": "strong", "contact": "stick"}}, symptom="energy gained",
+                  "strong, stick": {"coupling": "strong", "contact": "stick"}}, symptom="largest energy gained",
         limit=0.05, measure=braced, shown="weak, stick", cured="strong, stick", resolution=0.1),
 )
