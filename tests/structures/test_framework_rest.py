@@ -90,3 +90,16 @@ def test_an_end_that_breaks_hands_its_load_on():
     with pytest.raises(SimulationError, match=r"finds no rest beyond 0\.(49|5).* 1 ends broken"):
         at_rest(post, {"b": [2.0 * weak.breaking_moment, 0.0, 0.0]})
     assert post.largest_moment <= weak.breaking_moment * (1.0 + BEYOND)
+
+
+def test_a_state_goes_on_to_the_bit():
+    """From one rest, where it yields, to the next."""
+    section = Section.tube(WIDTH, 0.5 * WIDTH, *BAR.values(), yield_stress=8e7, hardening=1.0, strength=2e8)
+    one, other = (portal(section=section) for _ in range(2))
+    at_rest(one, {"b": [3800.0, 0.0, -300.0]})
+    other.restore(one.state())
+    assert other.plastic.any() and other.plastic_work > 0.0
+    for each in (one, other):
+        at_rest(each, {"b": [4300.0, 0.0, -300.0]})
+    for name, table in one.state().items():
+        assert table.tobytes() == other.state()[name].tobytes()
