@@ -83,5 +83,5 @@ ENTRIES = (
         parameter="step over the longest that the program takes for stable", unit="",
         values=(0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 3.0),
         settings={f"penalty {penalty:g}": {"penalty": penalty} for penalty in (1.0, 10.0, 100.0, 1000.0)},
-        symptom="energy gained", limit=0.05, measure=thrown, shown="penalty 100"),
+        symptom="energy gained", limit=0.05, measure=thrown, shown="penalty 100", resolution=0.1),
 )
