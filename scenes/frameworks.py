@@ -50,6 +50,9 @@ class Framework(Bending):
     """of its material, for torsion [-]"""
     segments: Segments = 4
     """elements of a member that does not say how many"""
+    response: Literal["dynamic", "static"] = "dynamic"
+    """dynamic: it moves with its mass; static: in each step it is where it would rest under the loads of that step,
+    with coupling = "one_way" only"""
 
     def length(self, member: Member) -> float:
         """Length of a `Member` [m]."""
@@ -65,6 +68,13 @@ class Framework(Bending):
         """Key and value of what member i has, its own or that of the structure."""
         own = getattr(self.members[i], key)
         return (key, getattr(self, key)) if own is None else (f"members.{i}.{key}", own)
+
+    @model_validator(mode="after")
+    def _at_rest_it_does_not_answer(self):
+        if self.response == "static" and self.coupling != "one_way":
+            raise refuse('must be "dynamic" where coupling is not "one_way": snow would meet something without mass',
+                         "response", self.response)
+        return self
 
     @model_validator(mode="after")
     def _joints_are_there(self):

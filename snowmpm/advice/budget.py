@@ -51,7 +51,8 @@ class Budget:
         self.crowd = costs.Crowd(self.particles, work.blocks, work.node_blocks, work.contact_blocks, work.surfaces,
                                  work.moving, len(facts.model.obstacles),
                                  scene.initial.stress == "settle" or bool(scene.saw_test), work.free, work.segments,
-                                 work.strong, work.points, bool(scene.saw_test))
+                                 work.elements, work.substeps, work.unknowns, work.strong, work.points,
+                                 work.face_points, bool(scene.saw_test))
         self._shortened = work.shortened
         self.frames = max(1, round((facts.end - facts.begin) / scene.output.interval))
         usual = OF_SAW_TESTS if scene.saw_test else SETTLING_STEPS
@@ -134,13 +135,17 @@ class Budget:
             rows.append(("sorts", "particles that change their blocks", stages["sorts"]))
         if scheme.water:
             rows.append(("water", "pressure in the pores", stages["water"]))
-        if crowd.free or crowd.segments:
+        if crowd.free or crowd.segments or crowd.elements:
+            frames = f"{crowd.elements} elements of frameworks, {crowd.substeps + crowd.unknowns} substeps or unknowns"
             what = [words for n, words in ((crowd.free, f"{crowd.free} free bodies"),
-                                           (crowd.segments, f"{crowd.segments} segments")) if n]
+                                           (crowd.segments, f"{crowd.segments} segments"),
+                                           (crowd.elements, frames)) if n]
             rows.append(("bodies and structures", " and ".join(what), stages["movers"]))
         if crowd.points:
             shorter = f", steps {self._shortened:.2f} times as long as without" if self._shortened < 0.995 else ""
             rows.append(("interface", f"{crowd.points} points{shorter}", stages["interface"]))
+        if crowd.face_points:
+            rows.append(("loads on surfaces", f"{crowd.face_points} points", stages["faces"]))
         rows.append(("calls of kernels", f"{steps:.0f} steps", stages["calls"]))
         if self.settling_steps:
             rows.append(("settling", f"about {self.settling_steps} steps before the clock starts", self.settling))

@@ -30,6 +30,11 @@ class Faces:
         return any(face.until > time for face in self.faces)
 
     @property
+    def count(self):
+        """Of points."""
+        return len(self.points.size)
+
+    @property
     def work(self):
         """That they have done on the snow [J]."""
         return sum(face.given.work for face in self.faces)

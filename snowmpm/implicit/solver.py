@@ -241,7 +241,7 @@ class ImplicitSolver(Solver):
     @property
     def workload(self):
         """`Workload` of a step."""
-        return Workload(self.particles.n_blocks)
+        return Workload(self.particles.n_blocks, face_points=self.faces.count if self.faces else 0)
 
     def restart_clock(self):
         """Time zero is now: totals start again."""

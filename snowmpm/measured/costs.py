@@ -123,10 +123,16 @@ class Crowd:
     """whether it lies at rest until it is triggered: hardly anything of it yields, then or later"""
     free: int = 0
     segments: int = 0
+    elements: int = 0
+    substeps: int = 0
+    unknowns: int = 0
     strong: int = 0
-    """rigid bodies; segments of structures; those of structures that answer within the step"""
+    """rigid bodies; segments of rods; elements of frameworks, the substeps of all of them, unknowns of those that go to
+    rest in each step; segments and elements of structures that answer within the step"""
     points: float = 0
     """of interfaces, which are particles too"""
+    face_points: float = 0
+    """of loads on surfaces"""
     followed: bool = False
     """whether a saw test follows them in each step"""
 
@@ -138,21 +144,22 @@ class Crowd:
         """With so many times as many particles and blocks."""
         return Crowd({kind: particles * n for kind, n in self.particles.items()}, blocks * self.blocks,
                      blocks * self.node_blocks, blocks * self.contact_blocks, self.surfaces, self.moving,
-                     self.obstacles, self.rests, self.free, self.segments, self.strong, particles * self.points,
-                     self.followed)
+                     self.obstacles, self.rests, self.free, self.segments, self.elements, self.substeps, self.unknowns,
+                     self.strong, particles * self.points, particles * self.face_points, self.followed)
 
 
 def stages(scheme, crowd, settling=False):
     """Seconds of the stages of a step, by name: transfers and laws of particles, their blocks, nodes, contact, sorts,
-    water in the pores, free bodies and structures, interfaces, calls of kernels. Nothing moves far enough to be sorted
-    while an initial state settles, and no saw test has begun."""
+    water in the pores, free bodies and structures, interfaces, loads on surfaces, calls of kernels. Nothing moves far
+    enough to be sorted while an initial state settles, and no saw test has begun."""
     plain = replace(scheme, transfer="apic")
     more = transfers(scheme) - transfers(plain)
     full = _of(scheme, "bulk", "") if on_grid(scheme) else 1.0
     particles = full * bulk(plain, crowd) + crowd.n * more
     found = {"particles": particles, "blocks": 0.0, "nodes": 0.0, "contact": 0.0, "sorts": 0.0,
              "water": pore_water(scheme, crowd.n), "movers": movers(scheme, crowd),
-             "interface": interface(scheme, crowd, crowd.followed and not settling), "calls": 1e9 * call(scheme)}
+             "interface": interface(scheme, crowd, crowd.followed and not settling),
+             "faces": faces(scheme, crowd), "calls": 1e9 * call(scheme)}
     if on_grid(scheme):
         wide = transfers(plain) / transfers(Scheme(scheme.dimension))
         flip = "flip" if TRANSFERS[scheme.transfer].flip else "apic"
@@ -184,7 +191,8 @@ def pore_water(scheme, n):
 
 def movers(scheme, crowd):
     """ns of a step that free bodies and structures take, beside their contact with snow as moving obstacles."""
-    counts = {"free": crowd.free, "segment": crowd.segments, "strong": crowd.strong}
+    counts = {"free": crowd.free, "segment": crowd.segments, "element": crowd.elements, "substep": crowd.substeps,
+              "unknown": crowd.unknowns, "strong": crowd.strong}
     return sum(n * _of(scheme, "mover", name) for name, n in counts.items() if n)
 
 
@@ -195,6 +203,14 @@ def interface(scheme, crowd, followed):
     counts = {"particle": crowd.n, "point": crowd.points, "step": 1.0}
     found = sum(n * _of(scheme, "interface", name) for name, n in counts.items())
     return found + followed * sum(counts[name] * _of(scheme, "record", name) for name in ("point", "step"))
+
+
+def faces(scheme, crowd):
+    """ns that points of loads on surfaces add to a step."""
+    if not crowd.face_points:
+        return 0.0
+    return sum(n * _of(scheme, f"{scheme.method} face", name)
+               for name, n in (("point", crowd.face_points), ("step", 1.0)))
 
 
 def _of(scheme, what, name):

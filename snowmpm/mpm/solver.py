@@ -387,6 +387,8 @@ class MpmSolver(Solver):
         if self._interface:
             alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
             joined = {"points": self._interface.points, "shortened": self.expected_dt()[0] / alone}
+        if self.faces:
+            joined["face_points"] = self.faces.count
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
                         sum(bool(obstacle.moving) for obstacle in self.obstacles), self._serial, **self.moved, **joined)
 

@@ -44,9 +44,18 @@ def rods(model):
             _refuse_feet_outside(model, i, spec)
         if model.distance is not None:
             _stand(rod, spec, model.distance)
-        found.append(Standing(spec.name, rod, first, spec.coupling == "strong"))
+        found.append(Standing(spec.name, rod, first, spec.coupling == "strong", _rests(scene, spec)))
         first += rod.n
     return Rods(found, scene.dimension)
+
+
+def _rests(scene, spec):
+    """When a structure goes to rest, of `Standing`."""
+    if not isinstance(spec, FrameworkSpec):
+        return "never"
+    if spec.response == "static":
+        return "always"
+    return "first" if scene.initial.stress == "settle" else "never"
 
 
 def _refuse_feet_outside(model, i, spec):

@@ -67,8 +67,10 @@ class Workload:
 
     blocks: owner blocks of particles; node_blocks: blocks of grid nodes; contact_blocks: those near a surface;
     surfaces: terrain, sides and obstacles; moving: obstacles that move; serial: whether one thread does it all; free:
-    rigid bodies; segments: of structures, strong: of those that answer within the step; points: of interfaces, and
-    shortened: the step with them over that of the cells alone.
+    rigid bodies; segments: of rods; elements: of frameworks, substeps: that all of them take in a step, and unknowns:
+    of frameworks that go to rest in each; strong: segments and elements of structures that answer within the step;
+    points: of interfaces, and shortened: the step with them over that of the cells alone; face_points: of loads on
+    surfaces.
     """
 
     blocks: int
@@ -79,8 +81,12 @@ class Workload:
     serial: bool = False
     free: int = 0
     segments: int = 0
+    elements: int = 0
+    substeps: int = 0
+    unknowns: int = 0
     strong: int = 0
     points: int = 0
+    face_points: int = 0
     shortened: float = 1.0
 
 

@@ -92,8 +92,7 @@ class Solver(Method):
         """What moves obstacles, for `stepping.contract.Workload`."""
         rigid, rods = self.movers.get("rigid"), self.movers.get("structures")
         return {"free": len(rigid.bodies) if rigid else 0,
-                "segments": sum(each.rod.n for each in rods.rods) if rods else 0,
-                "strong": len(rods.segments_of_strong) if rods else 0}
+                **(rods.workload(self.expected_dt()[0]) if rods else {})}
 
     def set_gravity(self, gravity):
         """Gravity (dim,) [m/s2] of the steps to come."""

@@ -12,8 +12,8 @@ at the latest, and after one where D is known from before.
 
 import numpy as np
 
-ROUNDS = 20
-"""At most, in a step."""
+ROUNDS = 40
+"""At most, in a step. Where snow comes off in the middle of one, 24 were seen."""
 
 TOLERANCE = 1e-5
 """Of r, over the size of the first x, at which the rounds end."""

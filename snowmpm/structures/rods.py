@@ -4,14 +4,17 @@ Weak coupling: in a step the snow meets each segment where it is, with the veloc
 then the rod moves for as long under the mean forces and moments of that step. Strong: with the velocity that the rod
 has at the end of the step, which is sought (`quasi_newton`), so that a rod may be lighter than the snow that contact
 holds at its velocity. One way: the snow meets the rod as it stands at the start, and the rod moves under what that
-gives.
+gives, or is where it would rest under it (`framework_rest`). Where the snow begins settled, a framework begins at rest
+under its weight and the loads of the first step.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.errors import SimulationError
 from snowmpm.structures.framework import Framework
+from snowmpm.structures.framework_rest import bring_to_rest, unknowns
 from snowmpm.structures.quasi_newton import QuasiNewton
 from snowmpm.structures.rod import Rod
 
@@ -22,12 +25,13 @@ STILL = 1e-6
 @dataclass(frozen=True, eq=False)
 class Standing:
     """A `Rod` or `Framework`: first, number of the obstacle that is its first segment; strong: whether it answers
-    within the step."""
+    within the step; rests: in which steps it goes to rest in place of moving on, "always" or "first", a `Framework`."""
 
     name: str
     rod: Rod | Framework
     first: int
     strong: bool = False
+    rests: str = "never"
 
 
 class Rods:
@@ -53,13 +57,26 @@ class Rods:
     def advance(self, time, dt, gravity, totals):
         """A step of dt [s] under gravity (dim,) [m/s2]; totals (obstacles, ...): what the snow gave all obstacles so
         far (`stepping.contract.Method.obstacle_totals`)."""
-        gains = totals - (np.zeros_like(totals) if self._last is None else self._last)
+        first = self._last is None
+        gains = totals - (np.zeros_like(totals) if first else self._last)
         self._last, self._pushes = np.array(totals), gains / dt
         for i, each in enumerate(self.rods):
             forces = self._forces(each, gravity, self._pushes)
             self._gained[i] += dt * forces.sum(axis=0)
             each.rod.met = None
-            each.rod.advance(dt, forces)
+            if each.rests == "always" or (each.rests == "first" and first):
+                self._rest(each, dt, forces)
+            else:
+                each.rod.advance(dt, forces)
+
+    def _rest(self, each, dt, forces):
+        """Bring a `Standing` to rest: its feet give what loads and its own momentum do not."""
+        lost = each.rod.masses @ each.rod.v + dt * forces.sum(axis=0)
+        try:
+            bring_to_rest(each.rod, forces)
+        except SimulationError as error:
+            raise SimulationError(f"structure {each.name} {error}") from None
+        each.rod.held[:] -= lost
 
     def _forces(self, each, gravity, pushes):
         """Forces (nodes, 3) [N] on the nodes of a `Standing`; pushes (obstacles, ...): of the snow, a second."""
@@ -81,6 +98,16 @@ class Rods:
         force, moment = np.zeros((2, len(rows), 3))
         force[:, [0, 2]], moment[:, 1] = rows[:, :2], -rows[:, 2]
         return force, moment
+
+    def workload(self, dt):
+        """Of a step of dt [s], for `stepping.contract.Workload`."""
+        frames = [each for each in self.rods if isinstance(each.rod, Framework)]
+        moving = [each.rod for each in frames if each.rests != "always"]
+        return {"segments": sum(each.rod.n for each in self.rods if each not in frames),
+                "elements": sum(each.rod.n for each in frames),
+                "substeps": sum(one.n * int(np.ceil(dt / one.substep)) for one in moving),
+                "unknowns": sum(unknowns(each.rod) for each in frames if each.rests == "always"),
+                "strong": len(self.segments_of_strong)}
 
     # ---- answers within the step ------------------------------------------------------------------------------
 

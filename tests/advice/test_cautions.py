@@ -41,6 +41,9 @@ ABOVE = ([0.0, 0.4], [0.8, 0.8])
 WALL = {"name": "wall", "shape": {"kind": "box", "min": [2.0, 0.0], "max": [2.1, 1.0]}}
 PLATE = {"name": "plate", "foot": [2.0, 0.0], "top": [2.0, 1.5], "width": 0.3, "youngs_modulus": 1e8, "density": 500.0}
 STICKY = {**PLATE, "contact": "stick"}
+POST = {"name": "post", "joints": {"a": [2.0, 0.0], "b": [2.0, 1.5], "c": [3.0, 0.0]},
+        "feet": {"a": "fixed", "c": "fixed"}, "members": [{"ends": ["a", "b"]}, {"ends": ["c", "b"]}],
+        "width": 0.3, "youngs_modulus": 1e8, "density": 500.0}
 STACK = [{"name": f"block_{i}", "shape": {"kind": "box", "min": [1.5, 0.5 * i], "max": [2.5, 0.5 * (i + 1)]},
           "free": {"density": density}} for i, density in enumerate((400.0, 2e7))]
 CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
@@ -68,6 +71,10 @@ CORNERS = {  # entry: (scene in the corner, the same scene cured, key named)
     "few_segments": (dict(structures=[{**PLATE, "segments": 3}]), dict(structures=[PLATE]), "structures.0.segments"),
     "light_structure": (dict(structures=[STICKY]), dict(structures=[{**STICKY, "coupling": "strong"}]),
                         "structures.0.coupling"),
+    "few_elements": (dict(structures=[{**POST, "segments": 2}]), dict(structures=[POST]),
+                     "structures.0.members.0.segments"),
+    "light_framework": (dict(structures=[{**POST, "contact": "stick"}]),
+                        dict(structures=[{**POST, "contact": "stick", "coupling": "strong"}]), "structures.0.coupling"),
     "heavy_on_light": (dict(obstacles=STACK), dict(obstacles=[STACK[0], {**STACK[1], "free": {"density": 4000.0}}]),
                        "obstacles.1.free"),
     "sph_pairing": (dict(solver={"method": "sph", "sph": {"kernel": "cubic_spline"}}), dict(solver={"method": "sph"}),

@@ -1,5 +1,5 @@
 """Costs that `snowmpm check` goes by: collected from the tables of the other benchmarks, from runs of scenes
-(`costs_of_scenes.py`), and measured (`costs_in_turn.py`).
+(`costs_of_scenes.py`), and measured (`costs_in_turn.py`, `costs_of_loads.py`).
 
     python tests/benchmarks/check_costs.py [-o FILE] [--only WHAT]
 
@@ -14,6 +14,7 @@ import csv
 from pathlib import Path
 
 import costs_in_turn as turns
+import costs_of_loads as loads
 import numpy as np
 from costs_of_scenes import in_scenes
 
@@ -55,7 +56,7 @@ def laws():
 
 ROWS = {"step": steps, "law": laws, "sph": turns.sph, "columns": turns.columns, "pic": turns.pic,
         "averaged_hats": turns.averaged_hats, "water": turns.water, "interface": turns.interface,
-        "lengths": turns.lengths, "scenes": in_scenes}
+        "lengths": turns.lengths, "faces": loads.faces, "frameworks": loads.frameworks, "scenes": in_scenes}
 """What measures the rows of each kind."""
 
 

@@ -59,7 +59,8 @@ def in_scenes():
         found["moving", dim, ""] += carried[dim]
     found |= fitted(runs, lambda run: run.ns("rest"), {
         "call": lambda run: 1.0, "watched": lambda run: run.watched,
-        "free": lambda run: (run.dim == 2) * run.crowd.free, "segment": lambda run: run.crowd.segments})
+        "free": lambda run: (run.dim == 2) * run.crowd.free,
+        "segment": lambda run: run.crowd.segments + run.crowd.elements})
     del found["call"]
     calls = np.median([run.ns(*STEPPING) - run.without_calls(found) for run in runs if run.crowd.n < SMALL])
     for dim in (2, 3):
@@ -114,7 +115,7 @@ class Run:
                 + self.flip * found["more", dim, "aflip"] * crowd.n + found["node block", dim, flip] * crowd.node_blocks
                 + found["contact block", dim, ""] * crowd.contact_blocks + found["surface"] * crowd.surfaces
                 + found["moving", dim, ""] * crowd.moving + found["watched"] * self.watched + self.ns("sort")
-                + found["free"] * crowd.free * (dim == 2) + found["segment"] * crowd.segments)
+                + found["free"] * crowd.free * (dim == 2) + found["segment"] * (crowd.segments + crowd.elements))
 
     def ns(self, *stages, a="steps"):
         """Of some stages a step, or `a` frame."""

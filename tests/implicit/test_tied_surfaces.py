@@ -70,6 +70,17 @@ def test_patch(angle, offset):
         assert stress.std() < uneven * kirchhoff
 
 
+@pytest.mark.parametrize(("angle", "offset"), [(0.0, [0.13, 0.31]), pytest.param(20.0, [0.37, 0.21], marks=(
+    pytest.mark.xfail(strict=True, reason="off by 1.07 %: the weights of points are not those that balance the affine"
+                      " gradient (docs/surface_loads.md)"))), (45.0, [0.49, 0.77])])
+def test_patch_as_asked(angle, offset):
+    """The gate of the reaction that was asked first, 1 %, on 8 cells."""
+    solver, axes = pulled(angle, offset)
+    width = COUNTS[1] * 0.5 * DX
+    np.testing.assert_allclose(solver.faces.faces[1].given.force / width, expected(1e3) * axes[0],
+                               atol=0.01 * expected(1e3))
+
+
 def test_the_error_falls_with_the_penalty():
     """The gap of each end is P dx / penalty M."""
     forces, gaps = [], []

@@ -19,19 +19,19 @@ RACK = {"name": "rack", "joints": {"a": [0.6, 0.0], "b": [0.6, 0.8], "c": [1.5, 
         "width": 0.2, "youngs_modulus": 2e6, "density": 900.0, "damping": 0.3, "friction": 0.0}
 
 
-def scene(push, end_time=0.5, velocity=0.0, also=(), **rack):
+def scene(push, end_time=0.5, velocity=0.0, also=(), method="mpm", **rack):
     """A block of snow on a smooth floor, pressed or thrown against a screen with a strut behind it."""
     return Scene.model_validate({
         "name": "pressed", "dimension": 2, "end_time": end_time, "gravity": [push, 0.0], "output": {"interval": 0.05},
-        "solver": {"dx": 0.1, "precision": "f64"}, "damping": {"coefficient": 20.0},
+        "solver": {"dx": 0.1, "precision": "f64", "method": method}, "damping": {"coefficient": 20.0},
         "domain": {"min": [-1.0, 0.0], "max": [3.0, 2.0], "boundary": {"z_min": "slip"}}, "materials": {"snow": SNOW},
         "bodies": [{"name": "snow", "material": "snow", "shape": {"kind": "box", "min": [0.0, 0.0], "max": [0.5, 0.4]},
                     "velocity": [velocity, 0.0]}], "structures": [RACK | rack, *also]})
 
 
-@pytest.fixture(scope="module")
-def pressed(tmp_path_factory):
-    return snowmpm.run(scene(0.5, end_time=0.8), tmp_path_factory.mktemp("pressed"))
+@pytest.fixture(scope="module", params=["mpm", "sph"])
+def pressed(request, tmp_path_factory):
+    return snowmpm.run(scene(0.5, end_time=0.8, method=request.param), tmp_path_factory.mktemp("pressed"))
 
 
 def test_the_feet_bear_what_the_snow_gives(pressed):
@@ -98,12 +98,80 @@ def test_a_light_one_with_strong_coupling():
     assert row["structure_momentum_residual"] < 1e-9 and row["momentum_residual"] < 1e-10
 
 
+def tripod(**more):
+    """A light tripod of three legs that a cube of snow is thrown at, in space."""
+    return Scene.model_validate({
+        "name": "thrown", "dimension": 3, "end_time": 1.0, "gravity": [0.0, 0.0, 0.0],
+        "solver": {"dx": 0.2, "precision": "f64"}, "materials": {"snow": SNOW},
+        "domain": {"min": [-1.0, -1.5, 0.0], "max": [3.0, 1.5, 2.5]},
+        "bodies": [{"name": "snow", "material": "snow", "velocity": [4.0, 0.0, 0.0],
+                    "shape": {"kind": "box", "min": [-0.6, -0.4, 0.2], "max": [0.2, 0.4, 1.0]}}],
+        "structures": [{"name": "tripod", "joints": {"a": [0.4, -0.5, 0.0], "b": [0.4, 0.5, 0.0], "c": [1.4, 0.0, 0.0],
+                                                     "top": [0.5, 0.0, 1.2]},
+                        "feet": dict.fromkeys("abc", "fixed"), "segments": 2, "friction": 0.2,
+                        "members": [{"ends": ["a", "top"]}, {"ends": ["b", "top"]},
+                                    {"ends": ["c", "top"], "pinned": ["top"]}],
+                        "width": 0.12, "youngs_modulus": 2e8, "density": 300.0, "damping": 0.0, **more}]})
+
+
+def test_a_light_one_in_space_with_strong_coupling():
+    """The same: each leg is a third of the snow around it. Both give each other the same impulse."""
+    with pytest.raises(InputError, match="too light for this grid"):
+        Simulation(tripod())
+    simulation = Simulation(tripod(coupling="strong"))
+    start = simulation.audit()["kinetic_energy"]
+    while simulation.time < 0.06:
+        simulation.step()
+    row = simulation.audit()
+    assert row["structure_unsettled"] == 0 < row["structure_rounds"] and row["tripod_top_x"] > 1e-3
+    assert row["kinetic_energy"] + row["structure_energy"] < start
+    assert row["structure_momentum_residual"] < 1e-9 and row["momentum_residual"] < 1e-10
+    # The blow comes in the middle: both legs in front bear it alike, and their feet
+    both = [row[f"tripod_{leg}-top_axial"] for leg in "ab"]
+    assert both[0] == pytest.approx(both[1], rel=0.02) and row["tripod_top_y"] == pytest.approx(
+        0.0, abs=0.01 * row["tripod_top_x"])
+
+
 def test_one_way_snow_meets_it_as_it_stood():
     one = Simulation(scene(0.5, coupling="one_way"))
     for _ in range(60):
         one.step()
     assert all(obstacle.still for obstacle in one.model.obstacles)
     assert one.audit()["rack_b_x"] > 0.0 and one.audit()["structure_momentum_residual"] < 1e-9
+
+
+def mean_row(simulation, begin, end):
+    """Numbers of the history, as means over the steps from `begin` to `end` [s]."""
+    rows = []
+    while simulation.time < end:
+        simulation.step()
+        if simulation.time > begin:
+            rows.append(simulation.audit())
+    return {name: np.mean([row[name] for row in rows]) for name in rows[0] if name.startswith(("rack", "structure"))}
+
+
+def test_one_way_loads_have_their_static_answer():
+    """Damped motion comes to the same, but for what it still swings; feet give in each step what the snow gives."""
+    swings, rests = (mean_row(Simulation(scene(0.5, coupling="one_way", response=response)), 0.7, 0.8)
+                     for response in ("dynamic", "static"))
+    for name in ("rack_b_x", "rack_a_moment", "rack_c-b_axial", "rack_a_force_x"):
+        assert rests[name] == pytest.approx(swings[name], rel=0.015)
+    assert rests["structure_momentum_residual"] < 1e-12
+
+
+def test_where_snow_begins_settled_it_begins_at_rest():
+    """Under its weight and the snow that leans on it; else it swings under both."""
+    swings = {}
+    for stress in ("none", "settle"):
+        made = scene(0.0, damping=0.02).model_dump()
+        made.update(gravity=9.81, damping=None, initial={"stress": stress})
+        simulation, ways = Simulation(Scene.model_validate(made)), []
+        while simulation.time < 0.1:
+            simulation.step()
+            ways.append(simulation.audit()["rack_b_x"])
+        assert simulation.audit()["structure_momentum_residual"] < 1e-12
+        swings[stress] = np.std(ways) / np.abs(np.mean(ways))
+    assert swings["settle"] < 1e-3 < 0.1 < swings["none"]
 
 
 @pytest.mark.slow
@@ -135,6 +203,7 @@ PINNED = [{"ends": ["a", "b"], "pinned": ["a", "b"]}, {"ends": ["c", "b"], "pinn
     ({"foot": [0.0, 0.0]}, "structures.0.foot"), ({"joints": {**RACK["joints"], "b": [0.6, 0.8, 1.0]}}, "2 numbers"),
     ({"joints": {**RACK["joints"], "c": [3.2, 0.0]}}, "structures.0.joints.c"),
     ({"segments": 33}, "structures.0.segments"), ({"density": 50.0}, "too light for this grid"),
+    ({"response": "static"}, 'must be "dynamic" where coupling is not'),
 ])
 def test_what_cannot_be_is_refused_in_two_lines(change, words, tmp_path):
     file = tmp_path / "scene.toml"

@@ -19,12 +19,24 @@ def few_segments(facts):
 
 
 @rule("mpm", "sph")
+def few_elements(facts):
+    """A member of so few elements that the load along it hardly bends its ends."""
+    for i, (spec, one) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
+        if isinstance(spec, Framework):
+            for k, member in enumerate(one.mesh.members):
+                if border := beyond("few_elements", "both ends fixed", float(member.segments)):
+                    yield worded(border, f"structures.{i}.members.{k}.segments", float(member.segments))
+                    break
+
+
+@rule("mpm", "sph")
 def light_structure(facts):
     """A structure with weak coupling that snow cannot leave, by the mass of the snow that contact holds."""
     for i, (spec, rod) in enumerate(zip(facts.scene.structures, facts.model.rods, strict=True)):
         share, _ = heaviest_held(facts.scene, spec, rod, max(law.density for law in facts.model.laws))
         setting = "weak, separate" if spec.contact == "separate" else "weak, stick"
-        if spec.coupling == "weak" and (border := beyond("light_structure", setting, share)):
+        entry = "light_framework" if isinstance(spec, Framework) else "light_structure"
+        if spec.coupling == "weak" and (border := beyond(entry, setting, share)):
             yield worded(border, f"structures.{i}.coupling", share)
 
 

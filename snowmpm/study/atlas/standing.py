@@ -21,6 +21,8 @@ from snowmpm.study.problems.schemes import Scheme, lattice
 DX = 0.05
 SNOW = Elastic(density=300.0, youngs_modulus=1e6, poisson_ratio=0.3)
 HEIGHT, PLATE = 8 * DX, 1.5 * DX
+FOOT = 4.3 * DX + 0.5 * PLATE
+"""x of a plate's middle [m]."""
 
 
 def deflected(segments, even):
@@ -38,31 +40,36 @@ def deflected(segments, even):
 def struck(ratio, coupling, contact):
     """Energy of a block and of the plate that it is thrown at, at the end over that at the start, less 1; ratio: mass
     of the snow in the cells on both sides of the plate over that of the plate."""
+    return energies_after(ratio, coupling, contact, {"foot": [FOOT, 0.0], "top": [FOOT, HEIGHT], "segments": 4})[-1]
+
+
+def energies_after(ratio, coupling, contact, structure):
+    """The same after each step, at least 0, for a structure with these keys of a scene's."""
     block, volumes = lattice([0.0, 0.0], [4 * DX, 4 * DX], DX)
     speed = 0.01 * SNOW.wave_speed()
-    foot, density = 4.3 * DX + 0.5 * PLATE, 2.0 * DX * SNOW.density / (ratio * PLATE)
+    density = 2.0 * DX * SNOW.density / (ratio * PLATE)
     scene = Scene.model_validate({
         "name": "struck", "dimension": 2, "end_time": 1.0, "solver": {"dx": DX}, "materials": {"snow": SNOW},
         "domain": {"min": [-1.0, 0.0], "max": [2.0, 2.0]},
         "bodies": [{"name": "block", "material": "snow",
                     "shape": {"kind": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}}],
-        "structures": [{"name": "plate", "foot": [foot, 0.0], "top": [foot, HEIGHT], "width": PLATE, "segments": 4,
-                        "youngs_modulus": 1e6, "density": density, "damping": 0.0, "coupling": coupling,
-                        "contact": contact}]})
+        "structures": [{"name": "plate", "width": PLATE, "youngs_modulus": 1e6, "density": density, "damping": 0.0,
+                        "coupling": coupling, "contact": contact, **structure}]})
     made, obstacles = standing(scene)
     solver = Scheme("apic").solver(
         Population(block, volumes, 0, np.tile([speed, 0.0], (len(block), 1))), [SNOW], dx=DX, origin=np.full(2, -1.0),
         lower=np.full(2, -1.0), upper=np.full(2, 2.0), gravity=np.zeros(2), obstacles=obstacles)
     solver.move("structures", Rods([Standing("plate", made[0], 0, coupling == "strong")], 2))
-    start = 0.5 * solver.particles.mass * speed**2
+    start, found = 0.5 * solver.particles.mass * speed**2, []
     try:
         while solver.time < 2.0 * DX / speed:
             solver.step(solver.stable_dt()[0])
+            v = solver.particles.column("velocity")
+            kinetic = 0.5 * float(solver.particles.masses() @ (v**2).sum(axis=1))
+            found.append(max(0.0, (kinetic + made[0].energy) / start - 1.0))
     except SimulationError:
-        return WORST
-    v = solver.particles.column("velocity")
-    kinetic = 0.5 * float(solver.particles.masses() @ (v**2).sum(axis=1))
-    return max(0.0, (kinetic + made[0].energy) / start - 1.0)
+        found.append(WORST)
+    return found
 
 
 def stack(blocks, ratio, dim=2):

@@ -1,0 +1,103 @@
+"""What loads on surfaces and frameworks cost: rows of `check_costs.py`, of steps with and without them in turn, or with
+few elements and many, by the processor time of one thread."""
+
+import time
+
+import numpy as np
+from costs_in_turn import Slowness
+from scipy.optimize import nnls
+
+from snowmpm import Simulation
+from snowmpm.scenes.schema import Scene
+
+PAIRS, SOLVED_PAIRS, WARM_UP = 25, 7, 3
+"""Steps whose median counts, of waves and solved for."""
+SIDES = {("mpm", 2): (10, 80), ("mpm", 3): (6, 24), ("implicit", 2): (8, 32), ("implicit", 3): (3, 5)}
+"""Cells along a block with few points on its surface, and with many."""
+SNOW = {"kind": "elastic", "density": 400.0, "youngs_modulus": 1e6, "poisson_ratio": 0.2}
+
+
+def faces():
+    """ns that a point of a load on a surface adds to a step, and all of them together: of blocks with a pressure on
+    their whole surface and without it."""
+    for (method, dim), sides in SIDES.items():
+        few, many = (_more_by_faces(method, dim, side) for side in sides)
+        point = max(0.0, (many[1] - few[1]) / (many[0] - few[0]))
+        yield f"{method} face", dim, "f32", "point", point
+        yield f"{method} face", dim, "f32", "step", max(0.0, few[1] - point * few[0])
+
+
+def _more_by_faces(method, dim, side):
+    """-> (points, median over steps of the ns that they add, on the table's machine)."""
+    solver = {"mpm": {"dx": 1.0}, "implicit": {"method": "implicit", "dx": 1.0, "implicit": {
+        "time": "newmark", "dt": 1e-2}}}[method]
+    plain = {"name": "loaded", "dimension": dim, "end_time": 1.0, "solver": solver, "materials": {"snow": SNOW},
+             "domain": {"min": [-4.0] * (dim - 1) + [0.0], "max": [side + 4.0] * dim, "boundary": {"z_min": "stick"}},
+             "bodies": [{"name": "block", "material": "snow", "shape": {
+                 "kind": "box", "min": [0.0] * dim, "max": [float(side)] * dim}}]}
+    loaded = {**plain, "forces": [{"kind": "follower_pressure", "name": "air", "body": "block", "value": 10.0}]}
+    solvers, taken, slowness = [Simulation(Scene.model_validate(one)).solver for one in (loaded, plain)], [], Slowness()
+    dt = 0.5 * min(solver.stable_dt()[0] for solver in solvers)
+    for _ in range(WARM_UP + (PAIRS if method == "mpm" else SOLVED_PAIRS)):
+        slowness.sample()
+        taken.append([_seconds_of_step(solver, dt) for solver in solvers])
+    more = np.median([row[0] - row[1] for row in taken[WARM_UP:]])
+    return solvers[0].faces.count, 1e9 * more / slowness()[1]
+
+
+def _seconds_of_step(solver, dt):
+    start = time.process_time()
+    solver.step(dt)
+    return time.process_time() - start
+
+
+def frameworks():
+    """ns of a step that an element of a framework takes, beside its contact with snow as an obstacle that moves, each
+    of its substeps, and each unknown where it goes to rest in every step: of fences with few elements and with many,
+    soft and stiff ones, by least squares. Motion and obstacles are the same in both dimensions."""
+    rows, spent = [], []
+    for elements in (2, 8):
+        for keys in ({"youngs_modulus": 1e7}, {"youngs_modulus": 1e11},
+                     {"youngs_modulus": 1e9, "response": "static", "coupling": "one_way"}):
+            counts, ns = _step_of_fence(elements, keys)
+            rows.append(counts)
+            spent.append(ns)
+    factors = nnls(np.array(rows) / np.array(spent)[:, None], np.ones(len(spent)))[0]
+    for dim in (2, 3):
+        for name, ns in zip(("element", "substep", "unknown"), factors, strict=False):
+            yield "mover", dim, "f32", name, ns
+
+
+def _step_of_fence(elements, keys):
+    """-> (elements, their substeps, unknowns, 1), median ns of a step but for transfers, grid and contact of a fence
+    beside a block of snow in 3-D, on the table's machine."""
+    members = [{"ends": list(ends), "segments": elements} for ends in (("a", "b"), ("b", "c"), ("c", "d"))]
+    scene = Scene.model_validate({
+        "name": "fence", "dimension": 3, "end_time": 1.0, "solver": {"dx": 0.2}, "materials": {"snow": SNOW},
+        "domain": {"min": [-2.0, -2.0, 0.0], "max": [4.0, 4.0, 4.0], "boundary": {"z_min": "stick"}},
+        "bodies": [{"name": "block", "material": "snow",
+                    "shape": {"kind": "box", "min": [-0.8, 0.0, 0.0], "max": [-0.2, 2.0, 0.8]}}],
+        "structures": [{"name": "fence", "width": 0.2, "density": 4000.0, **keys,
+                        "joints": {"a": [0.0, 0.0, 0.0], "b": [0.0, 0.0, 1.8], "c": [0.0, 2.0, 1.8],
+                                   "d": [0.0, 2.0, 0.0]},
+                        "feet": {"a": "fixed", "d": "fixed"}, "members": members}]})
+    solver = Simulation(scene).solver
+    other, slowness, taken = [0.0], Slowness(), []
+
+    def timed(call):
+        def measured(*arguments):
+            start = time.process_time()
+            call(*arguments)
+            other[0] += time.process_time() - start
+        return measured
+    for name in ("particles_to_grid", "update_grid", "grid_to_particles", "sort"):
+        setattr(solver, name, timed(getattr(solver, name)))
+    for _ in range(WARM_UP + PAIRS):
+        slowness.sample()
+        other[0] = 0.0
+        whole = _seconds_of_step(solver, solver.stable_dt()[0])
+        taken.append(whole - other[0])
+    work = solver.workload
+    return (work.elements, work.substeps, work.unknowns, 1.0), 1e9 * np.median(taken[WARM_UP:]) / slowness()[1]
+
+
