@@ -9,21 +9,17 @@ from snowmpm.compiler import runtime
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.boundary import Boundary
+from snowmpm.mpm.companions import Companions
 from snowmpm.mpm.contact.body_contact import BodyContact
-from snowmpm.mpm.contact.hidden_nodes import hiding_kernels
 from snowmpm.mpm.contact.strong_contact import StrongContact
-from snowmpm.mpm.dilation import CellDilation
-from snowmpm.mpm.face_loads import FaceLoads
 from snowmpm.mpm.frame import GridFrame
 from snowmpm.mpm.grid import TileGrid
 from snowmpm.mpm.grid_energy import grid_kinetic_energy
 from snowmpm.mpm.grid_update import grid_kernels
-from snowmpm.mpm.interface_layer import InterfaceLayer
 from snowmpm.mpm.sleep import Sleep
 from snowmpm.mpm.transfer.gather import gather_kernel
 from snowmpm.mpm.transfer.scatter import scatter_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
-from snowmpm.particles.averaging import FadingAverage
 from snowmpm.particles.sorted_particles import SortedParticles
 from snowmpm.particles.store import shared_numbers
 from snowmpm.schemes import TRANSFERS
@@ -98,14 +94,7 @@ class MpmSolver(Solver):
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
         real = runtime.DTYPES[precision][0]
         self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
-        self._dilation = None
-        if f_bar:
-            self._dilation = CellDilation(self.particles.layout, precision, kernel, gradient, self.flip, laws)
-        self._averaging = FadingAverage.of(self.particles, precision, self._serial)
-        self._interface = self._face_loads = None
-        if population.interface is not None:
-            self._interface = InterfaceLayer(self, population, laws, self._serial)
-            self.grid.hiding = hiding_kernels(real, self._serial)
+        self.companions = Companions(self, population, laws, f_bar, self._serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
         self._report = np.zeros(step_report.N_REPORT)
@@ -136,15 +125,11 @@ class MpmSolver(Solver):
             if self.sleep and self.sleep.all_asleep:
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
-                if self._interface:
-                    self.add_impulse(self.damping_factor * self._interface.impulse(pushed))
+                self.companions.before_scatter(pushed)
                 self.particles_to_grid(pushed)
-                if self._face_loads:
-                    self.add_impulse(self._face_loads.act(dt, pushed))
+                self.companions.after_scatter(dt, pushed)
                 self.update_grid(dt, pushed)
                 self.grid_to_particles(dt)
-                if self._face_loads:
-                    self._face_loads.follow(dt)
             if self.sleep and self.damping_factor == 1.0:
                 self.sleep.after_step(dt, pushed, self._reports, self._held[0])
         self._advance_clock(dt, pushed)
@@ -226,16 +211,12 @@ class MpmSolver(Solver):
         owners, *work = self._work()
         report = self._report
         report.fill(0.0)
-        if self._dilation:
-            self._dilation.find(store, grid, dt)
-        if self._averaging:
-            self._averaging.remember()
+        self.companions.before_gather(dt)
         gather = self._gather[grid.listed]
         gather(store.reals, store.slot_offset, store.material, self.materials.numbers, self.materials.law_of, owners,
                grid.active_nodes, grid.tiles, dt, self.dx, self.flip_ratio, self._reports, report,
                self.sleep.n_tiles if self.sleep else grid.n_tiles, *work)
-        if self._averaging:
-            self._averaging.spread()
+        self.companions.after_gather(dt)
         if self.sleep:
             stiff = [step_report.STRAIN, step_report.WAVE2]
             report[stiff] = np.maximum(report[stiff], self.sleep.floors)
@@ -318,14 +299,12 @@ class MpmSolver(Solver):
 
     def _step_at(self, elastic, advective):
         dt, cause = super()._step_at(elastic, advective)
-        for layer in (self._interface, self._face_loads):
-            dt = layer.shorten(dt, self.critical_cfl, elastic) if layer else dt
-        return dt, cause
+        return self.companions.shorten(dt, self.critical_cfl, elastic), cause
 
     def load_faces(self, faces):
         """`Solver.load_faces`."""
         super().load_faces(faces)
-        self._face_loads = FaceLoads(self, faces)
+        self.companions.load(faces)
 
     # ---- set-up -----------------------------------------------------------------------------------------------
 
@@ -378,15 +357,15 @@ class MpmSolver(Solver):
     @property
     def memory(self):
         """Bytes of everything but the particles."""
-        return self.grid.bytes + sum(part.bytes for part in (self._dilation, self._averaging) if part)
+        return self.grid.bytes + self.companions.bytes
 
     @property
     def workload(self):
         """`Workload` of a step."""
         joined = {}
-        if self._interface:
+        if self.companions.interface:
             alone = super()._step_at(self.cfl, self.advective_cfl or self.cfl)[0]
-            joined = {"points": self._interface.points, "shortened": self.expected_dt()[0] / alone}
+            joined = {"points": self.companions.interface.points, "shortened": self.expected_dt()[0] / alone}
         if self.faces:
             joined["face_points"] = self.faces.count
         return Workload(len(self.particles.blocks), self.grid.n_node_blocks, self.grid.contact.n, len(self.surfaces),
