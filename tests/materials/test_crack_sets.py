@@ -133,24 +133,19 @@ SETS = {
 }
 FEWER = 4000
 SINGLE = "as of one crack: at onset the plane is known to round-off over the gap of the principal strains"
-TWO = "3 of 4000 steps in f64, 28 in f32: two pressed cracks share a shear, and the sweeps end before they agree"
-APEX = ("46 of 989 steps of 5 % and 333 of 1010 to e^5 end without agreement in f64, many beyond the cone's apex; none"
-        " of 2001 up to 1e-3")
-TWO_APEX = "388 of 989 steps of 5 % and 407 of 1010 to e^5 end without agreement in f64; none of 2001 up to 1e-3"
-F32 = "{} of 1010 steps to e^5 end without agreement in f32, none in f64"
+F32 = "steps to e^5 end without balance in f32, none in f64"
+APEX = "{} of 1010 steps to e^5 end without balance in f64, and {} more are not within 1e-9 of it: the law reads its"
+APEX += " strain from tensors whose eigenvalues are up to e^20 apart"
 UNREACHED = {
-    "two cracks": {"finite_and_converged": TWO, "admissible": TWO, "float32_follows_float64": SINGLE},
-    "in elastic": {"finite_and_converged": F32.format(71), "float32_follows_float64": SINGLE},
-    "in Cam-Clay": {"finite_and_converged": F32.format(82), "admissible": "1.4e-7 for 1e-9",
-                    "idempotent": "some steps are read back less well", "float32_follows_float64": SINGLE},
-    **{name: {**dict.fromkeys(("finite_and_converged", "admissible", "objective", "idempotent",
-                               "plane_strain_is_the_law_in_space"), why), "float32_follows_float64": SINGLE}
-       for name, why in (("in Drucker-Prager", APEX), ("two in Drucker-Prager", TWO_APEX))},
+    "two cracks": {"admissible": "4.8e-4 for 1e-5 in f32, none beyond 1e-9 in f64", "float32_follows_float64": SINGLE},
+    "in elastic": {"finite_and_converged": F32, "float32_follows_float64": SINGLE},
+    "in Cam-Clay": {"finite_and_converged": F32, "admissible": "1e-7 for 1e-9 in 4 steps to e^5",
+                    "idempotent": "one step to e^5 is read back less well", "float32_follows_float64": SINGLE},
+    **{name: {**dict.fromkeys(("finite_and_converged", "admissible", "objective", "idempotent"), APEX.format(*figures)),
+              "float32_follows_float64": SINGLE}
+       for name, figures in (("in Drucker-Prager", (14, 259)), ("two in Drucker-Prager", (13, 115)))},
 }
 """By example and check: what is asked and not reached, and why."""
-
-
-CORNER = {}
 
 
 def of_both(law, n, seed=0):
@@ -195,10 +190,8 @@ def moderate_steps_in_double_precision(monkeypatch):
 @pytest.mark.usefixtures("moderate_steps_in_double_precision")
 @pytest.mark.parametrize("check", STATES, ids=lambda check: check.__name__)
 @pytest.mark.parametrize("name", SETS)
-def test_the_suite_up_to_strains_of_five_per_cent(name, check, request):
+def test_the_suite_up_to_strains_of_five_per_cent(name, check):
     """As `test_the_suite_of_laws`, without what single precision and strains of e^5 spoil."""
-    if reason := CORNER.get((name, check.__name__)):
-        request.applymarker(pytest.mark.xfail(strict=True, reason=reason, raises=AssertionError))
     (of_both if check is admissible else check)(SETS[name], FEWER)
 
 
