@@ -82,7 +82,7 @@ class AnticrackCamClay(CriticalStateLaw):
         reference = (self.reference_thickness or thickness) * new_thickness / thickness
         return super().thickened_to(thickness, new_thickness).model_copy(update={"reference_thickness": reference})
 
-    def on_grid(self, spacing: float) -> "Law":
+    def on_grid(self, spacing: float, rows: int = 1) -> "Law":
         if self.reference_thickness is None:
             return self
         rate = self.hardening * BAND * spacing / self.reference_thickness

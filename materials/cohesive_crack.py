@@ -6,50 +6,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from . import crack_state
 from .arrays import Array
 from .crack_excess import crack_excess
 from .crack_parameters import CohesiveCrackParameters, wrapped_parameters
-from .crack_planes import DAMAGE, NORMAL, OPENING, PER_CRACK
+from .crack_planes import DAMAGE, NORMAL, PER_CRACK
 from .crack_set import crack_set_update
+from .crack_state import FIRST, OWN_OUTPUTS
 from .crack_update import cohesive_crack_update
 from .cracked_bulk import Bulk
 from .declared import Declared
-from .law import Law, Positive, StateVariable
-from .symmetric import COMPONENTS
+from .law import Law, Positive
 
 TAKEN_OVER = ("density", "youngs_modulus", "poisson_ratio")
 """Numbers that the law around the cracks has from the material."""
-
-
-def _of_crack(number: str, which: str) -> tuple[StateVariable, ...]:
-    """State of a crack; number: "" or "_2", after the names."""
-    return (
-        StateVariable(f"crack_damage{number}", "-", f"ω: share of the cohesion that {which} crack has lost"),
-        StateVariable(f"crack_opening{number}", "m", f"w: normal jump of {which} crack"),
-        *(StateVariable(f"crack_normal{number}_{c}", "-", f"{c} of n ⊗ n, n the normal of {which} crack; zero without"
-                        " one") for c in COMPONENTS),
-    )  # fmt: skip
-
-
-FIRST, SECOND = _of_crack("", "the"), _of_crack("_2", "the second")
-RESETS = StateVariable("crack_resets", "-", "how many cracks lost all cohesion and made way for new ones")
-
-
-def _state(law: "CohesiveCrack") -> tuple[StateVariable, ...]:
-    own = FIRST + (SECOND if law.cracks == 2 else ()) + ((RESETS,) if law.reset else ())
-    return own + (law.bulk.STATE if law.bulk else ())
-
-
-def _tensors(law: "CohesiveCrack") -> tuple[int, ...]:
-    own = tuple(PER_CRACK * c + NORMAL for c in range(law.cracks))
-    return own + tuple(law.first_of_bulk + first for first in (law.bulk.TENSORS if law.bulk else ()))
-
-
-OWN_OUTPUTS = {"damage": "-", "crack_opening": "m", "cracks": "-"}
-
-
-def _outputs(law: "CohesiveCrack") -> dict[str, str]:
-    return {**(law.bulk.OUTPUTS if law.bulk else {}), **OWN_OUTPUTS}
 
 
 class CohesiveCrack(Law):
@@ -71,9 +41,9 @@ class CohesiveCrack(Law):
              hold at the end of the step (crack_set.py)
 
     Keys: f_t `strength`, G_f `fracture_energy`, β `shear_ratio` (strength in shear over f_t), μ from
-    `friction_angle`, H `length`. H is the size of the cell in MPM and the spacing of particles in SPH (`on_grid`): a
-    crack in one row of them takes G_f per area on every grid. In MPM that asks for `solver.f_bar = "whole"`. Rows
-    larger than
+    `friction_angle`, H `length`. H is the size of the cell in MPM, and twice the spacing of particles in SPH
+    (`on_grid`), where no single row can open: a crack in one row of cells, or two of particles, takes G_f per area on
+    every grid. In MPM that asks for `solver.f_bar = "whole"`. Lengths larger than
 
         2 G_f min(M, G/β²) / f_t²,    M = K + 4G/3
 
@@ -87,9 +57,9 @@ class CohesiveCrack(Law):
     of the material: compaction strengthens it, not its cracks.
     """
 
-    STATE: ClassVar[Any] = Declared(FIRST, _state)
-    TENSORS: ClassVar[Any] = Declared((NORMAL,), _tensors)
-    OUTPUTS: ClassVar[Any] = Declared(OWN_OUTPUTS, _outputs)
+    STATE: ClassVar[Any] = Declared(FIRST, crack_state.variables)
+    TENSORS: ClassVar[Any] = Declared((NORMAL,), crack_state.tensors)
+    OUTPUTS: ClassVar[Any] = Declared(OWN_OUTPUTS, crack_state.outputs)
     RATE_DEPENDENT: ClassVar[Any] = Declared(False, lambda law: law.bulk is not None and law.bulk.RATE_DEPENDENT)
     DISSIPATIVE: ClassVar[Any] = Declared(True, lambda law: law.bulk is None or law.bulk.DISSIPATIVE)
     BONDS: ClassVar[int] = DAMAGE
@@ -151,14 +121,15 @@ class CohesiveCrack(Law):
         M = self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
         return 2.0 * self.fracture_energy * min(M, self.shear_modulus / self.shear_ratio**2) / self.strength**2
 
-    def on_grid(self, spacing: float) -> "Law":
-        bulk = self.bulk and self.bulk.on_grid(spacing)
+    def on_grid(self, spacing: float, rows: int = 1) -> "Law":
+        bulk, length = self.bulk and self.bulk.on_grid(spacing, rows), rows * spacing
         if self.length is not None:
             return self if bulk is self.bulk else self.model_copy(update={"bulk": bulk})
-        if not spacing < self.largest_length:
+        if not length < self.largest_length:
             raise ValueError(f"fracture_energy = {self.fracture_energy:g} J/m2 and strength = {self.strength:g} Pa need"
-                             f" cells below {self.largest_length:.2g} m, not {spacing:g}: a longer one snaps back")
-        return self.model_copy(update={"length": spacing, "bulk": bulk})
+                             f" cells below {self.largest_length / rows:.2g} m, not {spacing:g}: a longer one snaps"
+                             " back")
+        return self.model_copy(update={"length": length, "bulk": bulk})
 
     def thickened_to(self, thickness: float, new_thickness: float) -> "Law":
         return self._with_bulk_alike(super().thickened_to(thickness, new_thickness))
@@ -263,10 +234,4 @@ class CohesiveCrack(Law):
     def outputs(self, state: Array) -> dict[str, Array]:
         """damage: share of the cohesion that is lost, crack_opening [m], of two cracks the larger; cracks: how many
         have begun. Those of `bulk`, but its damage."""
-        state = np.asarray(state)
-        rows = state[..., : PER_CRACK * self.cracks].reshape(*state.shape[:-1], self.cracks, PER_CRACK)
-        begun = (rows[..., NORMAL : NORMAL + 3].sum(axis=-1) > 0.5).sum(axis=-1)
-        before = state[..., self.first_of_bulk - 1] if self.reset else 0.0
-        of_bulk = self.bulk.outputs(state[..., self.first_of_bulk :]) if self.bulk else {}
-        return {**of_bulk, "damage": rows[..., DAMAGE].max(axis=-1), "crack_opening": rows[..., OPENING].max(axis=-1),
-                "cracks": begun + before}
+        return crack_state.output_fields(self, np.asarray(state))

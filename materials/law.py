@@ -166,9 +166,10 @@ class Law(BaseModel):
         """How a step is followed: "implicit", which may be in closed form, "frozen" or "substepped"."""
         return "implicit"
 
-    def on_grid(self, spacing: float) -> "Law":
+    def on_grid(self, spacing: float, rows: int = 1) -> "Law":
         """The law that cells of this size [m] need, so that a solver's result does not hang on them: this one, unless
-        it softens over a length of its own. Raises ValueError for cells that are too large."""
+        it softens over a length of its own. rows: of cells or particles that a jump takes with the solver's method.
+        Raises ValueError for cells that are too large."""
         return self
 
     def thickened_to(self, thickness: float, new_thickness: float) -> "Law":

@@ -190,7 +190,7 @@ class SolidToGas(CriticalStateHypoplastic):
     update = staticmethod(solid_to_gas_update)
     stiffness = staticmethod(solid_to_gas_stiffness)
 
-    def on_grid(self, spacing: float) -> "SolidToGas":
+    def on_grid(self, spacing: float, rows: int = 1) -> "SolidToGas":
         """The law with the step limit of its viscosity on cells of this size [m]."""
         law = self.model_copy()
         law._spacing = spacing

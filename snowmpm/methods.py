@@ -72,6 +72,9 @@ class Capabilities:
     """bases of `schemes.BASES` with a box, for comparison"""
     f_bar: bool = False
     """the particles of a cell change their volume, or deform, as one in explicit steps (`snowmpm.mpm.dilation`)"""
+    rows_of_jump: int = 1
+    """rows of cells or particles that a jump takes at least, of which a law with a crack has its length: two where
+    strains are sums over neighbours, which do not see a zigzag of the rows and so cannot open one row alone"""
     averaging: bool = False
     """materials whose loss of strength is averaged over a length (`snowmpm.particles.averaging`)"""
     water: bool = False
@@ -151,7 +154,7 @@ METHODS = {entry.name: entry for entry in (
         ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True),
         relax="snowmpm.implicit.settled:settle"),
     MethodEntry("sph", "snowmpm.sph.solver:SphSolver.of", Capabilities(
-        filling=1, free_bodies=True, structures=True, seepage=True, averaging=True), options="sph",
+        filling=1, rows_of_jump=2, free_bodies=True, structures=True, seepage=True, averaging=True), options="sph",
         seeping="snowmpm.seepage.solver:SeepageSolver.of"),
     MethodEntry("depth", "snowmpm.depth.solver:DepthSolver.of", Capabilities(
         dimensions=(3,), ground_friction=GROUND_LAWS, ground_cohesion=True, ground_rasters=True, entrainment=True,

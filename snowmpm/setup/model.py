@@ -68,6 +68,7 @@ class Model:
     @cached_property
     def laws(self):
         dx, test, found = self.scene.solver.dx, self.scene.saw_test, []
+        rows = METHODS[self.scene.solver.method].capabilities.rows_of_jump
         joined = {body.material: thickness_of(self.scene, body) for body in self.scene.bodies if body.interface}
         for name, law in self.scene.materials.items():
             if name in joined:
@@ -76,7 +77,7 @@ class Model:
             if test and test.weak_layer.cells and test.weak_layer.material == name:
                 law = law.thickened_to(test.weak_layer.thickness, test.drawn(dx).weak_layer.thickness)
             try:
-                found.append(law.on_grid(dx))
+                found.append(law.on_grid(dx, rows))
             except ValueError as error:
                 raise InputError(f"{self.scene.source}: materials.{name}: {error}") from None
         return found

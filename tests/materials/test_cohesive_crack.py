@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from snowmpm.materials import CohesiveCrack, StressUpdate, unpack
-from snowmpm.materials.cohesive_crack import DAMAGE, NORMAL, OPENING
+from snowmpm.materials.crack_planes import DAMAGE, NORMAL, OPENING
 
 SNOW = CohesiveCrack(density=250.0, youngs_modulus=4e6, poisson_ratio=0.2, strength=4e3, fracture_energy=0.2,
                      shear_ratio=1.3, friction_angle=35.0, length=0.02)  # fmt: skip

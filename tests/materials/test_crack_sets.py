@@ -1,8 +1,9 @@
 """Two cracks in a particle, cracks that make way for new ones, and cracks in material that yields."""
 
+import law_suite
 import numpy as np
 import pytest
-from law_suite import CHECKS, admissible, steps_of
+from law_suite import CHECKS, STATES, admissible, steps_of
 from pydantic import ValidationError
 
 from snowmpm.materials import CohesiveCamClay, CohesiveCrack, DruckerPrager, Elastic, StressUpdate, unpack
@@ -132,19 +133,17 @@ SETS = {
 }
 FEWER = 4000
 SINGLE = "as of one crack: at onset the plane is known to round-off over the gap of the principal strains"
-TWO = "3 of 4000 steps in f64, 28 in f32: two pressed cracks share a shear, and the sweeps end before they agree"
-APEX = ("46 of 989 steps of 5 % and 333 of 1010 to e^5 end without agreement in f64, many beyond the cone's apex; none"
-        " of 2001 up to 1e-3")
-TWO_APEX = "388 of 989 steps of 5 % and 407 of 1010 to e^5 end without agreement in f64; none of 2001 up to 1e-3"
-F32 = "{} of 1010 steps to e^5 end without agreement in f32, none in f64"
+F32 = "steps to e^5 end without balance in f32, none in f64"
+APEX = "{} of 1010 steps to e^5 end without balance in f64, and {} more are not within 1e-9 of it: the law reads its"
+APEX += " strain from tensors whose eigenvalues are up to e^20 apart"
 UNREACHED = {
-    "two cracks": {"finite_and_converged": TWO, "admissible": TWO, "float32_follows_float64": SINGLE},
-    "in elastic": {"finite_and_converged": F32.format(71), "float32_follows_float64": SINGLE},
-    "in Cam-Clay": {"finite_and_converged": F32.format(82), "admissible": "1.4e-7 for 1e-9",
-                    "idempotent": "some steps are read back less well", "float32_follows_float64": SINGLE},
-    **{name: {**dict.fromkeys(("finite_and_converged", "admissible", "objective", "idempotent",
-                               "plane_strain_is_the_law_in_space"), why), "float32_follows_float64": SINGLE}
-       for name, why in (("in Drucker-Prager", APEX), ("two in Drucker-Prager", TWO_APEX))},
+    "two cracks": {"admissible": "4.8e-4 for 1e-5 in f32, none beyond 1e-9 in f64", "float32_follows_float64": SINGLE},
+    "in elastic": {"finite_and_converged": F32, "float32_follows_float64": SINGLE},
+    "in Cam-Clay": {"finite_and_converged": F32, "admissible": "1e-7 for 1e-9 in 4 steps to e^5",
+                    "idempotent": "one step to e^5 is read back less well", "float32_follows_float64": SINGLE},
+    **{name: {**dict.fromkeys(("finite_and_converged", "admissible", "objective", "idempotent"), APEX.format(*figures)),
+              "float32_follows_float64": SINGLE}
+       for name, figures in (("in Drucker-Prager", (14, 259)), ("two in Drucker-Prager", (13, 115)))},
 }
 """By example and check: what is asked and not reached, and why."""
 
@@ -154,7 +153,8 @@ def of_both(law, n, seed=0):
     if "p0" not in law.OUTPUTS:
         return admissible(law, n, seed)
     steps = steps_of(law, n, seed)
-    for precision, most in (("f64", 1e-9), ("f32", 1e-5)):
+    for precision in law_suite.PRECISIONS:
+        most = 1e-9 if precision == "f64" else 1e-5
         result = steps.result(precision)
         stress, state = unpack(result.stress.astype(float)), result.state.astype(float)
         assert (crack_excess(law, stress, state) / steps.stress_scale(stress)).max() < most
@@ -170,6 +170,29 @@ def test_the_suite_of_laws(name, check, request):
         request.applymarker(pytest.mark.xfail(strict=True, reason=reason, raises=AssertionError))
     check = of_both if check is admissible else check
     check(SETS[name], FEWER) if check.__code__.co_argcount > 1 else check(SETS[name])
+
+
+MODERATE = (1e-4, 1e-3, 0.05)
+"""Strains of steps, far above those of explicit ones."""
+
+
+@pytest.fixture
+def moderate_steps_in_double_precision(monkeypatch):
+    """For the suite: of the sizes MODERATE only, in f64."""
+    monkeypatch.setattr(law_suite, "SIZES", MODERATE)
+    monkeypatch.setattr(law_suite, "PRECISIONS", ("f64",))
+    steps_of.cache_clear()
+    yield
+    steps_of.cache_clear()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("moderate_steps_in_double_precision")
+@pytest.mark.parametrize("check", STATES, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("name", SETS)
+def test_the_suite_up_to_strains_of_five_per_cent(name, check):
+    """As `test_the_suite_of_laws`, without what single precision and strains of e^5 spoil."""
+    (of_both if check is admissible else check)(SETS[name], FEWER)
 
 
 @pytest.mark.slow

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import InputError
+from snowmpm.materials import LAWS as LAWS_BY_KIND
 from snowmpm.materials import (
     CohesiveCamClay,
+    CohesiveCrack,
     CriticalStateHypoplastic,
     DruckerPrager,
     Elastic,
@@ -14,9 +16,11 @@ from snowmpm.materials import (
     MohrCoulomb,
     MuI,
     SolidToGas,
+    StressUpdate,
     VonMises,
     WetSnow,
 )
+from snowmpm.materials.crack_planes import DAMAGE, OPENING
 from snowmpm.strength.weakening import strengths, weakened
 
 COMMON = {"density": 1850.0, "youngs_modulus": 3e7, "poisson_ratio": 0.3}
@@ -32,7 +36,9 @@ LAWS = [
     ModifiedCamClay(**SNOW), CohesiveCamClay(**SNOW, cohesion=0.3),
     WetSnow(**COMMON, friction_angle=33.0, cohesion=500.0, water_weakening=23.5), Hypoplastic(**RATE, cohesion=2e3),
     CriticalStateHypoplastic(**RATE, **VOIDS), SolidToGas(**RATE, **VOIDS, collision_time=8e-4),
+    CohesiveCrack(**COMMON, strength=4e3, fracture_energy=5.0, friction_angle=30.0, shear_ratio=1.5),
 ]
+CRACKED = {**COMMON, "strength": 4e3, "fracture_energy": 5.0, "friction_angle": 30.0, "shear_ratio": 1.5}
 by_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
 
 
@@ -91,6 +97,40 @@ def test_the_slope_of_an_ellipse_is_its_strength(law):
         return np.array([q[np.argmax(law.yield_of_invariants(one, q, state) > 0.0)] for one in p])
 
     np.testing.assert_allclose(deviator(weakened(law, 1.3)), deviator(law) / 1.3, atol=0.5)
+
+
+@pytest.mark.parametrize("way", ["tangent", "angle"])
+@pytest.mark.parametrize("around", [
+    {"kind": "drucker_prager", "friction_angle": 33.0, "dilation_angle": 20.0, "cohesion": 9e3},
+    {"kind": "cohesive_cam_clay", "critical_slope": 1.2, "hardening": 1.0, "p0": 2e4, "cohesion": 0.3}],
+    ids=lambda around: around["kind"])
+def test_what_lies_around_cracks_is_weakened_with_them(around, way):
+    """As it would be alone; the rest of the law of cracks as without it."""
+    law, factor = CohesiveCrack(**CRACKED, bulk=around), 1.7
+    less = weakened(law, factor, way)
+    alone = LAWS_BY_KIND[around["kind"]](**COMMON, **{k: v for k, v in around.items() if k != "kind"})
+    assert less.bulk.model_dump() == weakened(alone, factor, way).model_dump()
+    assert less.model_copy(update={"bulk": None}) == weakened(CohesiveCrack(**CRACKED), factor, way)
+    assert set(strengths(law)) == {"friction_angle", "strength", "fracture_energy"} | {
+        f"bulk.{name}" for name in strengths(alone)}
+
+
+def test_the_cohesion_of_a_crack_is_divided_at_every_jump():
+    """T(u) of the law itself, drawn apart along one axis, elastic outside of the crack."""
+    law = CohesiveCrack(**{**CRACKED, "poisson_ratio": 0.0}, length=0.05)
+    opened = np.linspace(0.0, 1.2 * law.complete_opening, 300)
+
+    def cohesion(one):
+        """Traction [Pa] at these jumps."""
+        strains = np.linspace(0.0, 2.0 * law.complete_opening / law.length, 4000)
+        update = StressUpdate(one)
+        path = update.integrate(np.zeros((1, 6)), update.initial_state(1),
+                                (np.expm1(np.diff(strains))[:, None, None] * np.diag([1.0, 0.0, 0.0]))[None])
+        jump = path.state[0, :, OPENING]
+        cracked = path.state[0, :, DAMAGE] > 0.0
+        return np.interp(opened[1:], jump[cracked], path.stress[0, cracked, 0])
+
+    np.testing.assert_allclose(cohesion(weakened(law, 1.6)), cohesion(law) / 1.6, atol=2e-3 * law.strength)
 
 
 def test_dilation_follows_friction_down():
