@@ -45,24 +45,20 @@ class Loaded:
     work: float
 
 
-def scene(name, dx, shapes, half, height, rests, press, way, seconds, friction=0.0, apart=0.0):
+def scene(name, dx, shapes, half, height, rests, press, way, seconds, friction=0.0):
     """`Scene` of a specimen from -half to half and 0 to height [m]; rests, press: shapes of obstacles; the press comes
-    down by `way` [m] in `seconds`, and rests move outwards by the share `apart` of it."""
+    down by `way` [m] in `seconds`."""
     far = MARGIN * dx
-    speed = 2.0 * way / seconds
-
-    def obstacle(name, shape, velocity):
-        motion = {"motion": {"velocity": velocity, "ramp": seconds}} if any(velocity) else {}
-        return {"name": name, "friction": friction, "shape": shape, **motion}
-
-    carried = [obstacle(f"rest_{i}", rest, [apart * speed * (2 * i - 1), 0.0]) for i, rest in enumerate(rests)]
+    still = [{"name": f"rest_{i}", "friction": friction, "shape": rest} for i, rest in enumerate(rests)]
+    moving = {"name": "press", "friction": friction, "shape": press,
+              "motion": {"velocity": [0.0, -2.0 * way / seconds], "ramp": seconds}}
     return Scene.model_validate({
         "name": name, "dimension": 2, "end_time": seconds, "gravity": 0.0, "output": {"interval": seconds / 50},
         "solver": {"dx": dx, "precision": "f64", "transfer": "aflip", "flip_ratio": 0.99, "f_bar": "whole"},
         "domain": {"min": [-half - far, -far], "max": [half + far, height + far]},
         "materials": {"rock": ROCK.model_dump(exclude_none=True)},
         "bodies": [{"name": f"part_{i}", "material": "rock", "shape": shape} for i, shape in enumerate(shapes)],
-        "obstacles": [*carried, obstacle("press", press, [0.0, -speed])]})  # fmt: skip
+        "obstacles": [*still, moving]})  # fmt: skip
 
 
 def load(tested, gauges=(), readings=200):
@@ -91,9 +87,8 @@ def load(tested, gauges=(), readings=200):
 
 # ---- beam ------------------------------------------------------------------------------------------------------
 
-DEPTH, NOTCH, ARM, ROLLER, ROLLS = 0.048, 0.012, 0.06, 0.007, 0.8
-"""Of beam and notch, half the span, radius of the rollers [m]; way of the lower rollers apart, each over the press's:
-that of the lower face of halves that turn about the top of the ligament, so that the beam does not slide on them."""
+DEPTH, NOTCH, ARM, ROLLER = 0.048, 0.012, 0.06, 0.007
+"""Of beam and notch, half the span, radius of the rollers [m]."""
 
 
 def polygon(points):

@@ -9,16 +9,16 @@ from tests.support import cracked_specimens as specimens
 
 FINEST = 0.002
 ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0)
-ARMS = "rollers act through the nodes beside their tops and through faint nodes at their flanks, so the arm of the load"
-ARMS += " is shorter by half a cell at each end, and the supports lift the beam as it turns: "
+CREEP = "shared deformation leaves motion of the nodes below a roller without stiffness, which takes work of the press"
+CREEP += " and gives none back (mpm/test_shared_deformation.py): "
 
 
 def missed(dx, figure):
-    return pytest.param(dx, marks=pytest.mark.xfail(strict=True, reason=ARMS + figure))
+    return pytest.param(dx, marks=pytest.mark.xfail(strict=True, reason=CREEP + figure))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dx", [missed(0.004, "19 % of the peak"), missed(0.003, "8 % of the peak")])
+@pytest.mark.parametrize("dx", [missed(0.004, "10.5 % of the peak"), missed(0.003, "6.1 % of the peak")])
 def test_a_notched_beam_has_one_curve_on_every_grid(dx):
     """F2: within 5 % of the peak of the finest grid."""
     one, finest = specimens.bent(dx), specimens.bent(FINEST)
@@ -29,7 +29,7 @@ def test_a_notched_beam_has_one_curve_on_every_grid(dx):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dx", [missed(0.004, "1.15"), missed(0.003, "1.11"), missed(0.002, "1.09")])
+@pytest.mark.parametrize("dx", [missed(0.004, "1.25"), missed(0.003, "1.20"), missed(0.002, "1.09")])
 def test_a_notched_beam_takes_its_fracture_energy(dx):
     """F2: the work of the press within 2 % of the card's energy of the bonds that were lost."""
     beam = specimens.bent(dx)
@@ -37,7 +37,7 @@ def test_a_notched_beam_takes_its_fracture_energy(dx):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("dx", "within"), [(0.004, 0.1), (0.003, 0.05), (0.002, 0.02)])
+@pytest.mark.parametrize(("dx", "within"), [(0.004, 0.05), (0.003, 0.02), (0.002, 0.02)])
 def test_a_notched_beam_breaks_at_the_load_of_finite_elements_with_a_cohesive_crack(dx, within):
     """In one piece and slowly: the crack goes straight up from the notch; most of its motion is that of the press."""
     beam, (_, force) = specimens.bent(dx), beam_of_elements.curve()

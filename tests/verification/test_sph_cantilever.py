@@ -99,11 +99,15 @@ def swinging(across):
     return *np.array(rows).T, solver, 2.0 * np.pi / omega
 
 
+COARSE = pytest.param(4, marks=pytest.mark.xfail(strict=True, reason="10.5 % too slow, see the top of this file"))
+
+
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="10.5 % too slow with four particles over the depth, see the top of this file")
-def test_a_beam_in_three_dimensions_swings_at_the_frequency_of_beam_theory():
-    """To 10 %, which is chosen: the source gives no figures."""
-    time, speed, _, period = swinging(4)
+@pytest.mark.parametrize("across", [COARSE, 5])
+def test_a_beam_in_three_dimensions_swings_at_the_frequency_of_beam_theory(across):
+    """To 10 %, which is chosen: the source gives neither figures nor a spacing. Five particles over the depth, added
+    after four had missed it, are 7.1 % too slow."""
+    time, speed, _, period = swinging(across)
     assert period / 4.0 / crossings(time, speed)[0] == pytest.approx(1.0, abs=0.1)
 
 

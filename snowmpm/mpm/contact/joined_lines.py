@@ -104,6 +104,7 @@ class _Wall:
         self.dim, self.edge, self.reach, self.kernel = lines.dim, EDGE[lines.dim], REACH[kernel], kernel
         self.stride = block_nodes(self.dim)
         places, numbers = lines.nodes.to_numpy()[: lines.n_lines], lines.numbers.to_numpy()[: lines.n_lines]
+        places = places[:, : 1 + self.reach]
         self.rows = np.flatnonzero((places[:, 1:] >= 0).any(axis=1))
         self.n = len(self.rows)
         self.places, numbers = places[self.rows], numbers[self.rows].astype(np.float64)

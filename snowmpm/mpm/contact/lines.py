@@ -2,7 +2,8 @@
 
 On a line of nodes along the axis k on which |n_k| is largest, z = d / |n_k| is the distance [cells] to the surface
 along the line. The first node with z > 1/2 leads, the `REACH` nodes below it follow. Nodes inside that no node leads
-(below a ridge, or far inside) are deep.
+(below a ridge, or far inside) are deep. Where the axis k changes, the surface has an edge: a corner, or a bend of 45
+degrees to the grid. A line within `AROUND` cells of one that turns away from the snow knows where it is.
 """
 
 import functools
@@ -28,6 +29,9 @@ GAP = 0.25
 goes with the place of the surface between the nodes, a body that rolls meets bumps, and hops. Half of it is within the
 noise of the sampling, and touches one line and not the next."""
 
+AROUND = 2
+"""Cells within which a line looks for an edge: snow beyond one farther off does not reach its nodes."""
+
 TILT = 0.02
 """By how much another axis must be more normal to the surface before it takes the place of the last one."""
 
@@ -36,10 +40,11 @@ class Lines:
     """Lines and deep nodes of one surface in the contact blocks of a grid.
 
     start (n + 1,), deep_start (n + 1,), or more: first line and first deep node of each contact block. nodes
-    (m, 1 + reach): places of the leader and its followers among the nodes of the contact blocks, -1 for none; numbers
-    (m, dim + reach + 3): normal, d_f / d_l of the followers, their mass over the leader's in snow that fills the
-    half-space, z of the leader, the same ratio of masses where a gap of `GAP` is left below. deep (k,), deep_normals
-    (k, dim).
+    (m, reach + 2): places of the leader and its followers among the nodes of the contact blocks, and of the node beside
+    the leader towards an edge, -1 for none; numbers (m, dim + reach + 4): normal, d_f / d_l of the followers, their
+    mass over the leader's in snow that fills the half-space, z of the leader, the same ratio of masses where a gap of
+    `GAP` is left below, mass of the leader over that of the node beside it in snow that reaches `GAP` around the edge.
+    deep (k,), deep_normals (k, dim).
     """
 
     def __init__(self, dim, real, kernel, stored, serial):
@@ -62,7 +67,7 @@ class Lines:
         # A solid that moves is sought in each step: what is large enough stays
         if self.nodes is None or self.nodes.shape[0] < self.n_lines:
             room = _room(self.n_lines)
-            self.nodes, self.numbers = ti.ndarray(ti.i32, (room, 1 + self._reach)), self._reals(room, self._reach + 3)
+            self.nodes, self.numbers = ti.ndarray(ti.i32, (room, 2 + self._reach)), self._reals(room, self._reach + 4)
         if self.deep is None or self.deep.shape[0] < self.n_deep:
             room = _room(self.n_deep)
             self.deep, self.deep_normals = ti.ndarray(ti.i32, (room,)), self._reals(room, 0)
@@ -217,6 +222,28 @@ def line_kernels(dim, real, kernel, stored, serial):
                 place, ratio = cf * n_nodes + qf, wall[3] / d
         return place, ratio
 
+    @ti.func
+    def beyond_edge(c, q, k, up, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
+                    coordinates: ti.template(), axis, sign, level):
+        """Place of the node beside a leader on the side on which the surface turns away from its line, -1 if it does
+        not; how far from the line it does [cells]."""
+        place, nearest = -1, ti.cast(ti.static(float(AROUND)), real)
+        cf, qf = step_along_line(c, q, k, -up, neighbours)
+        if cf >= 0:
+            for b in ti.static(range(dim)):
+                if b != k:
+                    for i in range(ti.static(2 * AROUND)):
+                        side, steps = 1 - 2 * (i % 2), 1 + i // 2
+                        ce, qe = step_along_line(cf, qf, b, side * steps, neighbours)
+                        if ce >= 0:
+                            wall, known = wall_at(ce, qe, slots, walls, coordinates, axis, sign, level)
+                            k_e, up_e, z_e = along(wall)
+                            if known == 1 and k_e == b and up_e == side and steps - z_e < nearest:
+                                cl, ql = step_along_line(c, q, b, side, neighbours)
+                                if cl >= 0:
+                                    place, nearest = cl * n_nodes + ql, steps - z_e
+        return place, nearest
+
     @taichi_kernel
     def count(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
               walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
@@ -268,6 +295,11 @@ def line_kernels(dim, real, kernel, stored, serial):
                                 numbers[line, ti.static(dim + reach)] = full / mass_share(z)
                                 numbers[line, ti.static(dim + reach + 1)] = z
                                 numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
+                                beside, away = beyond_edge(c, q, k, up, neighbours, slots, walls, coordinates, axis,
+                                                           sign, level)
+                                nodes[line, ti.static(1 + reach)] = beside
+                                numbers[line, ti.static(dim + reach + 3)] = (
+                                    mass_share(GAP - away) / ti.max(mass_share(1.0 + GAP - away), 1e-9))
                                 line += 1
                             elif wall[3] <= 0.0:  # noqa: SIM102 (see below)
                                 # Not `and`: Taichi computes what a function gives before it asks whether it is wanted,

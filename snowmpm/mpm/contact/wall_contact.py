@@ -28,6 +28,11 @@ Snow has arrived where the followers' mass over the leader's is at least what sn
 without the measure it would stop a cell above the wall. It does not depend on how dense the snow lies. (A gradual onset
 would be a damper: it took a third of the energy of a bar that bounces.)
 
+Snow on one face of an edge also moves nodes beside the other face, up to 3/2 cells beyond the edge. A line there acts
+once snow has come around the edge by `lines.GAP`: when its leader has the mass, over that of the node beside it towards
+the edge, that such snow gives it. Without this measure the upright flank of a plate stopped a block that slid off the
+plate's flat top.
+
 (Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-7825(99)00338-2, for the nodes' one by one.) Nodes are held
 one by one (`contact_velocity`) where they are deep in the solid or without a leader (below a ridge, say), and, so that
 no grain of a thin flow sinks in, where they follow at z < `HELD` in a line that is not in contact, or in one that has
@@ -55,6 +60,9 @@ instead."""
 
 HELD = -0.5
 """z below which followers of a line without contact are held one by one."""
+
+NOWHERE = -1e3
+"""In place of `HELD` for a line beyond an edge that no snow has come around."""
 
 FAINTEST = 1e-12
 """Share of the followers' mass below which a line has too little to be linear with: it then rests on the surface."""
@@ -152,6 +160,10 @@ def contact_kernel(dim, real, kernel, flip, moving, serial, varies=False, lists=
                 share_n = ti.select(J_n > 0.0 and found >= mass * numbers[line, dim + reach + 2], 1.0, 0.0)
                 if found >= PRESSED * mass * numbers[line, dim + reach] and target.dot(n) > 0.0:
                     share_n, held_below = 0.0, 1.0
+            beside = places[line, 1 + reach]
+            if beside >= 0:  # noqa: SIM102 (Taichi looks up what stands right of `and` in any case)
+                if mass < numbers[line, dim + reach + 3] * nodes[contact_offset + beside][3]:
+                    share_n, held_below = 0.0, ti.cast(NOWHERE, real)
             if code != STICK:
                 limit = friction * ti.max(0.0, J_n + given) * share_n
                 share_t = ti.min(1.0, limit / ti.max((J - J_n * n).norm(), 1e-30))
