@@ -11,13 +11,15 @@ from snowmpm.advice.report import advise
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes.toml import table_text
 from snowmpm.structures.external import External
-from tests.support.coupled_plate import FOOT, SEGMENTS, TOP, Plate, config, scene
+from tests.support.coupled_plate import PLATE, config, plate, scene
 from tests.support.precice_stand_in import StandIn
+
+FOOT = PLATE["foot"]
 
 
 def stand_in(monkeypatch, *args, **keys):
     """A stand-in in place of the module, and its plate."""
-    module = StandIn(Plate(), *args, **keys)
+    module = StandIn(plate(), *args, **keys)
     monkeypatch.setitem(sys.modules, "precice", module)
     return module
 
@@ -62,7 +64,7 @@ def test_repeated_windows_of_one_step_are_strong_coupling(monkeypatch, tmp_path)
     """The plate has half the mass of the snow around it; both methods end rounds at a change of 1e-5 or less."""
     end, dt, light = 0.01, 0.001, {"density": 150.0}
     own = computed(scene(end, coupling="strong", dt=dt, **light))
-    module = StandIn(Plate(150.0), end, size=dt, rounds=100, tolerance=1e-6)
+    module = StandIn(plate(**light), end, size=dt, rounds=100, tolerance=1e-6)
     monkeypatch.setitem(sys.modules, "precice", module)
     other = Simulation(scene(end, config(tmp_path, end, "serial-implicit", size=dt), dt=dt))
     while other.time < end:
@@ -79,9 +81,9 @@ def test_a_run_holds_it_bent(monkeypatch, tmp_path):
     stand_in(monkeypatch, 0.06)
     bent = scene(0.06, config(tmp_path, 0.06))
     run = snowmpm.run(bent, tmp_path / "run")
-    top = run.obstacles[f"plate_{SEGMENTS}"]
+    top = run.obstacles["plate_6"]
     middle = top.placed(len(run) - 1).mean(axis=0) + run.origin
-    assert run.history["plate_top_x"][-1] > middle[0] - TOP[0] > 0.5 * run.history["plate_top_x"][-1] > 1e-3
+    assert run.history["plate_top_x"][-1] > middle[0] - PLATE["top"][0] > 0.5 * run.history["plate_top_x"][-1] > 1e-3
     assert run.units["plate_force_x"] == "N/m"
     with pytest.raises(InputError, match="is not resumed"):
         snowmpm.run(bent, tmp_path / "run", resume=True)
@@ -186,7 +188,8 @@ def test_without_the_library_nothing_is_begun(monkeypatch, tmp_path):
     ({"precice": {"file": "no.xml"}}, "no such file"),
 ])
 def test_tables_that_cannot_be_are_refused(tmp_path, change, words):
-    table = {"name": "plate", "points": [FOOT, TOP], "width": 0.2, "precice": {"file": str(config(tmp_path, 1.0))}}
+    table = {"name": "plate", "points": [FOOT, PLATE["top"]], "width": 0.2,
+             "precice": {"file": str(config(tmp_path, 1.0))}}
     text = {"name": "one", "dimension": 2, "end_time": 1.0, "solver": {"dx": 0.1},
             "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e5, "poisson_ratio": 0.2}},
             "bodies": [{"name": "snow", "material": "snow", "shape": {"kind": "box", "min": [0, 0], "max": [1, 1]}}]}
