@@ -29,7 +29,7 @@ def library(key, source):
     """The Python bindings of preCICE. InputError: they are not installed, or do not find the library."""
     try:
         return importlib.import_module(LIBRARY)
-    except ImportError as error:
+    except (ImportError, RuntimeError) as error:  # the second where its MPI is missing
         raise InputError(f"{source}: {key}: needs preCICE 3 with its Python bindings ({shown_line(error, 200)})\n"
                          "install the library (precice.org/installation-overview.html), then: pip install pyprecice"
                          ) from None
