@@ -28,16 +28,16 @@ class Coupling:
         elif not exchange.open:
             raise SimulationError(f"the coupling by preCICE ended at t = {simulation.time:.6g} s")
         end = exchange.end
-        slack = SAME * (end - simulation.time) if exchange.windows.size else 0.0
-        if until is not None and abs(end - until) <= slack:
-            end = until
+        for known in (until, exchange.windows.end):
+            if known is not None and abs(end - known) <= SAME * (end - simulation.time):
+                end = known
         if exchange.windows.implicit:
             self._window(until, end)
-        else:
-            simulation.advance(min(end, until) if until is not None else end if exchange.windows.size else None)
-            if not exchange.windows.size or simulation.time >= end:
-                exchange.finish(simulation.time, simulation.dt)
-                self._go_on()
+            return
+        simulation.advance(end if until is None else min(until, end))
+        if not exchange.windows.size or simulation.time >= end:
+            exchange.finish(simulation.time, simulation.dt)
+            self._go_on()
 
     def _window(self, until, end):
         """Compute a window to its end [s] until both programs agree."""

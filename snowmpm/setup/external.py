@@ -80,7 +80,7 @@ def _check(scene, number, spec):
 def _fits(scene, number, own):
     """Refuse time windows that do not fit the times of the scene."""
     key, name = f"structures.{number}.precice.file", externals(scene)[0][1].precice.file
-    if own.end is not None and abs(own.end - scene.end_time) > SAME * scene.end_time:
+    if abs(own.end - scene.end_time) > SAME * scene.end_time:
         raise InputError.at("end_time", scene.end_time, f"must be {own.end:g} s, where the coupling in {name} ends",
                             scene.source)
     if scene.stop.at_rest:

@@ -39,7 +39,7 @@ class Exchange:
     """The participant of a run.
 
     windows: `precice_file.Windows`; open: whether the other program is met, and the coupling goes on; met: whether it
-    ever was; end [s]: of the window that is computed now, infinite where each step is one.
+    ever was; end [s]: of the window that is computed now; where each step is one, the latest that it may have.
     """
 
     def __init__(self, module, windows, partners, dim):
@@ -77,7 +77,7 @@ class Exchange:
         with _failures(f"at t = {time:.6g} s"):
             self._participant.requires_writing_checkpoint()  # the state is kept wherever windows are repeated
             self._size = self._participant.get_max_time_step_size()
-            self.end = np.inf if self.windows.size is None else time + self._size
+            self.end = time + self._size
             if self.windows.ahead:
                 for external, names, *mesh in self._meshes:
                     external.head_for(self._read(names, "displacement", mesh, self._size), self._size,

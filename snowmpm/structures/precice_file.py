@@ -16,15 +16,15 @@ class Windows:
 
     scheme: its name, such as "serial-explicit"; implicit: whether windows are repeated until both programs agree;
     ahead: whether the answer for the end of a window is known in it: where they are, and to the second of two that
-    take turns; size [s]: None where the steps of the first participant are the windows; end [s]: of the coupling, None
-    without one; rounds: how often a window is computed at most, None without a limit.
+    take turns; size [s]: None where the steps of the first participant are the windows; end [s]: of the coupling;
+    rounds: how often a window is computed at most, None without a limit.
     """
 
     scheme: str
     implicit: bool
     ahead: bool
     size: float | None
-    end: float | None
+    end: float
     rounds: int | None = None
 
 
@@ -89,9 +89,10 @@ class PreciceFile:
         ends = [self._number(scheme, "max-time")]
         if size and (windows := self._number(scheme, "max-time-windows")):
             ends.append(size * windows)
-        rounds = self._number(scheme, "max-iterations")
-        return Windows(kind, implicit, implicit or second, size, min(filter(None, ends), default=None),
-                       rounds and int(rounds))
+        end, rounds = min(filter(None, ends), default=None), self._number(scheme, "max-iterations")
+        if end is None:
+            raise self._refusal("file", str(self._path), "must have a max-time in its coupling-scheme")
+        return Windows(kind, implicit, implicit or second, size, end, rounds and int(rounds))
 
     def _number(self, scheme, name):
         """The value of a tag of a scheme; None where it is not there."""

@@ -111,9 +111,12 @@ def test_nodes_go_on_as_they_went_or_come_where_they_are_awaited():
     assert np.allclose(one.x - one.start, 0.2)
 
 
-def test_after_its_end_there_is_no_step(monkeypatch, tmp_path):
-    stand_in(monkeypatch, 0.004)
-    simulation = computed(scene(0.004, config(tmp_path, 0.004)))
+@pytest.mark.parametrize("size", [None, 0.0013])
+def test_after_its_end_there_is_no_step(monkeypatch, tmp_path, size):
+    stand_in(monkeypatch, 0.004, size=size)
+    simulation = Simulation(scene(0.004, config(tmp_path, 0.004, size=size)))
+    while simulation.time < 0.004:
+        simulation.step()
     with pytest.raises(SimulationError, match=r"ended at t = 0\.004 s"):
         simulation.step()
 
@@ -155,6 +158,7 @@ def test_check_says_what_it_leaves_out(tmp_path):
     ({"first": "Solid"}, {}, 'must be the first of a serial-explicit scheme'),
     ({"scheme": "serial-implicit"}, {}, 'must be the first of a serial-explicit scheme'),
     ({"scheme": "parallel-implicit", "size": 0.02}, {}, "output.interval = 0.03: must be a multiple"),
+    ({"scheme": "parallel-explicit", "size": "long"}, {}, "<time-window-size> must have a number"),
 ])
 def test_what_does_not_fit_the_configuration_is_refused(tmp_path, written, change, words):
     end = change.pop("end_time", 0.06)
