@@ -35,7 +35,8 @@ def coupled(folder, end, names=None, steps=1, density=900.0, keys=None, **scheme
     file = config(folder, end, **scheme)
     with program("-m", "tests.support.coupled_plate", file, steps, json.dumps({"density": density})) as other:
         simulation = computed(scene(end, file, names=names, **(keys or {})))
-        *received, top = map(float, other.communicate(timeout=120)[0].split())
+        said = other.communicate(timeout=120)[0].splitlines()[-1]
+    *received, top = map(float, said.split())
     return simulation, np.array(received), top
 
 
