@@ -11,7 +11,7 @@ from snowmpm.advice.report import advise
 from snowmpm.errors import InputError, SimulationError
 from snowmpm.scenes.toml import table_text
 from snowmpm.structures.external import External
-from tests.support.coupled_plate import PLATE, config, plate, scene
+from tests.support.coupled_plate import PLATE, computed, config, plate, scene
 from tests.support.precice_stand_in import StandIn
 
 FOOT = PLATE["foot"]
@@ -22,14 +22,6 @@ def stand_in(monkeypatch, *args, **keys):
     module = StandIn(plate(), *args, **keys)
     monkeypatch.setitem(sys.modules, "precice", module)
     return module
-
-
-def computed(scene):
-    """A simulation at the end of its scene."""
-    simulation = Simulation(scene)
-    while simulation.time < scene.end_time:
-        simulation.step(until=scene.end_time)
-    return simulation
 
 
 def test_windows_of_one_step_are_weak_coupling(monkeypatch, tmp_path):

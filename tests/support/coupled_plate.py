@@ -10,6 +10,7 @@ import re
 import runpy
 import sys
 
+from snowmpm import Simulation
 from snowmpm.scenes.schema import Scene
 from tests.support.project import ROOT
 
@@ -69,6 +70,14 @@ def scene(end_time, file=None, velocity=3.0, density=900.0, coupling="weak", nam
         "bodies": [{"name": "snow", "material": "snow", "velocity": [velocity, 0.0],
                     "shape": {"kind": "box", "min": [0.0, 0.0], "max": [0.4, 0.4]}}],
         "structures": [body]})
+
+
+def computed(scene):
+    """A simulation at the end of its scene."""
+    simulation = Simulation(scene)
+    while simulation.time < scene.end_time:
+        simulation.step(until=scene.end_time)
+    return simulation
 
 
 if __name__ == "__main__":
