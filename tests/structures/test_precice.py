@@ -100,7 +100,6 @@ def test_the_wall_of_the_library(tmp_path):
         found = tops(simulation)
         assert other.wait(timeout=120) == 0
     wanted = tops(Simulation(load_scene("flexible_wall_2d", coarse)))
-    print(np.round(1e3 * np.array([found, wanted]), 3), simulation.audit())
     assert np.abs(wanted).max() > 1e-3
     assert np.abs(found - wanted).max() < 0.05 * np.abs(wanted).max()
     row = simulation.audit()
