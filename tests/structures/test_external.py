@@ -9,6 +9,7 @@ import snowmpm
 from snowmpm import Simulation
 from snowmpm.advice.report import advise
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.scenes.schema import Scene
 from snowmpm.scenes.toml import table_text
 from snowmpm.structures.external import External
 from tests.support.coupled_plate import PLATE, computed, config, plate, scene
@@ -79,6 +80,41 @@ def test_a_run_holds_it_bent(monkeypatch, tmp_path):
     assert run.units["plate_force_x"] == "N/m"
     with pytest.raises(InputError, match="is not resumed"):
         snowmpm.run(bent, tmp_path / "run", resume=True)
+
+
+class Rigid:
+    """A structure that does not move, in space; received (3,) [N s]."""
+
+    received = np.zeros(3)
+
+    def window(self, dt, force):
+        """No displacement, no velocity."""
+        self.received = self.received + dt * force.sum(axis=0)
+        return np.zeros_like(force), np.zeros_like(force)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_meshes_in_space(monkeypatch, tmp_path, dim):
+    """Of a scene in space, and of one in the plane of x and z, where y stays 0."""
+    def lifted(x):
+        return [x[0], 0.35, x[1]] if dim == 3 else list(x)
+
+    file = config(tmp_path, 0.01)
+    file.write_text(file.read_text().replace('dimensions="2"', 'dimensions="3"'))
+    monkeypatch.setitem(sys.modules, "precice", module := StandIn(Rigid(), 0.01, dim=3))
+    body = {"kind": "box", "min": [0.0] * dim, "max": [0.4, 0.7, 0.4][:dim]}
+    simulation = computed(Scene.model_validate({
+        "name": "struck", "dimension": dim, "end_time": 0.01, "solver": {"dx": 0.1, "precision": "f64"},
+        "domain": {"min": [-1.0, 0.0, 0.0][:dim], "max": [3.0] * dim},
+        "materials": {"snow": {"kind": "elastic", "density": 300.0, "youngs_modulus": 1e5, "poisson_ratio": 0.2}},
+        "bodies": [{"name": "snow", "material": "snow", "shape": body, "velocity": [3.0] + [0.0] * (dim - 1)}],
+        "structures": [{"name": "mast", "points": [lifted(FOOT), lifted(PLATE["top"])], "segments": 3, "width": 0.2,
+                        "precice": {"file": str(file)}}]}))
+    assert module.participants[0].positions[-1] == pytest.approx([0.513, 0.35 * (dim == 3), 0.583])
+    lost = simulation.obstacle_totals[:, :dim].sum(axis=0)
+    assert lost[0] > 1.0
+    assert module.peer.received[[0, 2] if dim == 2 else [0, 1, 2]] == pytest.approx(lost, abs=1e-11 * lost[0])
+    assert simulation.audit()["structure_momentum_residual"] < 1e-12
 
 
 def test_nodes_go_on_as_they_went_or_come_where_they_are_awaited():
