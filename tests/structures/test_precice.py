@@ -6,6 +6,7 @@ Without the library (docs/precice.md) these are skipped; `test_external` has the
 import contextlib
 import importlib.util
 import json
+import os
 import subprocess
 import sys
 
@@ -19,10 +20,17 @@ from tests.support.project import ROOT
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("precice") is None, reason="preCICE is not installed")
 
 
+@pytest.fixture(autouse=True)
+def _logs_of_the_library(monkeypatch, tmp_path):
+    """preCICE writes them to the folder that a program is started in."""
+    monkeypatch.chdir(tmp_path)
+
+
 @contextlib.contextmanager
 def program(said, *words):
     """Another program while it is entered, which writes to the file `said`; -> its `subprocess.Popen`."""
-    with said.open("w") as out, subprocess.Popen([sys.executable, *map(str, words)], cwd=ROOT, stdout=out) as other:
+    words, surroundings = [sys.executable, *map(str, words)], {**os.environ, "PYTHONPATH": str(ROOT)}
+    with said.open("w") as out, subprocess.Popen(words, cwd=said.parent, env=surroundings, stdout=out) as other:
         try:
             yield other
         finally:
