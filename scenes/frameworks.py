@@ -6,12 +6,10 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from snowmpm.errors import did_you_mean
+from snowmpm.scenes.external import External
 from snowmpm.scenes.space import Vector, dimension, tag
 from snowmpm.scenes.spec import Number, Positive, Spec, refuse
-from snowmpm.scenes.structures import Bending, Structure
-
-MOST = 128
-"""Segments of a framework."""
+from snowmpm.scenes.structures import MOST, Bending, Structure
 
 Label = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9]+$", max_length=20)]
 Segments = Annotated[int, Field(strict=True, ge=1, le=32)]
@@ -126,9 +124,11 @@ class Framework(Bending):
 def _kind(value):
     """Mark of what a table, or what was made of one, is."""
     has = value.__contains__ if isinstance(value, dict) else lambda key: hasattr(value, key)
+    if has("precice") or has("points"):
+        return tag("external")
     return tag("framework" if has("joints") or has("members") else "mast")
 
 
-AnyStructure = Annotated[Annotated[Structure, Tag(tag("mast"))] | Annotated[Framework, Tag(tag("framework"))],
-                         Discriminator(_kind)]
-"""A mast by foot and top, or a framework by joints and members."""
+AnyStructure = Annotated[Annotated[Structure, Tag(tag("mast"))] | Annotated[Framework, Tag(tag("framework"))]
+                         | Annotated[External, Tag(tag("external"))], Discriminator(_kind)]
+"""A mast by foot and top, a framework by joints and members, or by points and precice what another program computes."""

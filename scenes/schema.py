@@ -91,7 +91,7 @@ class Scene(Glance, Spec):
     """one table a body"""
     obstacles: tuple[Obstacle, ...] = ()
     structures: Annotated[tuple[AnyStructure, ...], Field(max_length=16)] = ()
-    """masts, posts and walls that bend, and frameworks of members"""
+    """masts, posts and walls that bend, frameworks of members, and what another program computes"""
     events: tuple[Event, ...] = ()
     forces: Annotated[tuple[Force, ...], Field(max_length=16)] = ()
     """accelerations and pressures in space and time"""

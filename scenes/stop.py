@@ -1,5 +1,6 @@
 """Criterion for a run to end before its end_time."""
 
+from snowmpm.scenes.external import External
 from snowmpm.scenes.spec import Fraction, Positive, Spec
 
 
@@ -9,7 +10,8 @@ class Stop(Spec):
 
     at_rest: bool | None = None
     """whether to end at rest, before end_time. When missing: yes if snow flows over a terrain (dem, mesh, or a profile
-    without events) and the scene has no saw test, no reference and no obstacle that moves"""
+    without events) and the scene has no saw test, no reference, no obstacle that moves and no structure that another
+    program computes"""
     moving_share: Fraction | None = None
     """share of the mass that may still be faster than 1 m/s [-]; 0.02 when missing"""
     momentum_share: Fraction | None = None
@@ -23,6 +25,7 @@ def ends_at_rest(scene):
     if scene.stop.at_rest is not None:
         return scene.stop.at_rest
     if scene.terrain is None or scene.saw_test or scene.reference or any(
-            item.motion or item.free for item in scene.obstacles):
+            item.motion or item.free for item in scene.obstacles) or any(
+            isinstance(item, External) for item in scene.structures):
         return False
     return scene.terrain.kind in ("dem", "mesh") or (scene.terrain.kind == "profile" and not scene.events)

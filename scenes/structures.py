@@ -8,6 +8,9 @@ from snowmpm.scenes.space import Vector, dimension
 from snowmpm.scenes.spec import Fraction, Name, NonNegative, Positive, refuse
 from snowmpm.scenes.terrain import Touching
 
+MOST = 128
+"""Segments of a structure."""
+
 
 class Bending(Touching):
     """What all structures say: round tubes, in 2-D plates, of one material."""

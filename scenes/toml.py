@@ -9,7 +9,7 @@ from snowmpm.reading.toml_text import TOMLDecodeError, tables
 MAX_BYTES = 4 << 20  # a scene is written by hand; a larger file is something else
 
 # Tables that read best on one line; every other table gets a header.
-INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within"}
+INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within", "precice"}
 
 
 def parse(path):

@@ -20,6 +20,7 @@ from snowmpm.running.recorder import Recorder
 from snowmpm.running.rest import StopAtRest
 from snowmpm.running.simulation import Simulation
 from snowmpm.scenes.schema import Scene
+from snowmpm.setup.external import refuse_resume
 from snowmpm.setup.taken_state import KEPT
 from snowmpm.stages import stage
 
@@ -127,6 +128,7 @@ def _hardly_begun(folder):
 
 
 def _saved(folder, scene):
+    refuse_resume(scene)
     saved = checkpoint.read(folder / checkpoint.FILE)
     checkpoint.check(saved, scene)
     return saved

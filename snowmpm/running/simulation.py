@@ -21,6 +21,7 @@ from snowmpm.materials import Law
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import Motion
 from snowmpm.running.audit import Audit
+from snowmpm.running.coupling import Coupling
 from snowmpm.running.events import make_events
 from snowmpm.running.failure import diagnose
 from snowmpm.running.reactions import Reactions
@@ -29,6 +30,7 @@ from snowmpm.saw_test.crack import CrackRecord
 from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
+from snowmpm.setup.external import exchange, path_of
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
@@ -50,7 +52,8 @@ class Simulation(Glance):
         sim.particles["velocity"]
 
     time [s]; dt [s] and dt_cause of the last step: "elastic", "breaking" (elastic, shorter because bonds break),
-    "advective", "deformation", "fixed" or "output" (shortened to end at a requested time); particles[name]: NumPy
+    "advective", "deformation", "fixed", "output" (shortened to end at a requested time) or "window" (repeated with
+    another program); particles[name]: NumPy
     copies (`snowmpm.particles.fields.ParticleFields`).
     settling_steps: before the clock started, in which the initial state settled.
     Several simulations can be used alternately, also in several threads; one computes at a time.
@@ -92,6 +95,8 @@ class Simulation(Glance):
         self._first_dt: float | None = None
         self.settling_steps = 0
         check_step(scene, self.solver)
+        other = exchange(self.model)
+        self._coupling = Coupling(self, other, path_of(scene)) if other else None
         if approve:
             approve(self)
         if resumed is None:
@@ -153,7 +158,17 @@ class Simulation(Glance):
 
     @in_turn
     def step(self, until: float | None = None) -> None:
-        """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s]."""
+        """Advance by one step: the largest stable one, shortened so that whole steps land on `until` [s].
+
+        Beside another program they land on the ends of its time windows too, and where windows are repeated a step is
+        a window (`running.coupling`)."""
+        if self._coupling:
+            self._coupling.step(until)
+        else:
+            self.advance(until)
+
+    def advance(self, until: float | None = None) -> None:
+        """`step` without regard to another program."""
         for event in self.events:
             if not event.done:
                 event.apply(self)

@@ -1,12 +1,15 @@
-"""The structures of a scene: rods and frameworks, and the obstacles that their segments are."""
+"""The structures of a scene: rods, frameworks, what another program computes; the obstacles that their segments are."""
 
 import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.methods import METHODS
+from snowmpm.scenes.external import External as ExternalSpec
 from snowmpm.scenes.frameworks import Framework as FrameworkSpec
+from snowmpm.setup.external import windows
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape
 from snowmpm.solids.primitives import BOX, CYLINDER
+from snowmpm.structures.external import External
 from snowmpm.structures.framework import Framework
 from snowmpm.structures.framework_mesh import Member
 from snowmpm.structures.rod import Rod
@@ -19,12 +22,19 @@ HELD = 1.0
 
 
 def standing(scene):
-    """`Rod`s and `Framework`s of the structures of a scene, and the `Obstacle`s of their segments."""
-    made = [_framework(scene, i) if isinstance(spec, FrameworkSpec) else _rod(spec, scene.dimension)
-            for i, spec in enumerate(scene.structures)]
+    """`Rod`s, `Framework`s and `External`s of the structures of a scene, and the `Obstacle`s of their segments."""
+    windows(scene)  # refuses a configuration of the other program that does not fit
+    made = [_made(scene, i) for i in range(len(scene.structures))]
     pairs = zip(scene.structures, made, strict=True)
-    return made, [_segment(spec, rod, s, label, section.width, scene.dimension) for spec, rod in pairs
-                  for s, (label, section) in enumerate(_segments(spec, rod))]
+    return made, [_segment(spec, rod, s, *label, scene.dimension) for spec, rod in pairs
+                  for s, label in enumerate(_segments(spec, rod))]
+
+
+def _made(scene, i):
+    spec = scene.structures[i]
+    if isinstance(spec, ExternalSpec):
+        return External([_in_space(point) for point in spec.points], spec.segments)
+    return _framework(scene, i) if isinstance(spec, FrameworkSpec) else _rod(spec, scene.dimension)
 
 
 def rods(model):
@@ -34,7 +44,8 @@ def rods(model):
     density = max(law.density for law in model.laws)
     found, first = [], len(scene.obstacles)
     for i, (spec, rod) in enumerate(zip(scene.structures, model.rods, strict=True)):
-        share, mass = heaviest_held(scene, spec, rod, density)
+        own = not isinstance(spec, ExternalSpec)
+        share, mass = heaviest_held(scene, spec, rod, density) if own else (0.0, 0.0)
         if share > 1.0 and spec.coupling != "strong":
             strong = ', coupling = "strong"' if METHODS[scene.solver.method].capabilities.strong_coupling else ""
             raise InputError(f"{scene.source}: structures.{i} ({spec.name}): too light for this grid: {mass:.3g} kg/m,"
@@ -42,7 +53,7 @@ def rods(model):
                              f"give it more mass{strong}, or lower solver.dx")
         if isinstance(spec, FrameworkSpec):
             _refuse_feet_outside(model, i, spec)
-        if model.distance is not None:
+        if own and model.distance is not None:
             _stand(rod, spec, model.distance)
         found.append(Standing(spec.name, rod, first, spec.coupling == "strong", _rests(scene, spec)))
         first += rod.n
@@ -80,11 +91,16 @@ def heaviest_held(scene, spec, rod, density):
     """Mass of the snow of this density [kg/m3] in the cells around a structure over its own, where that is most; and
     its own there [kg/m]."""
     def share(section):
-        around = (2.0 if scene.dimension == 2 else np.pi * section.width) * HELD * scene.solver.dx
-        return around * density / section.line_mass
+        return line_mass_held(scene, section.width, density) / section.line_mass
 
-    section = max((section for _, section in _segments(spec, rod)), key=share)
+    parts = rod.mesh.members if isinstance(spec, FrameworkSpec) else [rod]
+    section = max((part.section for part in parts), key=share)
     return share(section), section.line_mass
+
+
+def line_mass_held(scene, width, density):
+    """Mass along a structure of this width [m] of the snow of this density [kg/m3] in the cells around it [kg/m]."""
+    return (2.0 if scene.dimension == 2 else np.pi * width) * HELD * scene.solver.dx * density
 
 
 def _rod(spec, dim):
@@ -119,10 +135,10 @@ def _in_space(point):
 
 
 def _segments(spec, rod):
-    """Name and `Section` of each segment."""
+    """Name and width [m] of each segment."""
     if not isinstance(spec, FrameworkSpec):
-        return [(f"{spec.name}_{s + 1}", rod.section) for s in range(rod.n)]
-    return [(f"{spec.name}_{member.name}_{s + 1}", member.section) for member in rod.mesh.members
+        return [(f"{spec.name}_{s + 1}", spec.width) for s in range(rod.n)]
+    return [(f"{spec.name}_{member.name}_{s + 1}", member.section.width) for member in rod.mesh.members
             for s in range(member.segments)]
 
 
