@@ -50,7 +50,7 @@ def draw_solids(ground, camera, sun, vertices, facets):
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     inwards = ((corners[:, 0] - camera.eye) * normals).sum(axis=1) > 0.0  # as some mesh files have them
     if not camera.perspective:
-        inwards = normals @ camera.axes[2] > 0.0
+        inwards = np.einsum("ni,i->n", normals, camera.axes[2]) > 0.0
     normals[inwards] *= -1.0
     shade = SOLID * light.illuminate(normals.astype(np.float32), sun, softness=0.1)
     large = np.zeros((*front.shape, 3), np.float32)
