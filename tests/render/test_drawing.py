@@ -13,6 +13,7 @@ from snowmpm.render.overlay import Overlay, bands, ticks
 from snowmpm.render.raster import rasterise
 from snowmpm.render.relief import build_relief, plane_around
 from snowmpm.render.section import draw_section, section_camera
+from snowmpm.render.solid import AREA, RIM, draw_areas
 from snowmpm.render.splat import splat_balls, splat_discs
 
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
@@ -259,6 +260,22 @@ def test_a_section_that_is_drawn_out_stays_whole(stretch, whole):
     beyond = [low - rows.min(), rows.max() - high, left - columns.min(), columns.max() - right]
     assert np.abs(np.array(beyond) - 0.8 * 9.0).max() <= 2.0
 
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.3])
+def test_blocks_that_touch_are_told_apart(apart):
+    """Two squares of a wall, one on the other: a dark joint between them, as at the rim of the whole; each is plain."""
+    square = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0], [0.0, 0.0, 4.0]])
+    vertices = np.concatenate([square, square + np.array([0.0, 0.0, 4.0 + apart])])
+    ring = np.column_stack([np.arange(4), np.roll(np.arange(4), -1)])
+    picture = np.ones((120, 80, 3), np.float32)
+    camera = section_camera([2.0, 4.0], 10.0, (80, 120))
+    draw_areas(picture, camera, vertices, np.concatenate([ring, ring + 4]))
+    at = [camera.project(np.array([[2.0, 0.0, z]])) for z in (2.0, 6.0 + apart, 4.0 + 0.5 * apart, 3.9, 4.1 + apart)]
+    lower, upper, joint, *beside = (picture[int(y[0]), int(x[0])] for x, y, _ in at)
+    assert np.allclose(lower, AREA) and np.allclose(upper, AREA)
+    assert all(np.allclose(rim, RIM * AREA, atol=1e-3) for rim in beside)
+    assert np.allclose(joint, RIM * AREA, atol=1e-3) if apart == 0.0 else joint.mean() > AREA.mean()
 
 
 def test_small_discs_of_a_section_close():
