@@ -188,6 +188,17 @@ def test_automatic_camera_avoids_the_ridge(side):
     assert np.sign(camera.eye[0]) == -side
 
 
+def test_of_views_about_as_good_the_larger_is_taken():
+    """A slab that goes 30 m down a slope of 35 degrees: from 75 degrees beside its way it is as visible as from 52, and
+    18 % larger. Its picture takes 0.47 of the width for 0.39; the bound was chosen after these figures."""
+    rng, slope = np.random.default_rng(0), 0.7
+    x, y = rng.uniform(-15.0, 15.0, 4000), rng.uniform(-7.0, 7.0, 4000)
+    action = Action(np.column_stack([x, y, rng.uniform(0.0, 1.0, 4000) - slope * x]), np.array([1.0, 0.0]))
+    ground = plane(slope, size=30.0)
+    camera = choose_camera("auto", action, build_relief(ground, *action.box()), (1280, 720))
+    assert np.ptp(camera.project(action.points)[0]) > 0.43 * 1280
+
+
 def test_a_ridge_hides_what_is_behind_it():
     terrain = ridge(1)
     relief = build_relief(terrain, np.full(2, -50.0), np.full(2, 50.0))
