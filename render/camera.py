@@ -26,7 +26,8 @@ class Camera:
     def project(self, points):
         """(x, y, depth) of `points` (n, 3): pixels, and metres along the view."""
         local = np.asarray(points, np.float32) - self.eye.astype(np.float32)
-        across, up, depth = self.axes.astype(np.float32) @ local.T  # each in one piece of memory
+        # Each in one piece of memory
+        across, up, depth = np.einsum("ji,ni->jn", self.axes.astype(np.float32), local)
         factor = self.pixels_per_metre(depth)
         return 0.5 * self.size[0] + factor * across, 0.5 * self.size[1] - factor * up, depth
 
@@ -46,7 +47,7 @@ class Camera:
         width); corner: (row, column) of that part in the picture."""
         rows, columns = np.nonzero(mask)
         local = self.local(columns + corner[1] + 0.5, rows + corner[0] + 0.5, depth[mask])
-        return (local @ self.axes + self.eye).astype(np.float32)
+        return (np.einsum("ni,ij->nj", local, self.axes) + self.eye).astype(np.float32)
 
     def bearing_and_elevation(self):
         """The direction it stands in, seen from what it shows: "BEARING,ELEVATION" in degrees."""

@@ -88,7 +88,8 @@ class Cutaway:
 
     def shown(self, frame):
         """Which particles (n,) of a frame with its field `material` are drawn."""
-        near = (frame.points[:, :2] - self.point.astype(np.float32)) @ self.normal.astype(np.float32) > 0.0
+        beside = frame.points[:, :2] - self.point.astype(np.float32)
+        near = np.einsum("ni,i->n", beside, self.normal.astype(np.float32)) > 0.0
         return ~(near & np.isin(frame.fields["material"], self.layer.over))
 
 

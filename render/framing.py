@@ -151,7 +151,7 @@ def _merit(camera, action, relief, along):
     out = -camera.axes[2]
     elevation = np.degrees(np.arcsin(out[2]))
     turn = np.degrees(abs((np.arctan2(out[0], out[1]) - along + np.pi) % (2.0 * np.pi) - np.pi))
-    large = 0.4 * np.log(action.size_in(camera)) + 1.5 * filled.mean()
+    large = 0.6 * np.log(action.size_in(camera)) + 1.5 * filled.mean()
     return 3.0 * min(seen, 0.97) + large - 0.010 * abs(elevation - 32.0) - 0.004 * abs(turn - 52.0)
 
 

@@ -41,12 +41,19 @@ class Ground:
     bare: np.ndarray | None = None
     cover: SnowCover | None = None
 
-    def at(self, time):
-        """The same at a time [s]: bare where the flow has swept its snow away."""
+    def at(self, time, points=None, spacing=1.0):
+        """The same at a time [s]: bare where the flow has swept its snow away, and left none of its own.
+
+        points (n, 3) of the snow there then, a `spacing`, one or (n,), apart [m]; None: as if there were none
+        """
         if self.bare is None:
             return self
         window, when, change = self._swept
-        share = ndimage.uniform_filter((when <= time).astype(np.float32), RIM)
+        swept = (when <= time).astype(np.float32)
+        if points is not None and swept.any():
+            row, column = self._cells
+            swept *= 1.0 - self.cover.left(points, spacing)[row, column]
+        share = ndimage.uniform_filter(swept, RIM)
         picture = self.light.copy()
         picture[window] += share[..., None] * change
         return replace(self, light=picture, bare=None, cover=None)
@@ -62,6 +69,14 @@ class Ground:
             return (slice(0, 0), slice(0, 0)), when[:0, :0], self.light[:0, :0]
         window = tuple(slice(max(int(line[0]) - RIM, 0), int(line[-1]) + RIM + 1) for line in lines)
         return window, when[window], self.bare[window] - self.light[window]
+
+    @cached_property
+    def _cells(self):
+        """(rows, columns) of the cover's raster that the pixels of the window show; anything where they show none."""
+        window = self._swept[0]
+        found = np.zeros((2, *self.depth.shape), np.int32)
+        found[:, self.takes_sun] = self.cover.cells(self.places)
+        return found[0][window], found[1][window]
 
     @cached_property
     def takes_sun(self):
@@ -113,7 +128,7 @@ def ground_colour(relief, vertices, sun, cover=None):
     normal = np.column_stack([*down, np.ones(len(x))])
     normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
     sunlight = relief.sample(relief.sunlight(sun), x, y, 1.0).astype(np.float32)
-    openness = relief.sample(relief.openness(), x, y, 1.0).astype(np.float32)
+    openness = relief.sample(relief.openness, x, y, 1.0).astype(np.float32)
     grain = _grain(vertices.astype(np.float32), relief.cell)
     albedo = _albedo(normal, grain)
     if cover is not None:
@@ -146,7 +161,7 @@ def _shades(relief, raster, sun, interval, cover):
     normal = raster.interpolate(relief.normals, relief.facets).astype(np.float32)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     sunlight = relief.sample(relief.sunlight(sun), point[:, 0], point[:, 1], 1.0).astype(np.float32)
-    openness = relief.sample(relief.openness(), point[:, 0], point[:, 1], 1.0).astype(np.float32)
+    openness = relief.sample(relief.openness, point[:, 0], point[:, 1], 1.0).astype(np.float32)
     grain, lines = _grain(point, relief.cell), 0.4 * _contours(point, raster, interval)
     bare = _albedo(normal, grain)
     albedos = [bare, *([] if cover is None else [cover.over(bare, grain, normal)])]

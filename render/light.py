@@ -42,7 +42,8 @@ def sun_direction(axes, facing):
 
 def illuminate(normals, sun, *, softness, sunlight=1.0, openness=1.0):
     """Light (..., 3) on surfaces with unit `normals` (..., 3); softness 0.1 for rock, 0.5 for snow."""
-    facing = np.clip((normals @ sun.astype(np.float32) + softness) / (1.0 + softness), 0.0, None) * sunlight
+    towards = np.einsum("...i,i->...", normals, sun.astype(np.float32))
+    facing = np.clip((towards + softness) / (1.0 + softness), 0.0, None) * sunlight
     up = 0.5 + 0.5 * normals[..., 2]
     open_sky = up * openness
     return facing[..., None] * SUN + open_sky[..., None] * SKY + (1.0 - up)[..., None] * GROUND_BOUNCE

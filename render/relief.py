@@ -1,6 +1,7 @@
 """The ground of a run, ready to draw: cut to the region of interest, with smooth normals and a raster of heights."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
@@ -11,6 +12,7 @@ from snowmpm.render.raster import rasterise
 WALL = 0.04  # height of the walls at the rim, as a share of the region
 CELLS = 360  # of the height raster, along its longer side
 NORTH_WEST = np.array([-0.58, 0.58, 0.58])  # light on maps
+FLAT = 1e-4  # determinant of the places around a cell, in squares of the width, below which they make no plane
 EDGE_SHARE = 1.0 / 40.0  # longest facet edge allowed, as a share of the region
 
 
@@ -73,14 +75,43 @@ class Relief:
             clear = np.minimum(clear, np.clip(0.5 + 0.5 * above, 0.0, 1.0))
         return ndimage.gaussian_filter(clear, 0.8)
 
+    @cached_property
     def openness(self):
-        """Raster about 1 on planes, below it in gullies and above it on ridges: how much sky the ground sees."""
-        ground = np.where(np.isfinite(self.heights), self.heights, np.nanmean(self.heights))
-        total = np.ones(ground.shape)
+        """Raster 1 on planes up to their rim, below it in gullies and above it on ridges: how much sky the ground
+        sees; 1 in holes."""
+        total = np.ones(self.heights.shape)
         for width in (2.0, 6.0, 18.0):
-            hollow = (ndimage.gaussian_filter(ground, width) - ground) / (width * self.cell)
-            total -= 0.9 * np.clip(hollow, -0.15, 0.3)
+            hollow = (plane_around(self.heights, width) - self.heights) / (width * self.cell)
+            total -= 0.9 * np.clip(np.nan_to_num(hollow), -0.15, 0.3)
         return total
+
+
+def plane_around(heights, width):
+    """At each cell of a raster of heights (rows, columns), NaN in holes, the height there of the plane that fits those
+    around it best, by weights of a Gaussian of `width` [cells]: away from rims and holes the Gaussian mean itself."""
+    known = np.isfinite(heights)
+    values = np.where(known, heights, 0.0)
+    row, column = np.indices(heights.shape, dtype=float)
+    ones = known.astype(float)
+
+    def mean(weights):
+        return ndimage.gaussian_filter(weights, width, mode="constant")
+
+    # Moments about each cell from those about the corner of the raster
+    share, rise = mean(ones), mean(values)
+    about = {}
+    for name, at in (("r", row), ("c", column)):
+        about[name], about["h" + name] = mean(ones * at) - at * share, mean(values * at) - at * rise
+    for name, a, b in (("rr", row, row), ("rc", row, column), ("cc", column, column)):
+        about[name] = mean(ones * a * b) - a * mean(ones * b) - b * mean(ones * a) + a * b * share
+    # By Cramer's rule; where the heights lie on a line or in a point, their mean
+    r, c, rr, rc, cc = (about[name] for name in ("r", "c", "rr", "rc", "cc"))
+    minor = rr * cc - rc**2, r * cc - c * rc, r * rc - c * rr
+    whole = share * minor[0] - r * minor[1] + c * minor[2]
+    fitted = rise * minor[0] - about["hr"] * minor[1] + about["hc"] * minor[2]
+    flat = whole > FLAT * width**4 * share**3
+    found = np.where(flat, fitted / np.where(flat, whole, 1.0), rise / np.maximum(share, 1e-30))
+    return np.where(known, found, np.nan)
 
 
 def build_relief(terrain, lower, upper):

@@ -14,6 +14,7 @@ from snowmpm.render.splat import splat_discs
 
 TOP_SOIL = light.decode([0.46, 0.42, 0.38])
 BEDROCK = light.decode([0.26, 0.25, 0.26])
+GAP = 0.4  # spacings: gaps of twice this are closed, as the grid does not resolve them
 DISC = 0.8  # radius in particle spacings: discs on a square lattice close, with a little to spare for shear
 
 
@@ -59,7 +60,8 @@ def draw_section(profile, camera, points, spacing, colours=None, identity=None, 
     apart = spacing * camera.scale
     # The soft rim of small discs, half a pixel wide, would let the sky shine through between four of them
     radius_px = max(0.9, DISC * apart, np.sqrt(0.5) * apart + 0.5)
-    number, cover = splat_discs(x, y, radius_px, camera.size)
+    discs = splat_discs(x, y, radius_px, camera.size)
+    number, cover = _closed(*discs, x, y, radius_px, GAP * apart)
     hit = number >= 0
     if not hit.any():
         return picture
@@ -71,6 +73,18 @@ def draw_section(profile, camera, points, spacing, colours=None, identity=None, 
     lit *= _relief(cover, radius_px)[..., None]
     shadow = 1.0 - 0.25 * blur(cover, 3.0 + radius_px)[..., None]
     return picture * shadow * (1.0 - cover[..., None]) + lit * cover[..., None]
+
+
+def _closed(number, cover, x, y, radius_px, gap):
+    """As of `splat_discs`, without gaps of up to twice a `gap` [px] between discs.
+
+    Discs are widened by it and the outline of all is drawn back as far: a body that is drawn out stays whole.
+    """
+    wide, _ = splat_discs(x, y, radius_px + gap, number.shape[::-1])
+    # What goes on beyond the picture has no outline there
+    inside = ndimage.distance_transform_edt(np.pad(wide >= 0, 1, mode="edge"))[1:-1, 1:-1] - gap - 0.5
+    return (np.where((number < 0) & (inside > 0.0), wide, number),
+            np.maximum(cover, np.clip(inside, 0.0, 1.0)).astype(np.float32))
 
 
 def _relief(cover, radius_px):

@@ -46,7 +46,7 @@ class Shadow:
         right = np.cross([0.0, 0.0, 1.0], sun)
         right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-6 else np.array([1.0, 0.0, 0.0])
         axes = np.stack([right, np.cross(sun, right), -sun])
-        local = points[:: max(1, len(points) // 50000)] @ axes.T
+        local = np.einsum("ni,ji->nj", points[:: max(1, len(points) // 50000)], axes)
         low, high = np.quantile(local, [STRAYS, 1.0 - STRAYS], axis=0)
         extent = high - low + 8.0 * radius
         scale = min(1.0 / radius, LARGEST / float(extent[:2].max()))

@@ -4,7 +4,7 @@ import numpy as np
 
 from snowmpm.render import light
 from snowmpm.render.blur import blur
-from snowmpm.render.crumble import VISIBLE, crumbled
+from snowmpm.render.crumble import VISIBLE, crumbled, few_around
 from snowmpm.render.shadow import Shadow, shade_on, sunlit
 from snowmpm.render.splat import splat_balls
 
@@ -14,7 +14,6 @@ SMOOTHING = 1.7  # of the surface, in ball radii on the picture
 STEP = (0.65, 1.4)  # ball radii of scatter about the smooth surface: from an even lattice to two sides of an edge
 SOFTNESS = 0.35
 EXPOSURE = 0.78  # below the ground's, or fresh snow in the sun would lose its relief
-LOOSE = 90  # particles in three cells each way around one, drawn as crumbs if fewer; 96 at the edge of a block, of 216
 SCATTERED = np.array([0.16, 0.18, 0.21], np.float32)  # share of the shade that snow itself lights up
 READABLE = np.array([0.28, 0.28, 0.30], np.float32)  # the same where colours must be told in the shade
 HIDDEN = np.array([0.75, 0.62, 0.45], np.float32)  # lost in a hollow: what is left in snow is blue
@@ -29,14 +28,20 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None,
     identity  (n,) whole numbers that stay with their particles, or None: gives each a brightness of its own
     in_crumbs  False: loose particles as they are, not taken apart
     """
+    if not len(points):
+        return ground.light.copy()
     sheet = colours is not None and colours.shape[1] == 4
-    if in_crumbs and not sheet:
-        points, spacing, identity, colours = _in_crumbs(camera, points, spacing, identity, colours)
-    number, front, radius_px, radius = seen_snow(ground, camera, points, spacing)
+    # Of whole particles: by that of its crumbs, the surface would be smoothed less the more snow is loose
+    radius = BALL * float(np.median(spacing))
+    radius_px = radius * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
+    if in_crumbs and not sheet and radius_px >= VISIBLE:
+        loose = few_around(points, np.max(spacing))
+        points, spacing, identity, colours = crumbled(points, spacing, loose, identity, colours)
+    number, front = seen_snow(ground, camera, points, spacing)
     hit = number >= 0
     if not hit.any():
         return ground.light.copy()
-    width = float(np.clip(SMOOTHING * np.median(radius_px), 1.1, 8.0))
+    width = float(np.clip(SMOOTHING * radius_px, 1.1, 8.0))
     # What is see-through has no shadow
     shadow = Shadow.of(points[colours[:, 3] > 0.5] if sheet else points, radius, sun)
     picture = _shaded_ground(ground, shadow)
@@ -68,19 +73,19 @@ def draw_snow(ground, camera, sun, points, spacing, colours=None, identity=None,
 
 
 def seen_snow(ground, camera, points, spacing):
-    """The particle at each pixel (height, width), -1 for none, its depth [m] along the view, inf for none, and of all
-    particles their sizes on the picture [px] and their usual radius [m]; arguments as of `draw_snow`."""
+    """The particle at each pixel (height, width), -1 for none, and its depth [m] along the view, inf for none.
+
+    Arguments as of `draw_snow`.
+    """
     x, y, depth = camera.project(points)
     radii = BALL * np.broadcast_to(spacing, len(points))
-    radius = float(np.median(radii)) if len(radii) else BALL
-    radius_px = radii * camera.pixels_per_metre(depth)
-    number, front = splat_balls(x, y, depth, radii, radius_px, camera.size)
+    number, front = splat_balls(x, y, depth, radii, radii * camera.pixels_per_metre(depth), camera.size)
     # Snow lies on the ground to within a particle: what is a little below the drawn facets still shows from above,
     # and what is a little above them does not shine through from below. Obstacles hide what is behind them.
-    own = radii[number] if len(radii) else radius
+    own = radii[number] if len(radii) else BALL
     hidden = front > ground.depth + 2.0 * own * ground.slack
     number[hidden], front[hidden] = -1, np.inf
-    return number, front, radius_px, radius
+    return number, front
 
 
 def _shaded_ground(ground, shadow):
@@ -131,7 +136,7 @@ def _normals(surface, hit, camera, window):
     length = np.linalg.norm(normal, axis=2, keepdims=True)
     normal = np.where(length > 1e-12, normal / np.maximum(length, 1e-12), np.array([0.0, 0.0, -1.0], np.float32))
     normal *= np.where(normal[..., 2:] > 0.0, -1.0, 1.0)
-    return normal @ camera.axes.astype(np.float32)
+    return np.einsum("...i,ij->...j", normal, camera.axes.astype(np.float32))
 
 
 def _flatter_difference(point, hit, axis):
@@ -170,33 +175,6 @@ def _even(colours, hit, width):
     weight = np.maximum(blur(hit, width), 1e-6)
     mean = np.stack([blur(colours[..., k], width) / weight for k in range(3)], axis=-1)
     return np.where(hit[..., None], mean, 0.0)
-
-
-def _in_crumbs(camera, points, spacing, identity, colours):
-    """The arguments of `draw_snow` with loose particles taken apart, where pieces can be told on the picture."""
-    if not len(points):
-        return points, spacing, identity, colours
-    size = BALL * float(np.median(spacing)) * float(np.median(camera.pixels_per_metre(camera.project(points)[2])))
-    if size < VISIBLE:
-        return points, spacing, identity, colours
-    return crumbled(points, spacing, _few_around(points, np.max(spacing)), identity, colours)
-
-
-def _few_around(points, spacing):
-    """Which particles (n,) have fewer than LOOSE in the cube of three cells, each two spacings wide, around them."""
-    cell = np.floor((points - points.min(axis=0, initial=np.inf)) / (2.0 * spacing)).astype(np.int64).clip(0, 1 << 20)
-    strides = np.array([1 << 42, 1 << 21, 1], np.int64)
-    keys, place, counts = np.unique(cell @ strides, return_inverse=True, return_counts=True)
-    # Most cells hold as many by themselves: only the others look around
-    few = np.flatnonzero(counts < LOOSE)
-    total = np.full(len(keys), LOOSE, np.int64)
-    total[few] = 0
-    for step in np.stack(np.meshgrid(*[(-1, 0, 1)] * 3), axis=-1).reshape(-1, 3):
-        there = keys[few] + step @ strides
-        at = np.searchsorted(keys, there).clip(0, len(keys) - 1)
-        total[few] += np.where(keys[at] == there, counts[at], 0)
-        few = few[total[few] < LOOSE]
-    return (total < LOOSE)[place]
 
 
 def grain(identity):

@@ -12,6 +12,7 @@ from snowmpm.render.ground import OVERSAMPLING, seen_facets
 SOLID = light.decode([0.42, 0.50, 0.64])  # slate: apart from snow, ground and the warm colours of speed
 AREA = light.decode([0.30, 0.38, 0.52])
 RIM = 0.45  # share of its light at the edge of an area
+EDGE = 2  # px: width of that edge
 FINE = 4  # subpixels a side of the areas of a section
 NEARBY = 1.0  # of the extent of the snow: obstacles up to this far from it are kept in sight
 SAMPLED_FRAMES = 8
@@ -50,7 +51,7 @@ def draw_solids(ground, camera, sun, vertices, facets):
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     inwards = ((corners[:, 0] - camera.eye) * normals).sum(axis=1) > 0.0  # as some mesh files have them
     if not camera.perspective:
-        inwards = normals @ camera.axes[2] > 0.0
+        inwards = np.einsum("ni,i->n", normals, camera.axes[2]) > 0.0
     normals[inwards] *= -1.0
     shade = SOLID * light.illuminate(normals.astype(np.float32), sun, softness=0.1)
     large = np.zeros((*front.shape, 3), np.float32)
@@ -66,24 +67,21 @@ def draw_solids(ground, camera, sun, vertices, facets):
 
 
 def draw_areas(picture, camera, vertices, facets):
-    """Fill the areas that segments `facets` (m, 2) enclose, in a picture (height, width, 3) in linear light."""
+    """Fill the areas that segments `facets` (m, 2) enclose, each with a dark rim by which it is told from those that
+    touch it, in a picture (height, width, 3) in linear light."""
     if not len(facets):
         return
     x, y, _ = camera.project(vertices)
     height, width = picture.shape[:2]
-    canvas = Image.new("L", (FINE * width, FINE * height))
-    draw = ImageDraw.Draw(canvas)
+    areas, rims = (Image.new("L", (FINE * width, FINE * height)) for _ in range(2))
     for ring in rings(facets):
-        draw.polygon([(FINE * x[v], FINE * y[v]) for v in ring], fill=255)
-    fine = (np.asarray(canvas) > 0).reshape(height, FINE, width, FINE)
-    cover = fine.mean(axis=(1, 3), dtype=np.float32)[..., None]
-    inner = np.ones((height, width), bool)
-    whole = cover[..., 0] > 0.999
-    for axis in (0, 1):
-        for way in (-2, 2):
-            inner &= np.roll(whole, way, axis=axis)
-    colour = AREA * np.where(inner, 1.0, RIM)[..., None]
-    picture[:] = picture * (1.0 - cover) + colour * cover
+        corners = [(FINE * x[v], FINE * y[v]) for v in ring]
+        ImageDraw.Draw(areas).polygon(corners, fill=255)
+        ImageDraw.Draw(rims).line([*corners, corners[0]], fill=255, width=2 * EDGE * FINE)
+    blocks = (height, FINE, width, FINE)
+    cover, rim = ((np.asarray(one) > 0).reshape(blocks).mean(axis=(1, 3), dtype=np.float32)[..., None]
+                  for one in (areas, rims))
+    picture[:] = picture * (1.0 - cover) + AREA * (1.0 - (1.0 - RIM) * rim) * cover
 
 
 def rings(facets):

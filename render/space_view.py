@@ -50,13 +50,13 @@ class SpaceView(View):
         time, snow = self._frame(i)
         camera = self.camera if self.path is None else self.path.camera(time, self.size)
         if self.layer_drawn == "depth":
-            behind = self._behind(i, camera)
+            behind = self._behind(i, camera, snow)
             return np.minimum(seen_snow(behind, camera, *snow[:2])[1], behind.depth).astype(np.float32)
         if self.layer_drawn == "transparent":
-            return with_alpha(*(draw_snow(self._behind(i, camera, sky_of(brightness)), camera, self.sun, *snow)
+            return with_alpha(*(draw_snow(self._behind(i, camera, snow, sky_of(brightness)), camera, self.sun, *snow)
                                 for brightness in (0.0, 1.0)))
         seen = self.quality.camera(camera)
-        ground = self._behind(i, seen)
+        ground = self._behind(i, seen, snow)
         picture = light.encode(draw_snow(ground, seen, self.sun, *snow, in_crumbs=self.quality.crumbs))
         overlay = Overlay(self.quality.enlarged(picture, camera.size))
         if self.plain:
@@ -80,11 +80,14 @@ class SpaceView(View):
         """The side (1, -1) of y that the camera stands on, and the handle of a saw."""
         return 1.0 if -self.camera.axes[2, 1] >= 0.0 else -1.0
 
-    def _behind(self, i, camera, sky=light.sky):
-        """`Ground` with the solids of frame `i`, as a camera sees them."""
+    def _behind(self, i, camera, snow, sky=light.sky):
+        """`Ground` with the solids of frame `i`, as a camera sees them, below its snow as of `_frame`."""
         known = self.path is None and sky is light.sky
         ground = self.ground if known else self._drawn_ground(camera, sky)
-        return draw_solids(ground.at(self.run.times[i]), camera, self.sun, *self.solids(i))
+        points, spacing, colours, _ = snow
+        if colours is not None and colours.shape[1] == 4:  # a sheet shows by itself how thick it is
+            points = None
+        return draw_solids(ground.at(self.run.times[i], points, spacing), camera, self.sun, *self.solids(i))
 
     def _drawn_ground(self, camera, sky=light.sky):
         return draw_ground(self.relief, camera, self.sun, sky, self.cover)

@@ -26,7 +26,7 @@ class UprightRun(Run):
 
     def turned(self, vectors):
         """Vectors or places (n, 3) of the slope's frame in the upright one."""
-        return (vectors @ self.turn.T).astype(np.asarray(vectors).dtype)
+        return np.einsum("ni,ji->nj", vectors, self.turn).astype(np.asarray(vectors).dtype)
 
     def frame(self, i, fields=None):
         frame = super().frame(i, fields)

@@ -19,6 +19,8 @@ SAMPLED_FRAMES = 60
 SAMPLED_POINTS = 30000  # of a frame
 SUBSTEPS = 12  # places at most on the way of a particle between two of these frames
 MOVING = 0.02  # share of the largest speed: less counts as rest
+LYING = 2.5  # spacings above the ground, and a cell for its slope, up to which snow lies on it
+WHOLE = 0.35  # of a layer of particles, from which the ground below counts as covered
 RAGGED = 0.9  # cells by which the rim of the track wanders
 
 
@@ -27,10 +29,12 @@ class SnowCover:
     """Snow on a relief.
 
     swept (rows, columns): time [s] at which moving snow first was in each cell, inf: never
+    heights (rows, columns): of the ground [m]
     x0, y0, cell [m]: as of the relief (`relief.Relief`)
     """
 
     swept: np.ndarray
+    heights: np.ndarray
     x0: float
     y0: float
     cell: float
@@ -52,7 +56,26 @@ class SnowCover:
         reach = 2 * int(np.ceil(1.5 * spacing / relief.cell)) + 1
         swept = ndimage.grey_opening(swept, size=(max(reach, 3),) * 2, mode="nearest")
         swept = ndimage.grey_closing(swept, size=(3, 3), mode="nearest")
-        return cls(swept, relief.x0, relief.y0, relief.cell)
+        return cls(swept, relief.heights, relief.x0, relief.y0, relief.cell)
+
+    def cells(self, places):
+        """(rows, columns) (2, n) of the cells with places (n, 3)."""
+        at = np.stack([(places[:, 1] - self.y0) / self.cell, (places[:, 0] - self.x0) / self.cell])
+        return np.round(at).astype(np.int32).clip(0, np.reshape(self.swept.shape, (2, 1)) - 1)
+
+    def left(self, points, spacing):
+        """Share (rows, columns) of each cell that snow at `points` (n, 3), a `spacing`, one or (n,), apart [m], covers.
+
+        Gaps that the grid of the run does not resolve are not bare ground: a layer of snow that is thinner than the
+        particles are apart is drawn as some of them on a dusted floor.
+        """
+        row, column = self.cells(points)
+        spacing = np.broadcast_to(spacing, len(points))
+        lying = points[:, 2] < self.heights[row, column] + LYING * spacing + self.cell
+        number = row[lying] * self.swept.shape[1] + column[lying]
+        layers = np.bincount(number, (spacing[lying] / self.cell) ** 2, self.swept.size).reshape(self.swept.shape)
+        width = 2.0 * float(np.median(spacing)) / self.cell if len(points) else 0.0
+        return (ndimage.gaussian_filter(layers, max(width, 0.7)) / WHOLE).clip(0.0, 1.0)
 
     def over(self, bare, grain, normal):
         """Colours (n, 3) of covered ground from those of bare ground, its grain (n,) in [0, 1] and normals (n, 3)."""

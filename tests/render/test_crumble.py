@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from snowmpm.render.crumble import APART, CRUMBS, SIZE, crumbled
-from snowmpm.render.snow import LOOSE, _few_around
+from snowmpm.render.crumble import APART, CRUMBS, LOOSE, SIZE, crumbled, few_around
 
 SPACING = 0.2
 
@@ -16,11 +15,11 @@ def heap():
 
 def test_grains_on_their_own_are_loose_and_the_inside_of_a_block_is_not():
     points = heap()
-    loose = _few_around(points, SPACING)
+    loose = few_around(points, SPACING)
     assert loose[-40:].all()
     at_corner = (np.minimum(points, 3.0 - points) < 0.5).all(axis=1)[:-40]
     assert not loose[:-40][~at_corner].any()
-    assert len(_few_around(np.zeros((0, 3)), SPACING)) == 0
+    assert len(few_around(np.zeros((0, 3)), SPACING)) == 0
 
 
 def test_who_is_loose_is_counted_cell_by_cell():
@@ -28,13 +27,13 @@ def test_who_is_loose_is_counted_cell_by_cell():
     points = np.random.default_rng(5).random((1500, 3)) * [9.0, 9.0, 3.0]
     cell = np.floor((points - points.min(axis=0)) / 1.0).astype(int)
     near = (np.abs(cell[:, None] - cell[None]) <= 1).all(axis=2).sum(axis=1)
-    loose = _few_around(points, 0.5)
+    loose = few_around(points, 0.5)
     assert (loose == (near < LOOSE)).all() and loose.any() and not loose.all()
 
 
 def test_crumbs_lie_around_their_particle_and_are_smaller():
     points, identity = heap(), np.arange(16**3 + 40)
-    loose = _few_around(points, SPACING)
+    loose = few_around(points, SPACING)
     found, size, own = crumbled(points, SPACING, loose, identity)
     assert len(found) == (~loose).sum() + CRUMBS * loose.sum()
     away = np.abs(found - points[own])

@@ -8,6 +8,7 @@ from synthetic_runs import slab_3d
 from snowmpm.io import Run
 from snowmpm.render import light, snow
 from snowmpm.render.camera import fit_camera
+from snowmpm.render.crumble import few_around
 from snowmpm.render.ground import draw_ground
 from snowmpm.render.light import sun_direction
 from snowmpm.render.snow import draw_snow, seen_snow
@@ -120,3 +121,37 @@ def test_grains_on_their_own_are_no_balls():
         drawn = draw_snow(ground, camera, sun, points, SPACING, in_crumbs=crumbs)
         found = roundness((np.abs(drawn - ground.light) > 0.15).any(axis=-1))
         assert found < 0.6 if crumbs else found > 0.8
+
+
+@pytest.mark.parametrize(("box", "count"), [((40.0, 27.0, 0.5), 40_000), ((30.0, 20.0, 0.5), 20_000)])
+def test_a_bed_of_loose_snow_is_no_gravel(box, count):
+    """Pixels of it differ from their surroundings by less than 5 grey levels of 255: 3.3 and 3.8. Smoothed by the
+    radius of crumbs instead of that of whole particles it was 8.7 and 10.5; the gate was chosen after these figures."""
+    bed = np.random.default_rng(4).random((count, 3)) * box
+    camera = fit_camera(bed, 0.6, 0.9, (480, 270))
+    ground, sun = open_ground(camera), sun_direction(camera.axes, np.array([0.0, 0.0, 1.0]))
+    assert few_around(bed, SPACING).mean() > 0.9
+    picture = light.encode(draw_snow(ground, camera, sun, bed, SPACING)).astype(float).mean(axis=-1)
+    inside = ndimage.binary_erosion(seen_snow(ground, camera, bed, SPACING)[0] >= 0, iterations=6)
+    assert inside.sum() > 8000
+    assert (picture - ndimage.gaussian_filter(picture, 2.0))[inside].std() < 5.0
+
+
+def test_loose_snow_does_not_change_how_a_slab_is_smoothed(monkeypatch):
+    """Whatever comes loose in a film, steps and smoothing go with the radius of whole particles."""
+    points, _ = slab(1.0)
+    loose = np.random.default_rng(6).random((3000, 3)) * [9.0, 8.0, 0.3] + [0.0, 14.0, 0.0]
+    everything = np.concatenate([points, loose])
+    camera = fit_camera(everything, 0.6, 0.5, (480, 270), perspective=False)
+    ground, sun = open_ground(camera), sun_direction(camera.axes, np.array([0.0, 0.0, 1.0]))
+    taken, usual = [], snow._smooth_depth
+
+    def smooth(front, hit, width, radius):
+        taken.append((width, radius))
+        return usual(front, hit, width, radius)
+
+    monkeypatch.setattr(snow, "_smooth_depth", smooth)
+    for some in (points, everything):
+        draw_snow(ground, camera, sun, some, SPACING)
+    assert taken[0] == taken[1]
+    assert taken[0][1] == pytest.approx(snow.BALL * SPACING)

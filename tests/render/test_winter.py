@@ -116,6 +116,25 @@ def test_track_grows_from_nothing(views):
     assert shares == sorted(shares) and shares[-1] > 3.0 * shares[1] > 0.0
 
 
+@pytest.mark.parametrize(("apart", "above", "white"), [(1.2, 0.5, True), (1.6, 0.5, True), (4.0, 0.5, False),
+                                                       (1.2, 6.0, False)])
+def test_snow_that_stays_on_the_track_leaves_no_bare_gaps(views, apart, above, white):
+    """Particles 1.2 and 1.6 spacings apart at rest where the flow went: the ground between is covered as before. Those
+    4 spacings apart are strays, and those 6 above the ground fly."""
+    ground = views[0].ground
+    x, y = (SPACING * apart * g.ravel() for g in np.meshgrid(np.arange(-15, 0), np.arange(-6, 7)))
+    lying = np.column_stack([x, y, above - SLOPE * x])
+    gaps = SPACING * apart * (np.arange(-15, -1) + 0.5)
+    gaps = gaps[(gaps > -20.0) & (gaps < 0.0)]
+    middle = np.column_stack([gaps, np.full(len(gaps), 0.5 * apart), -SLOPE * gaps])
+    across, down, _ = views[0].camera.project(middle)
+    at = down.astype(int), across.astype(int)
+    bare, left = (ground.at(5.0, points, SPACING).light[at].mean() for points in (None, lying))
+    before = ground.at(-1.0).light[at].mean()
+    assert before > 1.8 * bare
+    assert left == pytest.approx(before, rel=0.03) if white else left < bare + 0.5 * (before - bare)
+
+
 @pytest.mark.parametrize(("density", "slope", "winter"), [(250.0, SLOPE, True), (1600.0, SLOPE, False),
                                                           (250.0, 0.0, False)])
 def test_snow_on_a_slope_is_winter_and_sand_or_a_floor_is_not(tmp_path, density, slope, winter):

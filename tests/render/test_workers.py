@@ -1,12 +1,15 @@
 """Pictures drawn side by side: their order, how far ahead, errors, and the same film as by one thread."""
 
+import ast
 import threading
 import time
 import tracemalloc
+from pathlib import Path
 
 import pytest
 from synthetic_runs import slab_2d, slab_3d
 
+from snowmpm import render
 from snowmpm.io import Run
 from snowmpm.render import render_run, run_film, workers
 from snowmpm.render.workers import drawn, worker_count
@@ -104,3 +107,20 @@ def test_a_picture_takes_no_more_memory_than_it_is_counted_as(runs):
     tracemalloc.stop()
     counted = workers.PER_PARTICLE * view.most_points + workers.PER_PIXEL * 320 * 180
     assert 0.1 * counted < peak < counted
+
+
+DRAWING = ("camera", "crumble", "fracture", "ground", "light", "section", "section_view", "shadow", "sheet", "snow",
+           "solid", "space_view", "splat", "upright", "winter")
+"""Modules that the pictures of a film go through."""
+PREPARING = {"crumble": 3, "fracture": 2, "light": 2, "upright": 2}
+"""Products of a few numbers in them, or of whole numbers, neither of which BLAS shares among threads."""
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_pictures_keep_off_blas(name):
+    """Its threads waited for each other without end while two pictures were drawn: no matrix product of arrays."""
+    tree = ast.parse((Path(render.__file__).parent / f"{name}.py").read_text(encoding="utf-8"))
+    products = sum(isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult) for node in ast.walk(tree))
+    calls = sum(isinstance(node, ast.Attribute) and node.attr in ("dot", "matmul", "tensordot")
+                for node in ast.walk(tree))
+    assert (products, calls) == (PREPARING.get(name, 0), 0)
