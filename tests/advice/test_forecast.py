@@ -86,8 +86,6 @@ MANY_STEPS = {"avalanche_on_raster": "35 % too many, 5777 for 4290: it rests, an
                                      " 4240 are foretold"}
 """Scenes whose whole runs take fewer steps than is foretold."""
 LONG_BREAKING = {"pst": "18 % too few, 2275 for 2780: bonds break for longer than is foretold",
-                 "slab_release": "20 % too few, 6551 for 8230: the layer breaks for the first 4.5 of 12 s, longer than"
-                                 " is foretold",
                  "pst_2d": "13 % too few, 3895 for 4460: bonds break for half of it, a third of it as foretold"}
 """Scenes whose whole runs take more."""
 
