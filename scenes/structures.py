@@ -34,8 +34,8 @@ class Bending(Touching):
     damping: Fraction = 0.01
     """share of the critical damping of its first mode [-]"""
     coupling: Literal["weak", "strong", "one_way"] = "weak"
-    """weak: the snow meets it as it is bent; strong: with the velocity that it has at the end of the step, so that it
-    may be lighter than the snow around it; one_way: as it stood at the start"""
+    """weak: the snow meets it as it is bent; strong: with its mean velocity over the step, so that it may
+    be lighter than the snow around it; one_way: as it stood at the start"""
 
 
 class Structure(Bending):

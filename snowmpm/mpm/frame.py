@@ -30,6 +30,6 @@ class GridFrame(Frame):
         """Surface of a `solids.Obstacle`, where it is at time zero."""
         geometry = SolidField(obstacle, dim=self.dim, precision=self.precision, origin=self.origin, dx=self.dx)
         surface = Surface(geometry, self.dim, obstacle.contact, obstacle.friction, tracked=True,
-                          moving=not obstacle.still)
+                          moving=not obstacle.still, edges=not obstacle.part)
         surface.move_to(0.0, self.origin, self.dx)
         return surface

@@ -155,4 +155,4 @@ def _segment(spec, rod, s, name, width, dim):
         axes, size, kind = np.array([across, np.cross(along, across), along]), np.array([r, r, half]), CYLINDER
     if spec.coupling == "one_way":
         motion = RigidMotion(origin)
-    return Obstacle(name, SolidShape(kind, origin, axes, size), motion, spec.contact, spec.friction)
+    return Obstacle(name, SolidShape(kind, origin, axes, size), motion, spec.contact, spec.friction, part=True)

@@ -17,7 +17,8 @@ class Obstacle:
     """A rigid solid in contact with snow.
 
     contact: a name of `snowmpm.stepping.contact_velocity.CODES`; friction: Coulomb mu [-]; drag: c_d [-], for flows
-    whose force follows from depth and speed.
+    whose force follows from depth and speed. part: it goes on in others, as a segment of a structure does: its ends are
+    no edges.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Obstacle:
     contact: str = "separate"
     friction: float = 0.0
     drag: float = 2.0
+    part: bool = False
 
     @classmethod
     def of(cls, spec, dim, base_dir=".", key="obstacle", reach=np.inf):

@@ -1,9 +1,9 @@
 """Rods and frameworks in the snow: loads of their segments, their motion, their numbers in the history.
 
 Weak coupling: in a step the snow meets each segment where it is, with the velocity that it has, as a rigid obstacle;
-then the rod moves for as long under the mean forces and moments of that step. Strong: with the velocity that the rod
-has at the end of the step, which is sought (`quasi_newton`), so that a rod may be lighter than the snow that contact
-holds at its velocity. One way: the snow meets the rod as it stands at the start, and the rod moves under what that
+then the rod moves for as long under the mean forces and moments of that step. Strong: with the mean velocity of
+the rod over the step, which is sought (`quasi_newton`), so that a rod may be lighter than the snow that contact holds
+at its velocity. One way: the snow meets the rod as it stands at the start, and the rod moves under what that
 gives, or is where it would rest under it (`framework_rest`). Where the snow begins settled, a framework begins at rest
 under its weight and the loads of the first step.
 """
@@ -127,12 +127,13 @@ class Rods:
             at += size
 
     def answer(self, dt, gravity, gains):
-        """These velocities after a step of dt [s] in which the snow gives gains (obstacles, ...); nothing is moved."""
+        """Their means over a step of dt [s] in which the snow gives gains (obstacles, ...); nothing is moved."""
         found = []
         for each in self.strong:
-            kept = each.rod.state()
+            kept, start = each.rod.state(), each.rod.x.copy()
             each.rod.advance(dt, self._forces(each, gravity, gains / dt))
-            found.append(each.rod.v[np.ix_(each.rod.free, self._axes)].ravel())
+            # Light nodes swing within a step: the velocity that they end it with has little to do with their way
+            found.append(((each.rod.x - start) / dt)[np.ix_(each.rod.free, self._axes)].ravel())
             each.rod.restore(kept)
         return np.concatenate(found)
 

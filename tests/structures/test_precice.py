@@ -85,7 +85,8 @@ def test_explicit_windows(tmp_path, ahead, scheme, names):
 def test_repeated_windows_of_one_step_are_strong_coupling(tmp_path, scheme):
     end, dt = 0.02, 0.001
     own = computed(scene(end, coupling="strong", dt=dt, density=150.0))
-    other, received, _ = coupled(tmp_path, end, density=150.0, keys={"dt": dt}, scheme=scheme, size=dt)
+    other, received, _ = coupled(tmp_path, end, {"velocity": None}, density=150.0, keys={"dt": dt}, scheme=scheme,
+                                 size=dt)
     assert other.dt_cause == "window" and other.solver.steps == 20
     row = other.audit()
     assert row["plate_top_x"] == pytest.approx(own.audit()["plate_top_x"], rel=1e-4)

@@ -2,8 +2,9 @@
 
 On a line of nodes along the axis k on which |n_k| is largest, z = d / |n_k| is the distance [cells] to the surface
 along the line. The first node with z > 1/2 leads, the `REACH` nodes below it follow. Nodes inside that no node leads
-(below a ridge, or far inside) are deep. Where the axis k changes, the surface has an edge: a corner, or a bend of 45
-degrees to the grid. A line within `AROUND` cells of one that turns away from the snow knows where it is.
+(below a ridge, or far inside) are deep. Where the axis k changes, an obstacle has an edge: a corner, or a bend of 45
+degrees to the grid. A line within `AROUND` cells of one that turns away from the snow knows where it is. Terrain has
+none, nor has a part of a structure, whose ends go on in the next part.
 """
 
 import functools
@@ -47,8 +48,9 @@ class Lines:
     deep (k,), deep_normals (k, dim).
     """
 
-    def __init__(self, dim, real, kernel, stored, serial):
-        self.dim, self._real, self._reach = dim, real, REACH[kernel]
+    def __init__(self, dim, real, kernel, stored, serial, edges):
+        """edges: whether lines near an edge know where it is."""
+        self.dim, self._real, self._reach, self._edges = dim, real, REACH[kernel], int(edges)
         self.nodes = self.numbers = self.deep = self.deep_normals = self.start = self.deep_start = self._counts = None
         self._count, self._fill = line_kernels(dim, real, kernel, stored, serial)
         self._starts = Rows(), Rows()
@@ -71,8 +73,8 @@ class Lines:
         if self.deep is None or self.deep.shape[0] < self.n_deep:
             room = _room(self.n_deep)
             self.deep, self.deep_normals = ti.ndarray(ti.i32, (room,)), self._reals(room, 0)
-        self._fill(*where, self.start, self.deep_start, self.nodes, self.numbers, self.deep, self.deep_normals,
-                   blocks.chunk_bounds)
+        self._fill(*where, self._edges, self.start, self.deep_start, self.nodes, self.numbers, self.deep,
+                   self.deep_normals, blocks.chunk_bounds)
 
     def release(self, rows):
         """Leave the followers of these lines to others (`joined_contact`)."""
@@ -267,7 +269,7 @@ def line_kernels(dim, real, kernel, stored, serial):
 
     @taichi_kernel
     def fill(coordinates: ti.types.ndarray(), neighbours: ti.types.ndarray(), slots: ti.types.ndarray(),
-             walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64,
+             walls: ti.types.ndarray(dtype=vec4, ndim=1), axis: int, sign: int, level: ti.f64, edges: int,
              start: ti.types.ndarray(), deep_start: ti.types.ndarray(), nodes: ti.types.ndarray(),
              numbers: ti.types.ndarray(), deep: ti.types.ndarray(), deep_normals: ti.types.ndarray(),
              chunk_bounds: ti.types.ndarray()):
@@ -295,11 +297,13 @@ def line_kernels(dim, real, kernel, stored, serial):
                                 numbers[line, ti.static(dim + reach)] = full / mass_share(z)
                                 numbers[line, ti.static(dim + reach + 1)] = z
                                 numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
-                                beside, away = beyond_edge(c, q, k, up, neighbours, slots, walls, coordinates, axis,
-                                                           sign, level)
-                                nodes[line, ti.static(1 + reach)] = beside
-                                numbers[line, ti.static(dim + reach + 3)] = (
-                                    mass_share(GAP - away) / ti.max(mass_share(1.0 + GAP - away), 1e-9))
+                                nodes[line, ti.static(1 + reach)] = -1
+                                if edges == 1:
+                                    beside, away = beyond_edge(c, q, k, up, neighbours, slots, walls, coordinates,
+                                                               axis, sign, level)
+                                    nodes[line, ti.static(1 + reach)] = beside
+                                    numbers[line, ti.static(dim + reach + 3)] = (
+                                        mass_share(GAP - away) / ti.max(mass_share(1.0 + GAP - away), 1e-9))
                                 line += 1
                             elif wall[3] <= 0.0:  # noqa: SIM102 (see below)
                                 # Not `and`: Taichi computes what a function gives before it asks whether it is wanted,

@@ -1,8 +1,8 @@
-"""Contact of the nodes with structures whose answer is part of the step: both sides end it with one velocity.
+"""Contact of the nodes with structures whose answer is part of the step: snow and structure go the same way.
 
 In each round the nodes are what they were before these structures, which act on them with the velocities sought, and
-give the impulse of that to the rods; the rods end the step with other velocities, until they are those sought
-(`structures.quasi_newton`). Places are those of the begin of the step, as they are for all contact.
+give the impulse of that to the rods; the rods go through the step with other mean velocities, until they are those
+sought (`structures.quasi_newton`). Places are those of the begin of the step, as they are for all contact.
 """
 
 import numpy as np

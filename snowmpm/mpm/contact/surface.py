@@ -42,11 +42,11 @@ class Surface:
     total: what it gave the snow since the start, `N_TOTALS` numbers: impulse (dim,) [N s], minus the energy that it
     took [J], moment of the impulse about the centre of rotation [N s cells], minus the work done on it [J]. motion:
     velocity [m/s], angular velocity [rad/s], centre of rotation [cells], three numbers each. tracked: moments and the
-    solid's work are added up.
+    solid's work are added up. edges: snow has to come around its edges (`lines`).
     """
 
-    def __init__(self, geometry, dim, contact, friction=0.0, tracked=False, moving=False):
-        self.geometry, self.dim, self.tracked, self.moving = geometry, dim, tracked, moving
+    def __init__(self, geometry, dim, contact, friction=0.0, tracked=False, moving=False, edges=False):
+        self.geometry, self.dim, self.tracked, self.moving, self._edges = geometry, dim, tracked, moving, edges
         self.code, self.basal = CODES[contact], None if np.isscalar(friction) else friction
         self.friction = 0.0 if self.basal else friction
         self.motion = real_array(np.zeros(9))
@@ -60,7 +60,7 @@ class Surface:
     def bind(self, real, kernel, flip, serial, lists=False, soaked=False):
         """Compile for a precision, a basis, a transfer, one thread or all of them; lists: also for some contact
         blocks; soaked: for grains beside water."""
-        self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial)
+        self._lines = Lines(self.dim, real, kernel, self.geometry.stored, serial, self._edges)
         if self.moving:
             self.geometry.bind(serial)
         scheme = self.dim, real, kernel, flip, self.tracked, serial, self.basal is not None
