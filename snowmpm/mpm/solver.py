@@ -61,7 +61,7 @@ class MpmSolver(Solver):
         Raises InputError for sleeping with atomics, or with bodies in velocity fields of their own.
         """
         self.dim = dim = len(origin)
-        self.dx, self.precision = dx, precision
+        self.dx, self.precision, self._real = dx, precision, runtime.DTYPES[precision][0]
         self.atomic = runtime.fine_grained() if atomic is None else atomic
         moving = TRANSFERS[transfer]
         self.flip, self._hands_on = moving.flip, moving.affine
@@ -92,8 +92,7 @@ class MpmSolver(Solver):
         if sleeping and (self.atomic or bodies):
             raise InputError(f"solver.sleeping = {sleeping:g}: must be 0 " + (
                 "beside bodies that part" if bodies else "on a GPU, where all blocks are computed"))
-        real = runtime.DTYPES[precision][0]
-        self.sleep = Sleep(self, sleeping, self.particles.layout, real, kernel) if sleeping else None
+        self.sleep = Sleep(self, sleeping, self.particles.layout, self._real, kernel) if sleeping else None
         self.companions = Companions(self, population, laws, f_bar, self._serial)
         self._bind_kernels()
         self._reports = self._impulses = self._answered = None
@@ -309,8 +308,7 @@ class MpmSolver(Solver):
     # ---- set-up -----------------------------------------------------------------------------------------------
 
     def _bind_kernels(self):
-        real = runtime.DTYPES[self.precision][0]
-        layout, flip, moves = self.particles.layout, self.flip, self._hands_on
+        layout, real, flip, moves = self.particles.layout, self._real, self.flip, self._hands_on
         scheme = self.atomic, flip, self.basis, self._gradient, moves, self._serial
         # By whether a list names the blocks to visit: while nothing sleeps, a step is that of snow that cannot
         both = (False, True) if self.sleep else (False,)
@@ -322,10 +320,10 @@ class MpmSolver(Solver):
 
     def _meeting_bodies(self, population, friction):
         """`FieldPairs` of a population with several velocity fields, else None."""
-        real = runtime.DTYPES[self.precision][0]
         if self._phases:
-            return self._phases.exchange(self.dim, real, self._serial)
-        return BodyContact.of(population, self.materials.density, friction, self.dim, real, self.flip, self._serial)
+            return self._phases.exchange(self.dim, self._real, self._serial)
+        density = self.materials.density
+        return BodyContact.of(population, density, friction, self.dim, self._real, self.flip, self._serial)
 
     # ---- reading ----------------------------------------------------------------------------------------------
 
