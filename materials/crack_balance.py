@@ -14,6 +14,7 @@ take all strain across and along the cracks, then after those of elastic materia
 """
 
 import functools
+from typing import NamedTuple
 
 import taichi as ti
 
@@ -34,15 +35,31 @@ AT_REST, ELASTIC, STEP, SLOPE, AGAIN = 0, 1, 2, 3, 4
 method; a column of the slopes; the last jumps once more, whose results are to be kept."""
 
 
+class Trial(NamedTuple):
+    """Without a jump in this step: Hencky strain, its h, its elastic stress."""
+
+    strain: ti.Matrix
+    h: ti.Matrix
+    stress: ti.Matrix
+
+
+class Cracks(NamedTuple):
+    """Planes (most, 3) of the first `begun` cracks, with what they are at the start of the step in `state`; weaker: the
+    crack to begin with."""
+
+    state: ti.Matrix
+    planes: ti.Matrix
+    begun: int
+    weaker: int
+
+
 @functools.cache
 def crack_balance(most, bulk, names):
     """Taichi function of up to `most` cracks in a law; arguments as of `crack_set.crack_set_update`.
 
-        balance(prm, trial, h_trial, tau_trial, inner, state, planes, begun, weaker, A, dt)
-            -> numbers, h, tau, driven, inner, work, iterations, moved
+        balance(prm, trial, inner, cracks, A, dt) -> numbers, h, tau, driven, inner, work, iterations, moved
 
-    trial: Hencky strain without a jump, and its h and elastic stress; inner: state of the law; planes (most, 3) of the
-    first `begun` cracks, with what they are at the start of the step in `state`; weaker: the crack to begin with.
+    trial: `Trial`; inner: state of the law; cracks: `Cracks`.
     numbers (most, 2): damage, opening; driven: stress of elastic material at these jumps, which has the principal axes
     of tau where that has none, as at the apex of a cone; moved: 0 where all cracks hold, −1 where no balance was found.
     """
@@ -84,23 +101,23 @@ def crack_balance(most, bulk, names):
         return w
 
     @ti.func
-    def balance(prm: ti.template(), trial, h_trial, tau_trial, inner, state, planes, begun, weaker, A, dt):
+    def balance(prm: ti.template(), trial: ti.template(), inner, cracks: ti.template(), A, dt):
         M = prm.K + ti.static(4.0 / 3.0) * prm.shear_modulus
-        scale = ti.sqrt(tau_trial.norm_sqr()) + prm.strength
+        scale = ti.sqrt(trial.stress.norm_sqr()) + prm.strength
         none = ti.Matrix.zero(float, most, 3)
         w, tried, elastic, step, share = none, none, none, none, 1.0
         borne, residual, norm = none, none, -1.0  # at w; −1: no jumps are known yet
         slopes, column, slope_step = ti.Matrix.zero(float, n, n), 0, 0.0
-        h, tau, driven, inner_new = h_trial, tau_trial, tau_trial, inner
+        h, tau, driven, inner_new = trial.h, trial.stress, trial.stress, inner
         numbers, works, counts = ti.Matrix.zero(float, most, 2), ti.Vector.zero(float, most), ti.Vector.zero(int, most)
         work, total, bulk_count, iterations, starts, moved, aim, going = 0.0, 0.0, 0, 0, 0, 0, AT_REST, 1
         while going == 1:
             # The material around the cracks
-            strain, h_start = trial, h_trial
+            strain, h_start = trial.strain, trial.h
             if aim != AT_REST:
                 for c in ti.static(range(most)):
-                    if c < begun:
-                        strain -= jump_strain(trial, row(planes, c), row(tried, c))
+                    if c < cracks.begun:
+                        strain -= jump_strain(trial.strain, row(cracks.planes, c), row(tried, c))
                 swell = trace(strain)
                 part = plus_isotropic(strain, -swell / 3.0)
                 h_start = deviation_of_strain(part, swell, contract(part, part), 1.0)
@@ -117,7 +134,7 @@ def crack_balance(most, bulk, names):
             # The answers of the cracks there, and for a step of Newton's method how they change
             at, t_at, probes = tried, none, 1
             for c in ti.static(range(most)):
-                t = traction(tau, row(planes, c))
+                t = traction(tau, row(cracks.planes, c))
                 for i in ti.static(range(3)):
                     t_at[c, i] = t[i]
             if aim == SLOPE:
@@ -125,16 +142,16 @@ def crack_balance(most, bulk, names):
                     for i in ti.static(range(3)):
                         slopes[3 * c + i, column] = (t_at[c, i] - borne[c, i]) / slope_step
                 column += 1
-                at, t_at, probes = w, borne, ti.select(column < 3 * begun, 0, 4)
+                at, t_at, probes = w, borne, ti.select(column < 3 * cracks.begun, 0, 4)
             answers, changes = none, ti.Matrix.zero(float, n, 3)
-            for own in range(ti.select(probes > 0, begun, 0)):
+            for own in range(ti.select(probes > 0, cracks.begun, 0)):
                 normal, free, omega, opened = ti.Vector.zero(float, 3), ti.Vector.zero(float, 3), 0.0, 0.0
                 for c in ti.static(range(most)):
                     if own == c:
-                        normal = row(planes, c)
+                        normal = row(cracks.planes, c)
                         free = free_traction(prm, row(t_at, c), row(at, c), normal)
-                        omega = state[ti.static(c * PER_CRACK + DAMAGE)]
-                        opened = state[ti.static(c * PER_CRACK + OPENING)]
+                        omega = cracks.state[ti.static(c * PER_CRACK + DAMAGE)]
+                        opened = cracks.state[ti.static(c * PER_CRACK + OPENING)]
                 push = ti.static(by_precision(1e-3, 1e-7)) * (free.norm() + prm.strength)
                 first = ti.Vector.zero(float, 3)
                 for probe in range(probes):
@@ -167,22 +184,23 @@ def crack_balance(most, bulk, names):
             begin_anew = 0
             # The law cannot read too large a strain; in single precision it is taken at its word
             known = bulk_count >= 0 and noise < ti.static(by_precision(1e9, 1e-3 if wrapped else 1e200)) * scale
-            if begun == 0:
+            if cracks.begun == 0:
                 going = 0
             elif aim == SLOPE:
-                if column < 3 * begun:
+                if column < 3 * cracks.begun:
                     tried = w
                 else:
                     # (T − R' (T + Q)) dw = −g
                     matrix, right = ti.Matrix.identity(float, n), ti.Vector.zero(float, n)
-                    for i in range(3 * begun):
+                    for i in range(3 * cracks.begun):
                         right[i] = -residual[i // 3, i % 3]
-                        for j in range(3 * begun):
+                        for j in range(3 * cracks.begun):
                             entry = slopes[i, j]
                             for k in range(3):
                                 stiff = slopes[i - i % 3 + k, j]
                                 if j // 3 == i // 3:
-                                    stiff += (M - prm.shear_modulus) * planes[i // 3, k] * planes[i // 3, j % 3]
+                                    along = cracks.planes[i // 3, k] * cracks.planes[i // 3, j % 3]
+                                    stiff += (M - prm.shear_modulus) * along
                                     if k == j % 3:
                                         stiff += prm.shear_modulus
                                 entry -= changes[i, k] * stiff
@@ -194,7 +212,7 @@ def crack_balance(most, bulk, names):
                         for i in ti.static(range(3)):
                             step[c, i] = found_step[3 * c + i]
                     # On a plateau it has no length of its own
-                    longest = ti.sqrt(contract(trial, trial)) + w.norm()
+                    longest = ti.sqrt(contract(trial.strain, trial.strain)) + w.norm()
                     step *= ti.min(1.0, longest / ti.max(step.norm(), ti.static(by_precision(1e-30, 1e-200))))
                     share, aim = 1.0, STEP
                     tried = w + step
@@ -202,10 +220,11 @@ def crack_balance(most, bulk, names):
                 going = 0
                 moved = 0
                 for c in ti.static(range(most)):
-                    if c < begun and counts[c] != 0:
+                    if c < cracks.begun and counts[c] != 0:
                         moved = ti.select(moved == -1 or counts[c] < 0, -1, 1)
             elif aim == AT_REST:
-                elastic, numbers, total, moved = solve(prm, tau_trial, state, planes, begun, weaker)
+                elastic, numbers, total, moved = solve(prm, trial.stress, cracks.state, cracks.planes, cracks.begun,
+                                                       cracks.weaker)
                 tried, aim = elastic, ELASTIC
             elif norm < 0.0 and not known:
                 begin_anew = 1
@@ -232,14 +251,15 @@ def crack_balance(most, bulk, names):
                 starts += 1
                 iterations, norm, aim = 0, -1.0, STEP
                 if starts == 1:
-                    tried = without_swelling(trial, planes, begun, without_strain_of_planes(trial, planes))
+                    tried = without_swelling(trial.strain, cracks.planes, cracks.begun,
+                                             without_strain_of_planes(trial.strain, cracks.planes))
                 elif starts == 2:
-                    tried = without_swelling(trial, planes, begun, elastic)
+                    tried = without_swelling(trial.strain, cracks.planes, cracks.begun, elastic)
                 else:
                     going, moved = 0, -1
         total = work
         for c in ti.static(range(most)):
-            if c < begun:
+            if c < cracks.begun:
                 total += works[c]
         if bulk_count < 0:
             moved = -1

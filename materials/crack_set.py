@@ -8,7 +8,7 @@ import functools
 
 import taichi as ti
 
-from .crack_balance import crack_balance
+from .crack_balance import Cracks, Trial, crack_balance
 from .crack_planes import DAMAGE, NORMAL, OPENING, PER_CRACK, carried_along, elastic_stress, normal_of, traction
 from .crack_solve import row
 from .elastic import elastic_trial
@@ -100,8 +100,9 @@ def crack_set_update(most, resets, bulk, names, n_bulk):
             begun = 0  # the material alone says what stress there was
         while going == 1:
             going = 0
+            without, cracks = ti.static(Trial(trial, h_trial, tau_trial), Cracks(start, planes, begun, weaker))
             numbers, h_new, tau, driven, inner_new, work, iterations, moved = balance(
-                prm, trial, h_trial, tau_trial, inner, start, planes, begun, weaker, A, dt)
+                prm, without, inner, cracks, A, dt)
             if valid == 0 or moved == -1:
                 iterations, work = -1, 0.0
             else:

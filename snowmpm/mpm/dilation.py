@@ -61,10 +61,13 @@ class CellDilation:
         if self._sums is None or self._sums.shape[0] < n:
             self._sums = ti.ndarray(ti.types.vector(numbers, runtime.DTYPES[self.precision][0]), (int(SPARE * n),))
         kernels = self._kernels
-        of_particles = particles.reals, particles.slot_offset, particles.start, particles.material, self._per_stress
+        of_particles = particles.reals, particles.slot_offset, particles.start
+        elastic = *of_particles, particles.material, self._per_stress, self._sums, particles.chunk_bounds
         kernels.add(*of_particles, grid.tiles, self._sums, dt, particles.dx, particles.chunk_bounds)
+        if size == 1:
+            kernels.add_elastic(*elastic)
         kernels.join(self._sums, grid.first_tile, grid.tiles_at, grid.node_chunk_bounds)
-        kernels.spread(*of_particles, self._sums, particles.chunk_bounds)
+        kernels.spread(*elastic)
 
     @property
     def bytes(self):
@@ -129,7 +132,7 @@ def even_functions(dim, real, size):
 
 @functools.cache
 def dilation_kernels(layout, real, basis, gradient, flip):
-    """Kernels `add(...)`, `join(...)` and `spread(...)` of the three parts."""
+    """Kernels `add(...)`, `add_elastic(...)`, `join(...)` and `spread(...)` of the three parts."""
     dim, edge = layout.dim, EDGE[layout.dim]
     access, at, reach = accessors(layout), layout.offsets, STENCILS[basis].reach
     shape, wide = gradient == "shape", edge + 2
@@ -149,15 +152,21 @@ def dilation_kernels(layout, real, basis, gradient, flip):
         return b * ti.static(wide**dim) + cell
 
     @ti.func
+    def volume_of(reals: ti.template(), places: ti.template(), p):
+        """At the start of the step."""
+        first = access.load(reals, places, p, at["volume"], 1)[0]
+        return first * access.load(reals, places, p, at["volume_ratio"], 1)[0]
+
+    @ti.func
     def elastic(reals: ti.template(), places: ti.template(), p, material: ti.template(), per_stress: ti.template()):
         """Elastic change of volume."""
         tau = access.load(reals, places, p, at["stress"], 3)
         return ti.cast(per_stress[ti.cast(material[p], ti.i32)], real) * (tau[0] + tau[1] + tau[2])
 
     @taichi_kernel
-    def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(), material: ti.types.ndarray(),
-            per_stress: ti.types.ndarray(), tiles: ti.types.ndarray(dtype=of_node, ndim=1),
-            sums: ti.types.ndarray(dtype=of_cell, ndim=1), dt: real, dx: real, chunk_bounds: ti.types.ndarray()):
+    def add(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+            tiles: ti.types.ndarray(dtype=of_node, ndim=1), sums: ti.types.ndarray(dtype=of_cell, ndim=1), dt: real,
+            dx: real, chunk_bounds: ti.types.ndarray()):
         for i in range(chunks(chunk_bounds)):
             if is_worker(i):
                 begin, end = chunk(i, chunk_bounds)
@@ -170,16 +179,27 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                         address, f, w, dw = grid.locate(x, b)
                         v, moments, slopes = grid.interpolate(tiles, address, w, dw)
                         _, L = grid.gradients(f, v, moments, slopes, 1.0 / dx)
-                        volume = access.load(reals, places, p, at["volume"], 1)[0]
-                        volume *= access.load(reals, places, p, at["volume_ratio"], 1)[0]
+                        volume = volume_of(reals, places, p)
                         cell = cell_of(x, b)
                         shared, more = even.shared(L, dt), of_cell(0.0)
                         for k in ti.static(range(size)):
                             more[k] = volume * shared[k]
                         more[size] = volume
-                        if ti.static(relaxes):
-                            more[size + 1] = volume * elastic(reals, places, p, material, per_stress)
                         sums[cell] = sums[cell] + more
+
+    @taichi_kernel
+    def add_elastic(reals: ti.types.ndarray(), slot_offset: int, start: ti.types.ndarray(),
+                    material: ti.types.ndarray(), per_stress: ti.types.ndarray(),
+                    sums: ti.types.ndarray(dtype=of_cell, ndim=1), chunk_bounds: ti.types.ndarray()):
+        for i in range(chunks(chunk_bounds)):
+            if is_worker(i):
+                begin, end = chunk(i, chunk_bounds)
+                places = access.places(reals, slot_offset)
+                for b in range(begin, end):
+                    for p in range(start[b], start[b + 1]):
+                        cell = cell_of(access.load(reals, places, p, at["position"], dim), b)
+                        volume = volume_of(reals, places, p)
+                        sums[cell][size + 1] += volume * elastic(reals, places, p, material, per_stress)
 
     @ti.func
     def part(c, packed):
@@ -229,4 +249,4 @@ def dilation_kernels(layout, real, basis, gradient, flip):
                             mean[0] += ti.static(RELAXED) * (cell[size + 1] / cell[size] - own)
                         access.store(reals, places, p, at["dilation"], mean)
 
-    return SimpleNamespace(add=add, join=join, spread=spread)
+    return SimpleNamespace(add=add, add_elastic=add_elastic, join=join, spread=spread)

@@ -225,10 +225,11 @@ def line_kernels(dim, real, kernel, stored, serial):
         return place, ratio
 
     @ti.func
-    def beyond_edge(c, q, k, up, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
-                    coordinates: ti.template(), axis, sign, level):
+    def beyond_edge(line, neighbours: ti.template(), slots: ti.template(), walls: ti.template(),
+                    coordinates: ti.template(), plane: ti.template()):
         """Place of the node beside a leader on the side on which the surface turns away from its line, -1 if it does
-        not; how far from the line it does [cells]."""
+        not; how far from the line it does [cells]. line: contact block and node of the leader, axis, direction."""
+        c, q, k, up = line[0], line[1], line[2], line[3]
         place, nearest = -1, ti.cast(ti.static(float(AROUND)), real)
         cf, qf = step_along_line(c, q, k, -up, neighbours)
         if cf >= 0:
@@ -238,7 +239,7 @@ def line_kernels(dim, real, kernel, stored, serial):
                         side, steps = 1 - 2 * (i % 2), 1 + i // 2
                         ce, qe = step_along_line(cf, qf, b, side * steps, neighbours)
                         if ce >= 0:
-                            wall, known = wall_at(ce, qe, slots, walls, coordinates, axis, sign, level)
+                            wall, known = wall_at(ce, qe, slots, walls, coordinates, plane[0], plane[1], plane[2])
                             k_e, up_e, z_e = along(wall)
                             if known == 1 and k_e == b and up_e == side and steps - z_e < nearest:
                                 cl, ql = step_along_line(c, q, b, side, neighbours)
@@ -299,8 +300,8 @@ def line_kernels(dim, real, kernel, stored, serial):
                                 numbers[line, ti.static(dim + reach + 2)] = touching / mass_share(z - GAP)
                                 nodes[line, ti.static(1 + reach)] = -1
                                 if edges == 1:
-                                    beside, away = beyond_edge(c, q, k, up, neighbours, slots, walls, coordinates,
-                                                               axis, sign, level)
+                                    beside, away = beyond_edge(ti.Vector([c, q, k, up]), neighbours, slots, walls,
+                                                               coordinates, ti.static((axis, sign, level)))
                                     nodes[line, ti.static(1 + reach)] = beside
                                     numbers[line, ti.static(dim + reach + 3)] = (
                                         mass_share(GAP - away) / ti.max(mass_share(1.0 + GAP - away), 1e-9))
