@@ -8,15 +8,8 @@ front: mean over time of the difference of the front from the reference's [m]; d
 plan cells of 5 cm at the end, over all.
 """
 
-import argparse
-import csv
-from pathlib import Path
+from sleeping_chart import command, compared, ran, rounded
 
-from sleeping_chart import compared, ran, rounded
-
-from snowmpm.compiler import runtime
-
-FIGURES = Path(__file__).parent / "figures"
 REFERENCE = 0.0125, 8
 CASES = [(dx, per_cell) for dx in (0.04, 0.025, 1.0 / 60.0) for per_cell in (2, 4, 8, 27)]
 CELL = 0.05
@@ -35,39 +28,6 @@ def computed():
     return rows
 
 
-def draw(rows, path):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(1, 2, figsize=(8, 3.4), sharex=True, layout="constrained")
-    for axis, name, label in zip(axes, ("front", "depth"), ("front [m]", "deposit, share of the mass"), strict=True):
-        for per_cell, style in ((2, "C3:^"), (4, "C0--s"), (8, "k-o"), (27, "C2-.d")):
-            points = sorted((float(row["seconds"]), float(row[name])) for row in rows
-                            if int(row["per_cell"]) == per_cell)
-            axis.loglog(*zip(*points, strict=True), style, label=f"{per_cell} a cell")
-        axis.set(xlabel="processor seconds of the steps", title=f"off by: {label}")
-    axes[0].legend()
-    figure.savefig(path, dpi=110)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, default=FIGURES / "particles_a_cell.csv")
-    parser.add_argument("--picture", type=Path, default=FIGURES / "particles_a_cell.png")
-    parser.add_argument("--only-picture", action="store_true")
-    options = parser.parse_args()
-    if not options.only_picture:
-        runtime.start("cpu", threads=1)
-        rows = computed()
-        with open(options.output, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
-    with open(options.output, newline="", encoding="utf-8") as file:
-        draw(list(csv.DictReader(file)), options.picture)
-
-
 if __name__ == "__main__":
-    main()
+    command(__doc__.splitlines()[0], "particles_a_cell", computed, "per_cell", [
+        (2, "C3:^", "2 a cell"), (4, "C0--s", "4 a cell"), (8, "k-o", "8 a cell"), (27, "C2-.d", "27 a cell")])

@@ -71,7 +71,8 @@ def computed():
     return rows
 
 
-def draw(rows, path):
+def draw(rows, path, column, lines):
+    """A line for each value of a column; lines: [(value, style, label)]."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -79,19 +80,20 @@ def draw(rows, path):
 
     figure, axes = plt.subplots(1, 2, figsize=(8, 3.4), sharex=True, layout="constrained")
     for axis, name, label in zip(axes, ("front", "depth"), ("front [m]", "deposit, share of the mass"), strict=True):
-        for sleeping, style in ((0.0, "k-o"), (0.02, "C0--s"), (0.05, "C1:^")):
+        for value, style, text in lines:
             points = sorted((float(row["seconds"]), float(row[name])) for row in rows
-                            if float(row["sleeping"]) == sleeping and float(row[name]) > 0.0)
-            axis.loglog(*zip(*points, strict=True), style, label=f"e = {sleeping:g}" if sleeping else "without sleep")
-        axis.set(xlabel="processor seconds of the steps", title=f"difference of the {label}")
+                            if float(row[column]) == value and float(row[name]) > 0.0)
+            axis.loglog(*zip(*points, strict=True), style, label=text)
+        axis.set(xlabel="processor seconds of the steps", title=f"off by: {label}")
     axes[0].legend()
     figure.savefig(path, dpi=110)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path, default=FIGURES / "sleeping_chart.csv")
-    parser.add_argument("--picture", type=Path, default=FIGURES / "sleeping_chart.png")
+def command(summary, name, computed, column, lines):
+    """Run a chart's command: compute rows, write the table and draw it; name: of both files."""
+    parser = argparse.ArgumentParser(description=summary)
+    parser.add_argument("-o", "--output", type=Path, default=FIGURES / f"{name}.csv")
+    parser.add_argument("--picture", type=Path, default=FIGURES / f"{name}.png")
     parser.add_argument("--only-picture", action="store_true")
     options = parser.parse_args()
     if not options.only_picture:
@@ -102,8 +104,9 @@ def main():
             writer.writeheader()
             writer.writerows(rows)
     with open(options.output, newline="", encoding="utf-8") as file:
-        draw(list(csv.DictReader(file)), options.picture)
+        draw(list(csv.DictReader(file)), options.picture, column, lines)
 
 
 if __name__ == "__main__":
-    main()
+    command(__doc__.splitlines()[0], "sleeping_chart", computed, "sleeping", [
+        (0.0, "k-o", "without sleep"), (0.02, "C0--s", "e = 0.02"), (0.05, "C1:^", "e = 0.05")])
