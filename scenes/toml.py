@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from snowmpm import overwriting
 from snowmpm.errors import InputError
 from snowmpm.reading.toml_text import TOMLDecodeError, tables
 
@@ -15,6 +16,7 @@ INLINE = {"shape", "region", "motion", "boundary", "weak_layer", "base", "within
 def parse(path):
     """Tables of a TOML file. Raises InputError, which names the file."""
     try:
+        overwriting.reads(path)
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: too large for a scene file ({path.stat().st_size >> 20} MiB)")
         return tables(path.read_text(encoding="utf-8"), path)

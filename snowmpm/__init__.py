@@ -12,6 +12,8 @@ import importlib
 import os
 from typing import TYPE_CHECKING
 
+from snowmpm import home
+
 if TYPE_CHECKING:  # they take time to import
     from collections.abc import Callable
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:  # they take time to import
 __version__ = "0.1.0"
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # a library does not print when it is imported
+home.provide()  # before Taichi is imported
 
 _HOMES = {"load_scene": "snowmpm.scenes", "Simulation": "snowmpm.running.simulation", "Run": "snowmpm.io",
           "start": "snowmpm.compiler.runtime", "campaign": "snowmpm.campaigns.launch"}
@@ -34,7 +37,8 @@ __all__ = ["Run", "Simulation", "campaign", "load_scene", "open_run", "run", "st
 
 
 def run(scene: "Scene", out_dir: "PathLike", progress: "Callable[[Progress], object] | None" = None,
-        resume: bool = False, overwrite: bool = True, approve: "Callable[[Simulation], object] | None" = None) -> "Run":
+        resume: bool = False, overwrite: "bool | None" = None,
+        approve: "Callable[[Simulation], object] | None" = None) -> "Run":
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`. See `snowmpm.running.loop.run`."""
     return importlib.import_module("snowmpm.running.loop").run(scene, out_dir, progress, resume, overwrite, approve)
 

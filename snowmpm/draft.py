@@ -12,6 +12,8 @@ import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from snowmpm import overwriting
+
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 LITTLE = 1 << 16
@@ -22,9 +24,11 @@ LITTLE = 1 << 16
 def draft(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Path to write to, beside `path` and with its ending; it becomes `path` when the block ends well.
 
-    Folders are made. Raises OSError that names `path`, and says so when the disk is full, whatever the writer said.
+    Folders are made. Raises InputError for a file that is not to be replaced (`snowmpm.overwriting`), and OSError that
+    names `path`, and says so when the disk is full, whatever the writer said.
     """
     path = Path(path)
+    overwriting.guard(path)
     part = path.with_name(f".{path.stem}.unfinished{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -32,7 +36,9 @@ def draft(path: str | os.PathLike[str]) -> Iterator[Path]:
         part.unlink(missing_ok=True)
         os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
         yield part
+        overwriting.note(path, part)
         os.replace(part, path)
+        overwriting.note_written(path)
     except OSError as error:
         ours = error.filename in (None, part, str(part)) or error.errno in FULL
         if not ours:

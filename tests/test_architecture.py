@@ -19,25 +19,27 @@ FOLDERS = {
 }
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.
-GROUND = {"annotations", "cores", "errors", "draft", "memory", "schemes", "stages", "glance", "amounts", "reading",
-          "quantities", "methods"}
+GROUND = {"annotations", "cores", "errors", "draft", "memory", "overwriting", "schemes", "stages", "glance",
+          "amounts", "reading", "quantities", "methods"}
 """What everybody may use: it computes nothing and knows no layer."""
 SHARED = {"compiler", "particles", "stepping"}
 SCENE = {"scenes", "materials", "ground", "terrain", "seeding", "solids", "rigid", "structures", "forcing",
          "saw_test", "water"}
 MAY_IMPORT = {
-    **{key: set() for key in ("annotations", "cores", "errors", "draft", "schemes", "methods", "stages", "glance",
+    **{key: set() for key in ("annotations", "cores", "errors", "home", "schemes", "methods", "stages", "glance",
                               "amounts", "quantities")},
     "materials": set(),
     "memory": {"errors"},
-    "reading": {"memory", "errors"},
+    "overwriting": {"errors"},
+    "draft": {"overwriting"},
+    "reading": {"memory", "errors", "overwriting"},
     "ground": {*GROUND, "compiler", "materials", "terrain"},
     "scenes": {*GROUND, "materials", "ground", "water"},
     "io": GROUND,
     "measured": GROUND,
     "comparison": {*GROUND, "materials", "io"},
     "render": {*GROUND, "results", "io"},
-    "compiler": {"materials", "cores", "errors"},
+    "compiler": {"materials", "cores", "errors", "home"},
     "particles": {*GROUND, "compiler", "materials"},  # the laws declare what a particle carries and reports
     "stepping": {*GROUND, "compiler", "particles"},
     "terrain": {*GROUND, "compiler"},

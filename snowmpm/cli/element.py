@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli import completion
 from snowmpm.cli.options import Backend, Precision, setting_values
 from snowmpm.cli.run import start_taichi
@@ -19,6 +20,7 @@ MATERIAL = (
     " such as slab_release:slab."
 )
 MOST_STEPS = 1_000_000
+FILES = {"table": "table.csv", "plot": "plot.png", "material": "material.toml"}
 TestName = Annotated[
     str,
     typer.Argument(
@@ -63,8 +65,8 @@ def element(
 ):
     """Test a material at a single point.
 
-    Writes DIR/table.csv (one row a step, units in the header), DIR/plot.png and DIR/material.toml, replacing an earlier
-    test there, and prints yield, peak, end and critical state.
+    Writes DIR/table.csv (one row a step, units in the header), DIR/plot.png and DIR/material.toml, in place of an
+    earlier test there, and prints yield, peak, end and critical state.
 
     A path is a table: its first line names columns among strain_xx ... strain_xz (logarithmic stretches, amounts of
     shear), stress_xx ... stress_xz (Cauchy, Pa, tension positive) and duration (s), or F_xx ... F_zz and duration; each
@@ -73,9 +75,13 @@ def element(
     from snowmpm.scenes.material_source import load_material
 
     name, law = load_material(material, setting_values(settings))
+    named = Path(test).stem if Path(test).suffix == ".csv" else test.replace("-", "_")
+    folder = output or Path("runs") / f"{named}_{name}"
+    if Path(test).suffix == ".csv":
+        overwriting.reads(test)
+    overwriting.guard_in(folder, FILES.values())
     with stage(f"measuring {test} (compiles the law)"):
         measured = _measure(test, law, strain, pressure, steps, rate, precision.value)
-    folder = output or Path("runs") / f"{Path(measured.name).stem}_{name}"
     written = _write(folder, name, law, measured)
     print_facts(_title(measured, name, law), _facts(measured))
     print_facts("written", written)
@@ -119,7 +125,7 @@ def _write(folder, name, law, measured):
     from snowmpm.scenes.toml import table_text
 
     _check_folder(folder)
-    paths = {"table": folder / "table.csv", "plot": folder / "plot.png", "material": folder / "material.toml"}
+    paths = {kind: folder / name for kind, name in FILES.items()}
     columns = measured.table()
     write_table(paths["table"], [f"{column} [{unit}]" if unit else column for column, (unit, _) in columns.items()],
                 zip(*(_cells(values) for _, values in columns.values()), strict=True))

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.watch import watched
 from snowmpm.errors import InputError, SimulationError, shown_lines
 from snowmpm.running.interruption import requests_to_end
@@ -20,6 +21,9 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 OF_THE_NAME = (errno.ENAMETOOLONG, errno.ELOOP, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 """System errors caused by a name that the user gave: a name too long, a file in place of a folder."""
 
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace files that snowmpm did not write, or that were changed since.")
+]
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")]
 
 
@@ -48,19 +52,24 @@ def warn(message, *_, **__):
     print(f"warning: {shown_lines(str(message))}", file=sys.stderr)
 
 
-def guarded(command):
-    """The command with an option `--debug` and with errors turned into messages and exit codes.
+def guarded(command, writes=True):
+    """The command with an option `--debug` and with errors turned into messages and exit codes; one that writes files
+    with an option `--overwrite`, without which it keeps those of the user (`snowmpm.overwriting`).
 
     InputError -> 2, SimulationError -> 1, interruption -> 130, anything else -> 1 and a hint at `--debug`.
     """
+    signature = inspect.signature(command)
+    own = "overwrite" in signature.parameters
 
     @functools.wraps(command)
-    def call(*args, debug, **options):
+    def call(*args, debug, overwrite=False, **options):
+        options |= {"overwrite": overwrite} if own else {}
+        overwriting.forget_inputs()
         try:
             with warnings.catch_warnings():
                 warnings.showwarning = warn
                 warnings.filterwarnings("ignore", category=RuntimeWarning)  # of arithmetic: the results are checked
-                with requests_to_end(), watched(quiet=bool(options.get("quiet"))):
+                with requests_to_end(), watched(quiet=bool(options.get("quiet"))), overwriting.keeping(overwrite):
                     return command(*args, **options)
         except typer.Exit:
             raise
@@ -78,7 +87,8 @@ def guarded(command):
             print(shown_lines(message), file=sys.stderr, flush=True)
         raise typer.Exit(code)
 
-    signature = inspect.signature(command)
-    option = inspect.Parameter("debug", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Debug)
-    call.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])
+    options = {**({"overwrite": Overwrite} if writes and not own else {}), "debug": Debug}
+    more = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind)
+            for name, kind in options.items()]
+    call.__signature__ = signature.replace(parameters=[*signature.parameters.values(), *more])
     return call

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Backend, Json, Quiet
 from snowmpm.cli.table import print_facts, print_json
 from snowmpm.draft import write_table, write_text
@@ -63,6 +64,8 @@ def grains(
     _check(name, radius=(radius, 0.0, 1.0), density=(density, 0.0, 917.0), solid=(solid, 0.1, 0.6),
            modulus=(modulus, 0.0, 1e12), strength=(strength, 0.0, 1e12), friction=(friction, 0.0, 10.0),
            rolling=(rolling, 0.0, 10.0), closing=(closing, 0.0, 0.5))
+    folder = output or Path("runs") / f"grains_{name}"
+    overwriting.guard_in(folder, (f"{name}.toml", "grains.json", "curves.csv", "curves.png"))
     stiffness = modulus * 2.0 * radius
     contact = ContactLaw(stiffness, 0.5 * stiffness, friction=friction, rolling=rolling, strength=strength,
                          shear_strength=strength)
@@ -78,7 +81,6 @@ def grains(
         fitted = fitted_law(curves, law.value, density)
     made = {"grains": count, "radius [m]": radius, "solid fraction": solid, "modulus [Pa]": modulus,
             "strength [Pa]": strength, "friction": friction, "rolling": rolling, "seed": seed}
-    folder = output or Path("runs") / f"grains_{name}"
     record = {"grains": made, "bonds": sample.bonds, "law": fitted.law.model_dump(exclude_none=True),
               "intervals": fitted.intervals, "errors": fitted.errors, "largest_stress_over_grains": fitted.peaks}
     card = write_text(folder / f"{name}.toml", table_text(card_of(fitted, curves, sample, made)))

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 
+from snowmpm import overwriting
 from snowmpm.cli.progress import CAUSES, Pace
 from snowmpm.cli.wording import count, duration, short, step
 from snowmpm.errors import InputError
@@ -33,6 +34,7 @@ def check_page(page):
     there = next(parent for parent in page.resolve().parents if parent.exists())
     if page.is_dir() or not there.is_dir() or not os.access(there, os.W_OK):
         raise InputError(f"--live {page}: {there} must be a folder that can be written to")
+    overwriting.guard(page)
 
 
 class Live:

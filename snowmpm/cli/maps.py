@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.cli.table import print_definitions, print_facts
 from snowmpm.errors import InputError
@@ -23,6 +24,9 @@ def _definitions(wanted: bool):
 
 
 KINDS = ("mp4", "gif")
+FIXED = ("avalanche.gpkg", "avalanche.geojson", "avalanche.qgs", "avalanche.csv", "areas.csv", "avalanche.json",
+         "before_after.png", "thalweg.png", "thalweg_time.png")
+"""Files beside those named after a map."""
 Folder = Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder; RUN/maps by default.")]
 Pictures = Annotated[bool, typer.Option("--pictures", help="Pictures only: needs no gis extra.")]
 ObservedFile = Annotated[
@@ -61,13 +65,13 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
     if over_time not in (None, *KINDS):
         raise InputError.not_in("--over-time", over_time, KINDS)
     folder = output or opened.path.with_name("maps")
+    overwriting.guard_in(folder, _names(opened, over_time))
     seen, scores = _observed(opened, observed, pictures)
-    written = _pictures(opened, folder, seen)
-    if not pictures:
-        moments = list(_moments(opened, folder)) if over_time else []
-        written = [*_files(opened, folder, seen, scores, moments), *written]
+    moments = list(_moments(opened, folder)) if over_time and not pictures else []
+    written = [] if pictures else list(_files(opened, folder, seen, scores, moments))
+    written += _pictures(opened, folder, seen)
     if over_time:
-        written = [*written, *_films(opened, folder, over_time)]
+        written += _films(opened, folder, over_time)
     for path in () if quiet else written:
         print(path)
     if not quiet and not pictures and not opened.provenance.get("crs"):
@@ -79,6 +83,13 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
             print_facts(f"\n{one['outline']} against {seen.name}", _told(one))
 
 
+def _names(run, over_time):
+    """Names of the files that the command writes."""
+    rasters = [f"{name}{ending}" for name in run.maps for ending in (".tif", ".qml", ".png")]
+    films = [f"{name}.{over_time}" for name in run.maps] if over_time else []
+    return [*rasters, *films, *FIXED]
+
+
 def _observed(run, path, pictures):
     """The observed outline and the scores against it, or None and None."""
     if path is None:
@@ -87,6 +98,7 @@ def _observed(run, path, pictures):
         raise InputError("--observed: not with --pictures: the outline is read by the gis extra")
     from snowmpm.gis import read_observed, score
 
+    overwriting.reads(path)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", UserWarning)
         seen = read_observed(path, run)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Backend, BackendOption, Json, Quiet, Threads
 from snowmpm.cli.table import print_facts, print_json
 from snowmpm.draft import write_text
@@ -44,11 +45,13 @@ def micro(sample: SampleFile, voxel_size: VoxelSize,
     from snowmpm.render.flow_plot import render_flow
 
     chosen = _axes(axes)
+    folder = output or Path("runs") / f"micro_{sample.stem}"
+    overwriting.reads(sample)
+    overwriting.guard_in(folder, ("micro.json", "flow.png"))
     one = Sample.read(sample, voxel_size, phase, _counts(counts))
     start_taichi(backend, threads)
     record, found = examine(one, chosen, walls, stiffness=stiffness)
     remark = anisotropy_remark(record)
-    folder = output or Path("runs") / f"micro_{one.name}"
     folder.mkdir(parents=True, exist_ok=True)
     program = f"snowmpm {__version__}"
     about = {"sample": str(sample), "program": program, "voxel_size": voxel_size}

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import RunPath
 from snowmpm.stages import stage
 
@@ -35,6 +36,7 @@ def plot(run: RunPath, output: Output = None, compression: Compression = False, 
     from snowmpm.io import Run
 
     opened = Run(run)
+    overwriting.guard(*([output] if output else []))
     with stage("drawing"):
         if thalweg_time:
             from snowmpm.render import render_thalweg_time

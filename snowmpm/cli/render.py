@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli import completion
 from snowmpm.cli.options import Quiet, RunPath
 from snowmpm.errors import InputError
@@ -179,6 +180,7 @@ def draw(run, target, quiet=False, beside=None, **choices):
     """Draw a run, two side by side, or a `count` of stills to `target`; print and return the path."""
     from snowmpm.render import render_pair, render_run, render_stills
 
+    overwriting.guard(*([] if Path(target).is_dir() else [target]))
     with stage("drawing", unit="pictures") as now:
         def progress(done, total):
             now.done, now.total = done, total

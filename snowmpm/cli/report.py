@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Quiet, RunPath
 
 Output = Annotated[
@@ -30,6 +31,8 @@ def report(
     from snowmpm.render import render_report
 
     opened = Run(run)
-    written = render_report(opened, output or opened.path.with_name("report.html"), interactive=not still)
+    target = output or opened.path.with_name("report.html")
+    overwriting.guard(target)
+    written = render_report(opened, target, interactive=not still)
     if not quiet:
         print(written)

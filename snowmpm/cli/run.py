@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.errors import warn
 from snowmpm.cli.live import Live, check_page, following
 from snowmpm.cli.options import (
@@ -83,6 +84,7 @@ def run(
     loaded = given = load_scene(scene, overrides)
     folder = output or Path("runs") / loaded.name
     _check_folder(folder, overwrite, resume)
+    overwriting.guard_in(folder, ["film.mp4"] if render else [])
     if live:
         check_page(live)
     if resume and (begun := _begun_with(folder, scene)):

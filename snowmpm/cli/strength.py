@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import (
     Backend,
     BackendOption,
@@ -74,6 +75,7 @@ def strength(
         raise InputError.at("--duration", duration, "must be above 0")
     loaded = load_scene(scene, scene_overrides(settings, precision))
     folder = output or Path("runs") / f"strength_{loaded.name}"
+    overwriting.guard_in(folder, ("strength.json", "search.csv", "slip_surface.csv", "strength.png"))
     start_taichi(backend, threads)
     told = not quiet and not as_json
     reduction = reduce_strength(loaded, folder, material, divide.value, step, (lowest, highest), duration,

@@ -12,6 +12,7 @@ import taichi as ti
 from taichi.lang import impl
 
 from snowmpm.compiler import array_memory, lifetime, probe
+from snowmpm.compiler.cache_folder import VARIABLE, cache_folder
 from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
 from snowmpm.cores import available_cores
 from snowmpm.errors import InputError
@@ -63,9 +64,11 @@ def _start(backend, threads):
     # Left to choose for itself, Taichi also tries Vulkan and OpenGL, and dies where there is no display.
     cuda = backend == "cuda" or (backend == "auto" and _has_cuda())
     lifetime.end_parents()
-    free_cache(impl.default_cfg().offline_cache_file_path)
+    folder = cache_folder(impl.default_cfg().offline_cache_file_path)
+    free_cache(folder)
+    where = {} if os.environ.get(VARIABLE) == folder else {"offline_cache_file_path": folder}
     ti.init(arch=ti.cuda if cuda else ti.cpu, cpu_max_num_threads=threads or available_cores(), offline_cache=True,
-            offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
+            **where, offline_cache_max_size_of_files=CACHE_BYTES, log_level=ti.WARN, **OWN)
     started_here()
 
 

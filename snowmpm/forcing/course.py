@@ -3,8 +3,8 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.reading.number_table import read_number_table
-from snowmpm.terrain.load import existing
 
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 """Points of Gauss's rule on (0, 1): exact for cubics in time, and so for ramps and between the rows of tables."""
@@ -13,12 +13,11 @@ GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 class Course:
     """A vector (dim,) over time: `at(time)`, and `mean(start, end)` over a step, whose impulse is then exact.
 
-    rows: all numbers that it was made of, for a digest; strongest (dim,): largest size of each component; until: when
-    it changes for the last time [s].
+    strongest (dim,): largest size of each component; until: when it changes for the last time [s].
     """
 
-    def __init__(self, at, rows, strongest, until):
-        self.at, self.rows, self.strongest = at, np.asarray(rows, float), np.asarray(strongest, float)
+    def __init__(self, at, strongest, until):
+        self.at, self.strongest = at, np.asarray(strongest, float)
         self.until = until
 
     def mean(self, start, end):
@@ -37,7 +36,7 @@ class Course:
                 u = min(max((time - spec.start) / spec.ramp, 0.0), 1.0)
                 return u * u * (3.0 - 2.0 * u) * full
 
-            return cls(grown, [*full, spec.start, spec.ramp], np.abs(full), spec.start + spec.ramp)
+            return cls(grown, np.abs(full), spec.start + spec.ramp)
         times = np.asarray(spec.times)
         values = np.array([as_vector(value, dim) for value in spec.values or [spec.value] * len(times)])
         tilts = np.radians(spec.tilts or np.zeros(len(times)))
@@ -52,7 +51,7 @@ class Course:
         strongest = np.abs(values).max(axis=0)
         if tilts.any():
             strongest[[0, -1]] = np.hypot(values[:, 0], values[:, -1]).max()
-        return cls(tilted, np.column_stack([times, values, tilts]), strongest, spec.start + times[-1])
+        return cls(tilted, strongest, spec.start + times[-1])
 
     @classmethod
     def _tabulated(cls, spec, dim, base_dir):
@@ -67,7 +66,7 @@ class Course:
             raise InputError(f"{path}: line {lines[back[0] + 1]}: time must grow from row to row")
         values = np.stack([columns.get(axis, np.full(len(times), full[a])) for a, axis in enumerate(axes)], axis=1)
         return cls(lambda time: np.array([np.interp(time - spec.start, times, column) for column in values.T]),
-                   np.column_stack([times, values]), np.abs(values).max(axis=0), spec.start + times[-1])
+                   np.abs(values).max(axis=0), spec.start + times[-1])
 
 
 def as_vector(value, dim):

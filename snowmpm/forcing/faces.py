@@ -119,7 +119,3 @@ class Faces:
         for face, row in zip(self.faces, state["given"], strict=True):
             face.given.force, face.given.impulse = row[: self._dim].copy(), row[self._dim : -1].copy()
             face.given.work = float(row[-1])
-
-    def numbers(self):
-        """Arrays of what they took from files, for a digest."""
-        return [array for face in self.faces for array in face.digest]

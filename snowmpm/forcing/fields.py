@@ -15,9 +15,9 @@ import numpy as np
 
 from snowmpm.errors import SimulationError
 from snowmpm.forcing.space_time_table import SpaceTimeTable
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.regions import read_regions
-from snowmpm.terrain.load import existing
 
 REACH = 0.01
 """Half the distance [dx] over which a pressure is differenced for its gradient."""
@@ -31,11 +31,10 @@ class Field:
         """formula_of: text -> function of the variables of a formula (`snowmpm.scenes.formula`)."""
         self.spec, self.key, self.dim = spec, key, dim
         self.numbers = numbers
-        self.digest = []
         self._functions = self._table = None
         if spec.file is not None:
             self._table = SpaceTimeTable(spec.file, base_dir, f"{key}.file", dim, self.columns(dim))
-            self.digest, lasting = [self._table.rows], self._table.until
+            lasting = self._table.until
         else:
             values = spec.value if isinstance(spec.value, tuple) else (spec.value,)
             self._functions = [formula_of(value) if isinstance(value, str) else _constant(value) for value in values]
@@ -121,7 +120,7 @@ class AccelerationBy:
     """An acceleration that a function gives: function(x (n, dim) [m], v (n, dim) [m/s], time [s]) -> (n, dim) or (dim,)
     [m/s2]."""
 
-    numbers, digest, until = None, (), math.inf
+    numbers, until = None, math.inf
 
     def __init__(self, function):
         self._function = function

@@ -152,7 +152,3 @@ class Forcing:
             setattr(self, name, state[name])
         if self.damping:
             self.damping.restore(state["damping"])
-
-    def numbers(self):
-        """Arrays of what it took from files and the scene, for a digest."""
-        return [*([self.course.rows] if self.course else []), *(a for field in self.fields for a in field.digest)]

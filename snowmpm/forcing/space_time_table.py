@@ -3,15 +3,15 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.reading.number_table import read_number_table
-from snowmpm.terrain.load import existing
 
 
 class SpaceTimeTable:
     """Values of (time, position): `at(points (n, dim) [m], time [s])` -> (n, columns), beyond the grid those at its
     ends.
 
-    rows: all numbers of the file, for a digest; until: the last time in it [s].
+    until: the last time in it [s].
     """
 
     def __init__(self, file, base_dir, key, dim, names):
@@ -34,7 +34,6 @@ class SpaceTimeTable:
                 values[(*indices, c)] = columns[name]
         self._levels, self._values = levels, values
         self.until = float(levels[0][-1]) if self._along[0] == "time" else 0.0
-        self.rows = np.column_stack(list(columns.values()))
 
     def at(self, points, time):
         """Values (n, columns) at points (n, dim) [m] and one time [s]."""

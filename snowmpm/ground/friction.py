@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from snowmpm.errors import InputError
-from snowmpm.terrain.load import existing
+from snowmpm.reading.named_files import existing
 from snowmpm.terrain.raster_values import raster_values
 
 from .parametrised import STANDARD_GRAVITY, Parametrised

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from snowmpm import memory
+from snowmpm import memory, overwriting
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
 
@@ -53,15 +53,19 @@ def write_text(path, text):
 @contextlib.contextmanager
 def _replacement(path, keep=None):
     """Context: a file that replaces `path` once all is written; the old one moves to `keep` if given."""
+    overwriting.guard(path, *([keep] if keep else []))
     part = path.with_name(path.name + ".part")
     try:
         with create_new(part) as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
+        overwriting.note(path, part)
         if keep is not None and path.exists():
+            overwriting.note(keep, path)
             os.replace(path, keep)
         os.replace(part, path)
+        overwriting.note_written(path)
     except BaseException as error:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)

@@ -19,10 +19,10 @@ from snowmpm.methods import METHODS
 from snowmpm.reading import toml_text
 
 FILE = "checkpoint.npz"
-FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 3
+FORMAT, FORMAT_VERSION = "snowmpm checkpoint", 4
 
-KINDS = {"scene": str, "time": (int, float), "simulation": dict}
-"""Keys of every checkpoint, besides its fingerprints."""
+KINDS = {"scene": str, "time": (int, float), "simulation": dict, "files": dict}
+"""Keys of every checkpoint, besides that of its terrain."""
 
 WALL_INTERVAL = 120.0
 """Seconds of wall time between checkpoints when the scene names no interval."""
@@ -45,7 +45,8 @@ def save(simulation, path, **more):
 def snapshot(simulation, **more):
     """Content of a checkpoint: a copy of the whole state, unaffected by later steps of the simulation."""
     return {"format": FORMAT, "version": FORMAT_VERSION, "program": __version__, "scene": simulation.scene.to_toml(),
-            **_fingerprints(simulation.model), "time": simulation.time, "simulation": simulation.state(), **more}
+            "terrain": terrain_digest(simulation.model.surface), "files": simulation.files, "time": simulation.time,
+            "simulation": simulation.state(), **more}
 
 
 def restore(simulation, path):
@@ -61,9 +62,13 @@ def restore(simulation, path):
 
 def take_over(simulation, saved):
     """Put a simulation into the state of a checkpoint that was read and checked."""
-    for name, now in _fingerprints(simulation.model).items():
-        if saved.get(name) != now:
-            raise InputError(f"{simulation.scene.source}: {name}: not what it was when the run began")
+    scene = simulation.scene
+    for key, digest in simulation.files.items():
+        if saved["files"].get(key) != digest:
+            raise InputError(f"{scene.source}: {key}: {_file(scene, key)} is not what it was when the run began: put it"
+                             " back, or start anew")
+    if saved.get("terrain") != terrain_digest(simulation.model.surface):
+        raise InputError(f"{scene.source}: terrain: not what it was when the run began")
     with state_of(saved):
         _require_kinds(saved["simulation"], simulation.state(), "simulation")
         simulation.restore(saved["simulation"])
@@ -167,11 +172,12 @@ def _flat(value, path=""):
     return {path: value}
 
 
-def _fingerprints(model):
-    """Digests, by key, of the file contents that a scene needs again for resuming."""
-    obstacles = [array for obstacle in model.obstacles for array in obstacle.read()]
-    return {"terrain": terrain_digest(model.surface), "obstacles": _digest(obstacles),
-            "forces": _digest(model.force_numbers)}
+def _file(scene, key):
+    """Name of the file under a dotted key of a scene."""
+    value = scene.model_dump(by_alias=True)
+    for part in key.split("."):
+        value = value[int(part)] if isinstance(value, list | tuple) else value[part]
+    return Path(value).name
 
 
 def terrain_digest(surface):

@@ -23,12 +23,8 @@ from pathlib import Path
 
 from snowmpm.errors import InputError
 from snowmpm.io.archive import sync_folder
+from snowmpm.io.locks import Held, Lock
 from snowmpm.reading import budget as read_budget
-
-try:
-    import fcntl
-except ImportError:  # Windows has no advisory locks: a second writer is then not refused
-    fcntl = None
 
 MAGIC = b"SNOWJRNL"
 HEADER = struct.Struct("<8sQQII")
@@ -118,9 +114,8 @@ class Journal:
         self._unapplied = []
         self._file = open_own(self.path, os.O_RDWR | os.O_CREAT)
         try:
-            if fcntl:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            self._lock = Lock(self.path, self._file.fileno())
+        except Held:
             self._file.close()
             message = f"{path}: another program is writing this run; stop it or choose another folder"
             raise InputError(message) from None
@@ -183,5 +178,7 @@ class Journal:
     def close(self):
         """Remove the journal unless the file still needs it. The lock goes last."""
         if not self._unapplied:
-            self.path.unlink(missing_ok=True)
+            with suppress(PermissionError):  # Windows removes no file that is open
+                self.path.unlink(missing_ok=True)
         self._file.close()
+        self._lock.release()

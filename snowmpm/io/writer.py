@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.io import layout
 from snowmpm.io.archive import write_bytes
@@ -73,6 +74,7 @@ class RunWriter:
                     create_saw_test(h5, **saw_test)
                 _write_provenance(h5, provenance)
             write_bytes(self.path, draft.getbuffer())
+            overwriting.note_changing(self.path)
             write_companion(self.path, blocks)
             self._open(dimension, layout.FORMAT_VERSION, origin, patience)
         except BaseException:

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, SimulationError, WriteError
-from snowmpm.io import FolderLock, Run, checkpoint
+from snowmpm.io import FolderLock, Run, checkpoint, layout
 from snowmpm.io.archive import write_text
 from snowmpm.io.checkpoint import Checkpoints
-from snowmpm.io.journal import journal_path
 from snowmpm.io.writer import run_file
 from snowmpm.running.interruption import Interruption
 from snowmpm.running.recorder import Recorder
@@ -23,6 +23,13 @@ from snowmpm.scenes.schema import Scene
 from snowmpm.setup.external import refuse_resume
 from snowmpm.setup.taken_state import KEPT
 from snowmpm.stages import stage
+
+SCENE = "scene.toml"
+"""Resolved scene in a run folder."""
+
+CHECKPOINTS = (checkpoint.FILE, checkpoint.previous(checkpoint.FILE).name)
+FILES = (layout.RUN_FILE, layout.COMPANION_FILE, layout.SUMMARY_FILE, SCENE, KEPT, *CHECKPOINTS)
+"""Files of a run folder."""
 
 PROGRESS_INTERVAL = 0.2
 """Seconds of wall time between progress reports."""
@@ -81,57 +88,76 @@ class Phases:
 
 
 def run(scene: Scene, out_dir: PathLike, progress: Callable[[Progress], object] | None = None, resume: bool = False,
-        overwrite: bool = True, approve: Callable[[Simulation], object] | None = None) -> Run:
+        overwrite: bool | None = None, approve: Callable[[Simulation], object] | None = None) -> Run:
     """Simulate a scene and write its run folder; -> `snowmpm.io.Run`.
 
     out_dir gets run.vtkhdf, scene.toml (resolved), summary.json and checkpoints. progress: called with a `Progress`
     regularly. resume: continue from the last checkpoint in out_dir as if the run had never stopped; frames written
-    after it are written again; a run that was killed before its first checkpoint starts anew. The scene must be the
-    same, but may end later. overwrite: replace an existing run instead of refusing. approve: called with the
-    `Simulation` before it settles or continues; may raise InputError, and then nothing is written.
+    after it are written again; where there is no run, or one that was killed before its first checkpoint, the run
+    starts, with a warning. The scene and the files that it names must be the same, but it may end later. overwrite:
+    None replaces an earlier run, but no file that came from elsewhere or was changed since; True replaces both, False
+    neither. approve: called with the `Simulation` before it settles or continues; may raise InputError, and then
+    nothing is written.
     Raises InputError before anything is written, SimulationError when a step fails (frames so far stay readable),
     WriteError when the disk is full, and KeyboardInterrupt at Ctrl-C or SIGTERM, a checkpoint written.
     """
-    phases, folder = Phases(), Path(out_dir)
-    with FolderLock(folder) as lock:
+    folder = Path(out_dir)
+    with FolderLock(folder) as lock, overwriting.keeping(overwrite or None):
         if resume and _hardly_begun(folder):
+            warnings.warn(f"{folder}: nothing to resume there yet: the run starts from its beginning", stacklevel=2)
             resume, overwrite = False, True
-        saved = _saved(folder, scene) if resume else None
-        simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
-        if saved is not None:
-            checkpoint.take_over(simulation, saved)
-            if approve:
-                approve(simulation)
-            with checkpoint.state_of(saved):
-                phases.add(saved["phases"])
-        lock.make()
-        if not resume and not overwrite and run_file(folder).exists():
-            raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder")
-        checkpoints = Checkpoints(folder, scene.output.checkpoint_interval)
-        try:
-            _record(simulation, folder, checkpoints, saved, phases, progress)
-        except OSError as error:
-            raise _not_written(error, folder, checkpoints) from error
-        checkpoints.finish()
+        return _run(scene, folder, lock, progress, resume, overwrite is not False, approve)
+
+
+def _run(scene, folder, lock, progress, resume, overwrite, approve):
+    phases = Phases()
+    saved = _saved(folder, scene) if resume else None
+    if saved is None:
+        overwriting.guard_in(folder, FILES)
+    simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
+    if saved is not None:
+        checkpoint.take_over(simulation, saved)
+        if approve:
+            approve(simulation)
+        with checkpoint.state_of(saved):
+            phases.add(saved["phases"])
+    lock.make()
+    if not resume and not overwrite and run_file(folder).exists():
+        raise InputError(f"{folder} already holds a run: --resume or --overwrite it, or choose another folder")
+    checkpoints = Checkpoints(folder, scene.output.checkpoint_interval)
+    try:
+        _record(simulation, folder, checkpoints, saved, phases, progress)
+    except OSError as error:
+        raise _not_written(error, folder, checkpoints) from error
+    checkpoints.finish()
     return Run(folder)
 
 
 def _hardly_begun(folder):
-    """Whether a run was killed here before its first checkpoint, with at most one frame: nothing is lost."""
+    """Whether there is no run, or one that was killed before its first checkpoint, with at most one frame: nothing is
+    lost."""
     path = run_file(folder)
     if any(file.exists() for file in (checkpoint.previous(folder / checkpoint.FILE), folder / checkpoint.FILE)):
         return False
     if path.exists():
         run = Run(folder)
         return len(run) <= 1 and not run.complete
-    return journal_path(path).exists()
+    return True
 
 
 def _saved(folder, scene):
     refuse_resume(scene)
     saved = checkpoint.read(folder / checkpoint.FILE)
     checkpoint.check(saved, scene)
+    _require_own_scene(folder / SCENE, saved["scene"])
     return saved
+
+
+def _require_own_scene(path, text):
+    """Raise InputError where the resolved scene in a run folder was edited: a resumed run writes it anew."""
+    if path.is_file() and path.read_bytes() != text.encode() and not overwriting.is_own(path):
+        raise InputError(f"{path}: was changed since the run began, and a resumed run would write it anew;\ngive"
+                         " changes with --set, and move the file elsewhere")
 
 
 def _not_written(error, folder, checkpoints):
@@ -151,6 +177,8 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
     if saved is None:
         # First, since an old checkpoint would not belong to the new run file
         checkpoints.clear()
+    overwriting.note_changing(*(folder / name for name in (*FILES[:3], *CHECKPOINTS)))
+    if saved is None:
         (folder / KEPT).unlink(missing_ok=True)
         if simulation.model.taken:
             simulation.model.taken.write(folder)
@@ -160,7 +188,7 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
         if saved is not None and "rest" in saved:  # checkpoints of older versions have none
             rest.restore(saved["rest"])
     try:
-        write_text(folder / "scene.toml", simulation.scene.to_toml())
+        _write_scene(folder / SCENE, simulation.scene.to_toml(), resumed=saved is not None)
         phases.lap("setup")
         with Interruption() as interruption:
             if saved is not None:
@@ -176,6 +204,13 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
         raise
     with stage("writing the end of the run"):
         recorder.close(phases, complete=True, ended=rest.reason)
+
+
+def _write_scene(path, text, resumed):
+    """Write the resolved scene, unless it is there."""
+    if not path.is_file() or path.read_bytes() != text.encode():
+        with overwriting.keeping(resumed or None):  # `_require_own_scene`
+            write_text(path, text)
 
 
 def _save(simulation, recorder, rest, checkpoints, phases):

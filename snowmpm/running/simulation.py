@@ -20,6 +20,7 @@ from snowmpm.glance import Glance, counted
 from snowmpm.materials import Law
 from snowmpm.particles.fields import ParticleFields
 from snowmpm.quantities.motion import Motion
+from snowmpm.reading.named_files import noting
 from snowmpm.running.audit import Audit
 from snowmpm.running.coupling import Coupling
 from snowmpm.running.events import make_events
@@ -31,6 +32,7 @@ from snowmpm.saw_test.strength import overloaded
 from snowmpm.scenes.schema import Scene
 from snowmpm.setup.build import build
 from snowmpm.setup.external import exchange, path_of
+from snowmpm.setup.input_files import digests
 from snowmpm.setup.model import Model
 from snowmpm.setup.obstacle_reach import doubts
 from snowmpm.setup.refusals import require
@@ -55,6 +57,7 @@ class Simulation(Glance):
     "advective", "deformation", "fixed", "output" (shortened to end at a requested time) or "window" (repeated with
     another program); particles[name]: NumPy
     copies (`snowmpm.particles.fields.ParticleFields`).
+    files: digest of each file that the scene names, by key, as it was read.
     settling_steps: before the clock started, in which the initial state settled.
     Several simulations can be used alternately, also in several threads; one computes at a time.
     Raises InputError for a scene that cannot be built, SimulationError when a step fails, EndedError after `ti.init` or
@@ -68,6 +71,7 @@ class Simulation(Glance):
     solver: Method
     events: list[Any]
     crack: CrackRecord | None
+    files: dict[str, str]
     dt: float
     dt_cause: str
     settling_steps: int
@@ -79,8 +83,9 @@ class Simulation(Glance):
 
         approve: called with the simulation once it is built, before it settles; may raise InputError to refuse it.
         """
-        with compiling():
+        with compiling(), noting({}) as read:
             self._make(scene, resumed, approve)
+        self.files = digests(scene, read)
 
     def _make(self, scene: Scene, resumed: PathLike | None, approve: "Callable[[Simulation], object] | None") -> None:
         self.scene = scene

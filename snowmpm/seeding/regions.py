@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.region_files import read_features
-from snowmpm.terrain.load import existing
 
 
 @dataclass(frozen=True, eq=False)

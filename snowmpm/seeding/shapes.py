@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.polygons import Polygons
 from snowmpm.seeding.voxels import phase_inside, read_voxels
 from snowmpm.terrain.distance import DistanceField
-from snowmpm.terrain.load import existing
 from snowmpm.terrain.mesh import mesh_facets
 from snowmpm.terrain.surface import TerrainSurface
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.regions import Region
-from snowmpm.terrain.load import existing
 from snowmpm.terrain.raster import read_raster, system_of
 from snowmpm.terrain.raster_values import raster_values
 

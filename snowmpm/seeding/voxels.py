@@ -10,8 +10,8 @@ from PIL import Image, ImageSequence
 
 from snowmpm.errors import InputError
 from snowmpm.reading import budget as read_budget
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.metaimage import read_metaimage
-from snowmpm.terrain.load import existing
 
 ENDINGS = (".npy", ".npz", ".tif", ".tiff", ".mhd", ".mha", ".raw")
 COPIES = 3.0

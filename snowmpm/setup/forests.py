@@ -4,9 +4,9 @@ import numpy as np
 
 from snowmpm.errors import InputError
 from snowmpm.ground.value import Limits, RasterValue
+from snowmpm.reading.named_files import existing
 from snowmpm.scenes.forest import Forest
 from snowmpm.seeding.regions import regions_of
-from snowmpm.terrain.load import existing
 from snowmpm.terrain.raster_values import raster_values
 
 NUMBERS = ("drag", "detrainment")

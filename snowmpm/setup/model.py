@@ -181,12 +181,6 @@ class Model:
         """Gravity at time zero (dim,) [m/s2]."""
         return np.asarray(self.scene.gravity_vector) if self.gravity is None else self.gravity.at(0.0)
 
-    @cached_property
-    def force_numbers(self):
-        """Arrays of gravity and forces read from files, for a digest."""
-        faces = loaded_faces(self)
-        return self.forcing().numbers() + (faces.numbers() if faces else [])
-
     def forcing(self):
         """`Forcing` of the scene, false if there is none; its time starts at time zero."""
         scene = self.scene

@@ -3,9 +3,9 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.schemes import TRANSFERS
 from snowmpm.solids import inside_any
-from snowmpm.terrain.load import existing
 from snowmpm.terrain.raster_values import raster_values
 from snowmpm.water.outlets import Outlets
 from snowmpm.water.permeability import ICE_DENSITY

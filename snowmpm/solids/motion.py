@@ -50,11 +50,6 @@ class RigidMotion:
         omega = np.radians(spec.angular_velocity)
         return cls(centre, Uniform(np.asarray(spec.velocity, float), omega, spec.start, spec.stop, spec.ramp))
 
-    @property
-    def rows(self):
-        """Rows of the table that the motion follows, None without one."""
-        return getattr(self._course, "rows", None)
-
     def pose(self, time):
         """`Pose` at `time` [s]."""
         dim = len(self.start_centre)
@@ -120,7 +115,6 @@ class Tabulated:
         from scipy.interpolate import PchipInterpolator  # slow to import, and few scenes have tables
 
         self.start, self.first, self.last = start, times[0], times[-1]
-        self.rows = np.column_stack([times, shifts, turns])
         self._shift, self._turn = PchipInterpolator(times, shifts), PchipInterpolator(times, turns)
         self._shift_rate, self._turn_rate = self._shift.derivative(), self._turn.derivative()
         self.still = not (np.any(shifts) or np.any(turns))

@@ -3,8 +3,8 @@
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.reading.number_table import read_number_table
-from snowmpm.terrain.load import existing
 
 KEY = "motion.file"
 

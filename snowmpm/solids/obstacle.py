@@ -58,12 +58,6 @@ class Obstacle:
         """Whether it never moves."""
         return self.motion.still
 
-    def read(self):
-        """Arrays that were read from files: of a mesh (or polygon) the surface, of a tabulated motion the rows."""
-        surface, rows = self.shape.surface, self.motion.rows
-        of_shape = [surface.vertices, surface.facets] if surface is not None else []
-        return of_shape + ([rows] if rows is not None else [])
-
     def query_at(self, points, time):
         """Signed distance (k,) [m], > 0 outside, and outward unit normals (k, dim) at points (k, dim) [m] of space
         (`SolidShape.query`)."""

@@ -10,12 +10,12 @@ import taichi as ti
 from snowmpm.compiler import runtime
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.seeding.polygons import simple_outline
 from snowmpm.seeding.shapes import shape_of
 from snowmpm.solids.primitives import BALL, BOX, CYLINDER, SAMPLED, primitive_distance
 from snowmpm.solids.samples import DistanceSamples
 from snowmpm.terrain import DistanceField, TerrainSurface
-from snowmpm.terrain.load import existing
 from snowmpm.terrain.mesh import mesh_facets
 
 CHORDS = 96

@@ -2,11 +2,11 @@
 
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from snowmpm.errors import InputError
+from snowmpm.reading.named_files import existing
 from snowmpm.terrain.dams import with_dams
 from snowmpm.terrain.defects import defects
 from snowmpm.terrain.map_units import plan_metres
@@ -114,11 +114,3 @@ def _common(box, region):
     if not (lower < upper).all():
         raise InputError("terrain.region: lies outside the domain")
     return lower, upper
-
-
-def existing(file, base_dir, key):
-    """Path of a file named in a scene; InputError when there is none."""
-    path = Path(base_dir) / Path(str(file)).expanduser()
-    if not path.is_file():
-        raise InputError.at(key, str(file), f"no such file (looked for {path})")
-    return path

@@ -100,7 +100,6 @@ def test_step_too_long(refused, block):
         (("run", "block.toml", "--set", "solver.dx"), "must be KEY=VALUE"),
         (("run", "block.toml", "-o", "block.toml"), "must be a folder"),
         (("run", "block.toml", "-o", "block.toml/inside"), "must be a folder"),
-        (("run", "block.toml", "--resume"), "no checkpoint to resume from"),
         (("run", "block.toml", "--resume", "--overwrite"), "choose one"),
         (("run", "block.toml", "--backend", "cuda"), "--backend cuda: there is none here"),
         (("info", "nothing"), "no run file here"),

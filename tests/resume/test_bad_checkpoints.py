@@ -69,12 +69,10 @@ def test_changed_scene_is_refused(changed, stopped, overrides, message):
     assert {path.name: path.read_bytes() for path in stopped.iterdir()} == before
 
 
-@pytest.mark.parametrize("what", ["terrain", "obstacles"])
-def test_changed_file_is_refused(scene, stopped, tmp_path, what):
-    # The scene names the same file, but what was in it has changed.
+def test_changed_terrain_is_refused(scene, stopped, tmp_path):
     folder = copy(stopped, tmp_path)
-    write_archive(folder / checkpoint.FILE, {**read_archive(folder / checkpoint.FILE), what: "another"})
-    with pytest.raises(InputError, match=f"{what}: not what it was when the run began"):
+    write_archive(folder / checkpoint.FILE, {**read_archive(folder / checkpoint.FILE), "terrain": "another"})
+    with pytest.raises(InputError, match="terrain: not what it was when the run began"):
         snowmpm.run(scene, folder, resume=True)
 
 
@@ -85,10 +83,42 @@ def test_checkpoint_of_another_version_is_refused(scene, stopped, tmp_path):
         snowmpm.run(scene, folder, resume=True)
 
 
-def test_nothing_to_resume(scene, tmp_path):
+def test_a_run_that_never_began_starts(changed, tmp_path):
+    """A job script can always say --resume."""
+    folder = tmp_path / "empty"
+    with pytest.warns(UserWarning, match="nothing to resume there yet: the run starts from its beginning"):
+        run = snowmpm.run(changed({"end_time": 0.02}), folder, resume=True)
+    assert run.complete
+
+
+def test_a_run_killed_before_its_first_checkpoint_starts(changed, tmp_path):
+    """What such a kill leaves: a run file with its first frame or none, or only its beginnings."""
+    short, folder = changed({"end_time": 0.02}), tmp_path / "killed"
+
+    def kill(simulation):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        snowmpm.run(short, folder, approve=kill)
+    folder.mkdir(exist_ok=True)
+    (folder / ".scene.unfinished.toml").write_text("half")
+    with pytest.warns(UserWarning, match="nothing to resume"):
+        assert snowmpm.run(short, folder, resume=True).complete
+
+
+def test_frames_without_a_checkpoint_are_not_thrown_away(stopped, scene, tmp_path):
+    folder = copy(stopped, tmp_path)
+    for path in folder.glob("checkpoint*"):
+        path.unlink()
     with pytest.raises(InputError, match=r"no checkpoint to resume from"):
-        snowmpm.run(scene, tmp_path / "empty", resume=True)
-    assert not (tmp_path / "empty").exists()
+        snowmpm.run(scene, folder, resume=True)
+
+
+def test_an_edited_scene_in_the_folder_is_not_written_over(stopped, scene, tmp_path):
+    folder = copy(stopped, tmp_path)
+    (folder / "scene.toml").write_text("# mine\n" + (folder / "scene.toml").read_text())
+    with pytest.raises(InputError, match=r"scene\.toml: was changed since the run began"):
+        snowmpm.run(scene, folder, resume=True)
 
 
 def test_another_run_file_is_refused(scene, stopped, tmp_path):
@@ -110,6 +140,6 @@ def test_failure_names_the_last_checkpoint(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(MpmSolver, "step", failing)
     (tmp_path / "checkpoint.previous.npz").write_bytes(b"of an earlier run")
     with pytest.raises(SimulationError, match=r"particle 7.*; last checkpoint: .*checkpoint\.npz, t = 0 s"):
-        snowmpm.run(scene, tmp_path)
+        snowmpm.run(scene, tmp_path, overwrite=True)
     assert json.loads((tmp_path / "summary.json").read_text())["complete"] is False
     assert not (tmp_path / "checkpoint.previous.npz").exists()

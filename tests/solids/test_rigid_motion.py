@@ -107,18 +107,6 @@ def test_a_table_goes_through_its_rows_and_rests_outside_them(tmp_path):
     assert motion.at(1.25)[2][1] == pytest.approx(0.0, abs=1e-12)  # the turning point
 
 
-def test_what_was_read_from_files_is_known_for_the_checkpoint(tmp_path):
-    file, folder = table(tmp_path, "time,x\n0,0\n2,4\n")
-    box = {"kind": "box", "min": (0.0, 0.0), "max": (1.0, 1.0)}
-    motion = {"centre": None, "file": file, "start": 0.0}
-    for own, rows in ((SimpleNamespace(**motion), [[0.0, 0.0, 0.0, 0.0], [2.0, 4.0, 0.0, 0.0]]), (None, None)):
-        spec = SimpleNamespace(name="o", shape=SimpleNamespace(**box), motion=own, contact="slip", friction=0.0)
-        read = Obstacle.of(spec, 2, folder).read()
-        assert [array.tolist() for array in read] == ([rows] if rows else [])
-    spec.shape = SimpleNamespace(kind="polygon", points=[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
-    assert len(Obstacle.of(spec, 2, folder).read()) == 2
-
-
 def test_the_key_of_the_obstacle_stands_before_what_is_wrong_with_its_table(tmp_path):
     file, folder = table(tmp_path, "time,x\n0,0\n")
     spec = SimpleNamespace(name="o", shape=SimpleNamespace(kind="sphere", centre=(0.0, 0.0), radius=1.0),

@@ -1,0 +1,187 @@
+"""What may be replaced: files that this program wrote and nobody has changed since, and no other unless it is told to.
+
+Each folder keeps a list of what was written there, `LIST`: a line a file, with the digest of its content and its name.
+A file that changed since, that came from elsewhere, or that the present command reads, is the user's. Commands, runs
+and campaigns keep it; a function that is called from Python with the name of a file writes that file.
+"""
+
+import contextlib
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
+from pathlib import Path
+
+from snowmpm.errors import InputError
+
+LIST = ".snowmpm-files"
+"""Hidden list of a folder of results."""
+
+ENDS = 1 << 20
+"""Bytes at either end of a file that its digest takes, with its size: those of a film or a checkpoint are many."""
+
+MOST = 1 << 20
+"""Bytes of a list beyond which only the newest lines of each name are kept."""
+
+KEPT = 2
+"""Lines of a name that are kept: the newest may be of a file that a killed program did not put in place."""
+
+ANY = "*"
+"""In place of a digest: a file that the program changes in place, such as a run file."""
+
+_kept: ContextVar[bool | None] = ContextVar("kept", default=None)
+"""Whether files of the user are kept; None where nobody has said."""
+_read: dict[tuple[int, int], Path] = {}
+_written: dict[str, tuple[int, int]] = {}
+
+
+@contextlib.contextmanager
+def keeping(overwrite: bool | None = None) -> Iterator[None]:
+    """Context in which files of the user are kept. overwrite: True: in which they may be replaced, as `--overwrite`
+    says; None: as the context around it says, where one does."""
+    wanted = not overwrite if overwrite is not None else _kept.get() is not False
+    before = _kept.set(wanted)
+    try:
+        yield
+    finally:
+        _kept.reset(before)
+
+
+def reads(path: str | os.PathLike[str]) -> None:
+    """Note a file of the user that is an input: it is not replaced, even if this program wrote it before."""
+    with contextlib.suppress(OSError):
+        found = os.stat(path)
+        if str(Path(path).resolve()) not in _written:
+            _read[(found.st_dev, found.st_ino)] = Path(path)
+
+
+def forget_inputs() -> None:
+    """Forget what was read: another command begins."""
+    _read.clear()
+
+
+def guard(*paths: str | os.PathLike[str]) -> None:
+    """Raise InputError for the first of the paths that may not be replaced; one that does not exist may be written."""
+    if not _kept.get():
+        return
+    for path in map(Path, paths):
+        # Resolved: a folder on the way may be missing now, and made before the file is written
+        reason = _reason(path.parent.resolve() / path.name)
+        if reason:
+            raise InputError(f"{path}: {reason};\nchoose another place with -o, or replace it with --overwrite")
+
+
+def guard_in(folder: str | os.PathLike[str], names: Iterable[str]) -> None:
+    """`guard` of files of one folder."""
+    guard(*(Path(folder) / name for name in names))
+
+
+def note(path: str | os.PathLike[str], content: str | os.PathLike[str] | None = None) -> None:
+    """Note that `path` is about to get the content of the file `content`, or was written as it is now.
+
+    Before the file gets its name, so that no kill in between leaves one that is not known. Raises OSError.
+    """
+    path = Path(path)
+    _append(path, _digest(Path(content or path)))
+
+
+def note_changing(*paths: str | os.PathLike[str]) -> None:
+    """Note files, or folders, that the program changes in place: whatever they hold, they are its own."""
+    for path in map(Path, paths):
+        _append(path, ANY)
+
+
+def note_written(path: str | os.PathLike[str]) -> None:
+    """Note that `path` is now as this process wrote it."""
+    with contextlib.suppress(OSError):
+        found = os.stat(path)
+        _written[str(Path(path).resolve())] = (found.st_size, found.st_mtime_ns)
+
+
+def is_own(path: str | os.PathLike[str]) -> bool:
+    """Whether a file was written by this program and not changed since."""
+    path = Path(path)
+    try:
+        found = os.stat(path)
+    except OSError:
+        return False
+    if _written.get(str(path.resolve())) == (found.st_size, found.st_mtime_ns):
+        return True
+    known = [digest for digest, name in _lines(path.parent) if name == path.name]
+    if ANY in known:
+        return True
+    try:
+        return bool(known) and path.is_file() and _digest(path) in known
+    except OSError:
+        return False
+
+
+def _reason(path: Path) -> str:
+    """Why a path may not be replaced, or nothing."""
+    try:
+        found = os.lstat(path)
+    except OSError:
+        return ""
+    with contextlib.suppress(OSError):
+        real = os.stat(path)
+        if (real.st_dev, real.st_ino) in _read:
+            return "is read by this command"
+    if os.path.islink(path):
+        return "is a link, and not of snowmpm"
+    if os.path.isfile(path) and found.st_size == 0:
+        return ""  # nothing to lose
+    return "" if is_own(path) else "was not written by snowmpm, or was changed since"
+
+
+def _digest(path: Path) -> str:
+    size = path.stat().st_size
+    digest = hashlib.sha256(str(size).encode())
+    with open(path, "rb") as file:
+        digest.update(file.read(ENDS))
+        if size > ENDS:
+            file.seek(max(ENDS, size - ENDS))
+            digest.update(file.read(ENDS))
+    return digest.hexdigest()[:32]
+
+
+def _lines(folder: Path) -> list[tuple[str, str]]:
+    """(digest, name) of what was written to a folder, in order."""
+    try:
+        with open(folder / LIST, encoding="utf-8", errors="replace") as file:
+            rows = [line.rstrip("\n").partition(" ") for line in file.read(64 * MOST).split("\n")]
+    except OSError:
+        return []
+    return [(digest, name) for digest, _, name in rows if name]
+
+
+def _append(path: Path, digest: str) -> None:
+    """Add a line to the list of the folder of a file."""
+    if "\n" in path.name:
+        return
+    line = f"{digest} {path.name}\n".encode("utf-8", "replace")
+    # In one write, so that several programs may do so at once; a link of that name is never followed
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    descriptor = os.open(path.parent / LIST, flags, 0o666)
+    try:
+        os.write(descriptor, line)
+        size = os.fstat(descriptor).st_size
+    finally:
+        os.close(descriptor)
+    if size > MOST:
+        _shorten(path.parent)
+
+
+def _shorten(folder: Path) -> None:
+    """Keep the newest lines of each name."""
+    kept: list[tuple[str, str]] = []
+    count: dict[str, int] = {}
+    for digest, name in reversed(_lines(folder)):
+        count[name] = count.get(name, 0) + 1
+        if count[name] <= KEPT:
+            kept.append((digest, name))
+    part = folder / f"{LIST}.{os.getpid()}"
+    with contextlib.suppress(OSError):
+        part.unlink(missing_ok=True)
+        with open(part, "x", encoding="utf-8") as file:
+            file.writelines(f"{digest} {name}\n" for digest, name in reversed(kept))
+        os.replace(part, folder / LIST)
