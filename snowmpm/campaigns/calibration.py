@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import multivariate_normal
 
+from snowmpm import overwriting
 from snowmpm.campaigns import cluster, forecast
 from snowmpm.campaigns.design import shares
 from snowmpm.campaigns.distributions import Choices, Drawn
@@ -32,6 +33,7 @@ from snowmpm.campaigns.posterior import write_posterior
 from snowmpm.campaigns.table import records_of, write_tables
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError
+from snowmpm.io import FolderLock
 from snowmpm.quantities.quantity import digits
 from snowmpm.scenes.toml import table_text
 
@@ -142,7 +144,14 @@ def calibrate_campaign(file, folder, *, scheduler=None, workers=None, resume=Fal
     Raises InputError for a file without calibration, SimulationError when hardly any run succeeds.
     """
     folder = Path(folder).resolve()
-    plan, surveys = _prepared(file, folder, workers, resume)
+    with FolderLock(folder) as lock, overwriting.keeping():
+        return _calibrated(file, folder, (scheduler, workers), (resume, lock), say)
+
+
+def _calibrated(file, folder, where, again, say):
+    scheduler, workers = where
+    overwriting.guard_in(folder, ("posterior.csv", "forecast.toml"))
+    plan, surveys = _prepared(file, folder, workers, again)
     file, observation = plan.file, Observation(file)
     names = list(file.parameters)
     wanted = file.calibration
@@ -180,7 +189,7 @@ class _Needs:
     cell: float | None
 
 
-def _prepared(file, folder, workers, resume):
+def _prepared(file, folder, workers, again):
     if file.calibration is None:
         raise InputError(f"{file.source}: calibration is missing: a table with what was observed")
     for name, one in file.parameters.items():
@@ -193,8 +202,8 @@ def _prepared(file, folder, workers, resume):
     runs = file.calibration.particles * (1 + file.calibration.generations) // 2
     wanted = file.model_copy(update={"design": "latin_hypercube", "runs": runs})
     wanted._base_dir, wanted._source = file.base_dir, file.source
-    plan, expected = prepare(wanted, folder, workers, resume)
-    write_text(plan.folder / FILE, own_file(plan))
+    plan, expected = prepare(wanted, folder, workers, *again)
+    write_text(plan.folder / FILE, own_file(wanted))
     one = forecast.survey(plan.scene(plan.members[0]), file.cluster.threads)
     return plan, _Needs(expected.memory, one.cell)
 

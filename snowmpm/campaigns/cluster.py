@@ -4,12 +4,16 @@ Each worker process does one run at a time, with the Taichi threads that the cam
 """
 
 import contextlib
+import time as clock
 from dataclasses import dataclass
 
 from snowmpm.cores import available_cores
-from snowmpm.errors import InputError, did_you_mean
+from snowmpm.errors import InputError, SimulationError
 
 SLURM = "slurm"
+STARTS = 5
+"""Times that the workers of this machine are started, should one die meanwhile."""
+
 DEATHS = 5
 """Times that a worker may die at one run until the run is given up."""
 
@@ -40,15 +44,24 @@ def require_cluster():
 
 @dataclass
 class Site:
-    """client: of Dask; address: of a scheduler that is not ours, else None; dashboard: address of its page."""
+    """client: of Dask; address: of a scheduler that is not ours, else None; dashboard: address of its page; cluster:
+    that is ours, else None; wanted: number of its workers."""
 
     client: object
     address: str | None
     dashboard: str
+    cluster: object = None
+    wanted: int = 0
 
     def workers(self):
         """Addresses of its workers now."""
         return list(self.client.scheduler_info(n_workers=-1)["workers"])
+
+    def replace_lost(self, there):
+        """Start workers in place of those that died while they started, of which Dask makes no others. there: number of
+        workers now."""
+        if self.cluster is not None and there < self.wanted:
+            self.cluster.scale(self.wanted)
 
 
 @contextlib.contextmanager
@@ -64,7 +77,7 @@ def site(options, scheduler=None, workers=None, memory=0.0):
         if scheduler is None:
             cluster = stack.enter_context(_local(distributed, options, workers, memory))
             client = stack.enter_context(distributed.Client(cluster))
-            yield Site(client, None, cluster.dashboard_link)
+            yield Site(client, None, cluster.dashboard_link, cluster, worker_count(options, workers, memory))
         elif scheduler == SLURM:
             cluster = stack.enter_context(slurm(options, workers))
             client = stack.enter_context(distributed.Client(cluster))
@@ -105,22 +118,35 @@ def memory_of(run):
 
 
 def _local(distributed, options, workers, memory):
+    """A cluster of processes of this machine. Raises SimulationError where they cannot be started."""
     resources = {"GPU": 1} if options.backend == "cuda" else None
-    return distributed.LocalCluster(
-        n_workers=worker_count(options, workers, memory), threads_per_worker=1, processes=True,
-        memory_limit=max(int(memory_of(memory)), 2 * 2**30), dashboard_address="127.0.0.1:0", host="127.0.0.1",
-        resources=resources, silence_logs=50)
+    for left in reversed(range(STARTS)):
+        try:
+            return distributed.LocalCluster(
+                n_workers=worker_count(options, workers, memory), threads_per_worker=1, processes=True,
+                memory_limit=max(int(memory_of(memory)), 2 * 2**30), dashboard_address="127.0.0.1:0", host="127.0.0.1",
+                resources=resources, silence_logs=50)
+        except (RuntimeError, OSError, TimeoutError) as error:  # a worker died while it started
+            if not left:
+                text = (str(error).splitlines() or [type(error).__name__])[0]
+                raise SimulationError(f"no worker can be started here ({STARTS} tries: {text});\n--resume goes on where"
+                                      " it was") from None
+            clock.sleep(1.0)
+    return None
 
 
 def slurm_options(options):
     """Arguments of `dask_jobqueue.SLURMCluster`: a job is one worker with one run at a time."""
-    given = {"cores": options.threads, "processes": 1, "memory": "4 GiB", **options.slurm}
+    asked = options.slurm
+    given = {name: getattr(asked, name) for name in ("queue", "account", "memory", "walltime", "interface")}
     gpu = ["--resources", "GPU=1"] if options.backend == "cuda" else []
-    return {**given, "worker_extra_args": [*given.get("worker_extra_args", ()), "--nthreads", "1", *gpu]}
+    return {**{name: value for name, value in given.items() if value is not None},
+            "cores": asked.cores or options.threads, "processes": 1, "job_extra_directives": asked.directives,
+            "worker_extra_args": ["--nthreads", "1", *gpu]}
 
 
 def slurm(options, workers=None):
-    """A cluster of SLURM jobs, `options.slurm` as dask-jobqueue takes them."""
+    """A cluster of SLURM jobs."""
     try:
         from dask_jobqueue import SLURMCluster
     except ImportError:
@@ -128,8 +154,6 @@ def slurm(options, workers=None):
     try:
         cluster = SLURMCluster(**slurm_options(options))
     except (TypeError, ValueError) as error:
-        known = ("queue", "account", "cores", "memory", "walltime", "job_extra_directives", "interface")
-        near = next((hint for name in options.slurm if (hint := did_you_mean(name, known)) and name not in known), "")
-        raise InputError(f"cluster.slurm: {error}{near}") from None
+        raise InputError(f"cluster.slurm: {error}") from None
     cluster.scale(jobs=workers or options.workers or 1)
     return cluster

@@ -91,6 +91,7 @@ class Conductor:
 
     def _count(self, now):
         self._counted, self._workers = now, len(self._site.workers())
+        self._site.replace_lost(self._workers)
         self._room = AHEAD * max(1, self._workers)
 
     def _fill(self, client, function, todo, flying, coming):

@@ -1,5 +1,6 @@
 """What a campaign will cost, before it starts: time, bytes on the disk, memory of a worker."""
 
+import contextlib
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,17 +34,35 @@ def survey(scene, threads=1):
     from snowmpm.advice.calibration import measured_speed
     from snowmpm.advice.facts import SceneFacts
     from snowmpm.running.description import describe
-    from snowmpm.setup.build import build
 
     start_quietly("cpu", threads)
-    model = build(scene)
-    solver = model.solver()
+    built = _built(scene)
+    model, solver = built.model, built.solver
     budget = Budget(SceneFacts(scene, model, solver), threads, measured_speed())
     facts = describe(model, solver)
     grid = model.map_grid if scene.dimension == 3 else None
     cells = int(grid.shape[0] * grid.shape[1]) if grid else 0
     return Survey(budget.total, float(budget.run_file + facts["checkpoint"]), float(facts["memory"]),
                   grid and float(grid.cell), cells)
+
+
+class _Built(Exception):
+    """A simulation is built: that is all that was wanted of it."""
+
+
+def _built(scene):
+    """A `Simulation` of a scene before its first step: all files that it names have been read."""
+    from snowmpm.running.simulation import Simulation
+
+    found = []
+
+    def stop(simulation):
+        found.append(simulation)
+        raise _Built
+
+    with contextlib.suppress(_Built):
+        Simulation(scene, approve=stop)
+    return found[0]
 
 
 @dataclass(frozen=True)

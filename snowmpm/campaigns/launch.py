@@ -2,19 +2,24 @@
 
 import json
 import os
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.campaigns import answers, cluster, forecast, table
 from snowmpm.campaigns.campaign import FILE, Campaign
 from snowmpm.campaigns.conduct import PATIENCE, Conductor
-from snowmpm.campaigns.members import PLAN, make_plan, runs_of, write_bases
-from snowmpm.campaigns.spec import CampaignFile, checked
+from snowmpm.campaigns.members import ONLY, PLAN, Plan, Staged, base_file, runs_of
+from snowmpm.campaigns.spec import CampaignFile, checked, read_campaign
+from snowmpm.campaigns.stack import STORE
 from snowmpm.campaigns.work import RECORD, job_of, work
 from snowmpm.draft import write_text
 from snowmpm.errors import InputError, SimulationError, shown_line
+from snowmpm.io import FolderLock
+from snowmpm.reading.named_files import noting
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.toml import table_text
 from snowmpm.stages import stage
@@ -43,30 +48,87 @@ def campaign(scene: PathLike, parameters: Mapping[str, Mapping[str, Any]], folde
     return run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume)
 
 
-def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, resume: bool = False):
-    """(`Plan`, `Forecast`) of a campaign, written to its folder. Raises InputError for bad input, a folder that holds
-    another campaign, and more than the disk holds."""
+def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, resume: bool = False,
+            lock: FolderLock | None = None):
+    """(`Plan`, `Forecast`) of a campaign, whose files are written to its folder once all is checked. Raises InputError
+    for bad input, a folder that holds another campaign or files of somebody else, and more than the disk holds; then
+    nothing is written."""
     folder = Path(folder).resolve()
     cluster.require_cluster()
     if (folder / PLAN).exists() and not resume:
         raise InputError(f"{folder} already holds a campaign: --resume completes it; or choose another folder with -o")
     if not os.access(next(parent for parent in (folder, *folder.parents) if parent.exists()), os.W_OK):
         raise InputError(f"-o {folder}: must be a folder that can be written to")
-    bases = write_bases(file, folder)
-    with stage("looking at the scene", len(bases), "variants") as now:
-        surveys = {}
-        for variant, base in bases.items():
-            surveys[variant] = forecast.survey(load_scene(base), file.cluster.threads)
-            now.done += 1
-    cells = [one.cell for one in surveys.values() if one.cell]
-    number = cluster.worker_count(file.cluster, workers, max(one.memory for one in surveys.values()))
-    # Before every scene is checked: too large a campaign would take long for that too
-    forecast.forecast(file, folder, surveys, runs_of(file), number).check(file.source)
-    plan = make_plan(file, folder, max(cells) if cells else None)
+    overwriting.guard_in(folder, names_of(file))
+    if resume:
+        refuse_another(file, folder)
+    read: dict[Path, str] = {}
+    with tempfile.TemporaryDirectory() as staging, noting(read):
+        staged = Staged(file, staging)
+        with staged.messages(), stage("looking at the scene", len(staged.bases), "variants") as now:
+            surveys = {}
+            for variant, base in staged.bases.items():
+                surveys[variant] = forecast.survey(load_scene(base), file.cluster.threads)
+                now.done += 1
+        cells = [one.cell for one in surveys.values() if one.cell]
+        number = cluster.worker_count(file.cluster, workers, max(one.memory for one in surveys.values()))
+        # Before every scene is checked: too large a campaign would take long for that too
+        forecast.forecast(file, folder, surveys, runs_of(file), number).check(file.source)
+        staged.place(max(cells) if cells else None)
+        members = staged.members()
+        with staged.messages():
+            for member in staged.with_other_files(members):
+                forecast.survey(load_scene(staged.bases[member.variant], member.changes), file.cluster.threads)
+        if resume:
+            refuse_another_scene(staged, folder)
+        if lock:
+            lock.make()
+        staged.commit(folder, read)
+    plan = Plan(file, folder, members)
     done = done_of(plan)
     left = {variant: sum(member.variant == variant and member.hash not in done for member in plan.members)
             for variant in plan.variants}
     return plan, forecast.forecast(file, folder, surveys, left, number)
+
+
+def names_of(file: CampaignFile) -> list[str]:
+    """Names of the files that a campaign keeps in its folder, beside those of its runs."""
+    tables = (answers.SENSITIVITY, answers.CONVERGENCE)
+    variants = [f"{variant}_{name}" for variant in file.variants for name in tables]
+    bases = [base_file("", variant).name for variant in file.variants or (ONLY,)]
+    return [FILE, PLAN, *bases, *table.FILES, *tables, *variants, STORE]
+
+
+FREE = ("runs", "cluster", "maps", "keep")
+"""Keys of a campaign's file that may change when it is resumed, beside the runs of its variants."""
+
+
+def refuse_another(file: CampaignFile, folder: Path) -> None:
+    """Raise InputError where the folder holds a campaign that differs in more than its number of runs."""
+    if not (folder / FILE).exists():
+        return
+    before, now = (_compared(one) for one in (read_campaign(folder / FILE), file))
+    for key in dict.fromkeys([*before, *now]):
+        if before.get(key) != now.get(key):
+            raise InputError(f"{file.source}: {key}: is another campaign than the one in {folder}, and --resume completes"
+                             f" that one:\nchoose another folder with -o")
+
+
+def refuse_another_scene(staged, folder):
+    """Raise InputError where a base scene, or a file that it names, is not what it was when the campaign began."""
+    for base in staged.bases.values():
+        there = Path(folder) / base.name
+        if there.exists() and there.read_bytes() != base.read_bytes():
+            raise InputError(f"{staged.file.source}: scene: {staged.file.scene}, or a file that it names, has changed"
+                             f" since the campaign in {folder} began:\nchoose another folder with -o")
+
+
+def _compared(file):
+    """{key: value} of a campaign's file that a resumed one must share."""
+    data = own_data(file)
+    for variant in data.get("variants", {}).values():
+        variant.pop("runs", None)
+    return {key: value for key, value in data.items() if key not in FREE}
 
 
 def done_of(plan):
@@ -78,16 +140,18 @@ def run_campaign(file: CampaignFile, folder: PathLike, *, scheduler: str | None 
                  resume: bool = False, say: Callable[[str], None] = silent, patience: float = PATIENCE) -> Campaign:
     """Run a campaign from its file; -> `Campaign`. say: called with lines of text, what is told while it runs;
     patience: seconds to wait for a scheduler that is gone. Otherwise as `campaign`."""
-    plan, expected = prepare(file, folder, workers, resume)
-    say(expected.words)
-    write_text(plan.folder / FILE, own_file(plan))
-    plan.write()
-    if expected.runs:
-        with cluster.site(file.cluster, scheduler, workers, expected.memory) as site:
-            say(f"dashboard: {site.dashboard}")
-            conduct_runs(plan, site, say, patience)
-    with stage("putting results together"):
-        answers.write_answers(plan, table.records_of(plan))
+    with FolderLock(folder) as lock, overwriting.keeping():
+        plan, expected = prepare(file, folder, workers, resume, lock)
+        say(expected.words)
+        write_text(plan.folder / FILE, own_file(file))
+        overwriting.note_changing(plan.folder / STORE)
+        plan.write()
+        if expected.runs:
+            with cluster.site(file.cluster, scheduler, workers, expected.memory) as site:
+                say(f"dashboard: {site.dashboard}")
+                conduct_runs(plan, site, say, patience)
+        with stage("putting results together"):
+            answers.write_answers(plan, table.records_of(plan))
     return Campaign(plan.folder)
 
 
@@ -127,9 +191,13 @@ def _given_up(plan, member, error):
     return record
 
 
-def own_file(plan):
-    """Text of the campaign's file as it stands in its folder: with its posterior files absolute."""
-    file = plan.file
+def own_file(file):
+    """Text of a campaign's file as it stands in its folder."""
+    return table_text(own_data(file))
+
+
+def own_data(file):
+    """Tables of a campaign's file with the files that it names absolute."""
     data = file.model_dump(exclude_none=True, exclude_unset=True)
     for one in data["parameters"].values():
         if one.get("distribution") == "posterior":
@@ -140,7 +208,7 @@ def own_file(plan):
     observed = (data.get("calibration") or {}).get("observed", {})
     if "outline" in observed:
         observed["outline"]["file"] = str(Path(file.base_dir, observed["outline"]["file"]).resolve())
-    return table_text(data)
+    return data
 
 
 def forget_failed(folder: PathLike) -> int:

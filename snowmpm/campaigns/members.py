@@ -1,15 +1,18 @@
 """The runs of a campaign: their values, their scenes, and the folders named by the hash of each scene."""
 
+import contextlib
 import hashlib
 import json
 import math
+import tempfile
+import warnings
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from snowmpm import __version__
 from snowmpm.annotations import PathLike
-from snowmpm.campaigns import design
+from snowmpm.campaigns import design, untrusted
 from snowmpm.campaigns.distributions import Drawn
 from snowmpm.campaigns.inputs import Inputs
 from snowmpm.campaigns.posterior import rows_of
@@ -115,29 +118,74 @@ def base_file(folder, variant):
     return Path(folder) / (f"{ONLY}.toml" if variant == ONLY else f"{ONLY}_{variant}.toml")
 
 
-def make_plan(file, folder, cell=None, values=None):
-    """`Plan` of a `CampaignFile`: base scenes and their files are written to the folder, and every scene is checked.
+class Staged:
+    """Base scenes of a `CampaignFile` and the files that they name, in a folder of their own until all is checked.
 
-    cell: side of the map cells [m], where the file has none; values: of the parameters by run, in place of those of the
-    design. Raises InputError, which names the run, for a scene that cannot be.
+    cell: side of the map cells [m], where the file has none. Raises InputError for a base scene that cannot be.
     """
-    folder = Path(folder).resolve()
-    inputs = Inputs(folder)
-    values = samples(file) if values is None else values
-    write_bases(file, folder, cell)
-    members = [Member(variant, i, values[i], _changes(file, values[i], inputs))
-               for variant, _, n in _variants(file, len(values)) for i in range(n)]
-    hashed = [_hashed(member, file, folder) for member in counted(members, "checking scenes", "scenes")]
-    return Plan(file, folder, hashed)
+
+    def __init__(self, file, staging, cell=None):
+        self.file, self.folder = file, Path(staging).resolve()
+        self.inputs = Inputs(self.folder)
+        self.bases = {variant: base_file(self.folder, variant) for variant, _, _ in _variants(file, 0)}
+        self.place(cell)
+
+    def place(self, cell):
+        """Write the base scenes, with map cells of this side."""
+        for variant, changes, _ in _variants(self.file, 0):
+            _write_base(self.file, self.folder, variant, changes, self.inputs, cell)
+
+    def members(self, values=None):
+        """List of `Member`: every scene is checked. values: of the parameters by run, in place of those of the design.
+        Raises InputError, which names the run, for a scene that cannot be."""
+        values = samples(self.file) if values is None else values
+        members = [Member(variant, i, values[i], _changes(self.file, values[i], self.inputs))
+                   for variant, _, n in _variants(self.file, len(values)) for i in range(n)]
+        return [_hashed(member, self.file, self.folder) for member in counted(members, "checking scenes", "scenes")]
+
+    @contextlib.contextmanager
+    def messages(self):
+        """Context in which errors and warnings name the user's files, not those that stand for them."""
+        try:
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                yield
+        except InputError as error:
+            raise InputError(self._told(str(error))) from None
+        for text in dict.fromkeys(str(warning.message) for warning in said):
+            warnings.warn(self._told(text), stacklevel=2)
+
+    def _told(self, text):
+        for base in self.bases.values():
+            text = text.replace(str(base), self.file.source)
+        return self.inputs.told(text)
+
+    def with_other_files(self, members):
+        """Members that name files which no member before them names, so that each file is read once."""
+        seen = set()
+        for member in members:
+            named = self.inputs.among(member.changes.values()) - seen
+            if named:
+                seen |= named
+                yield member
+
+    def commit(self, folder, read):
+        """Copy the files that the scenes name, and the base scenes, to the folder of the campaign. read: paths of files
+        that were read."""
+        self.inputs.copy(folder, read)
+        for base in self.bases.values():
+            write_text(Path(folder) / base.name, base.read_text(encoding="utf-8"))
 
 
-def write_bases(file, folder, cell=None):
-    """Write the base scene of each variant, and the files that it needs; -> {variant: file}."""
+def make_plan(file, folder, cell=None, values=None):
+    """`Plan` of a `CampaignFile`, whose base scenes and files are written to the folder once every scene is checked;
+    the files of base scenes and runs are not opened for it. Otherwise as `Staged`."""
     folder = Path(folder).resolve()
-    inputs = Inputs(folder)
-    for variant, changes, _ in _variants(file, 0):
-        _write_base(file, folder, variant, changes, inputs, cell)
-    return {variant: base_file(folder, variant) for variant, _, _ in _variants(file, 0)}
+    with tempfile.TemporaryDirectory() as staging:
+        staged = Staged(file, staging, cell)
+        members = staged.members(values)
+        staged.commit(folder, staged.inputs.known)
+    return Plan(file, folder, members)
 
 
 def runs_of(file):
@@ -218,11 +266,13 @@ def _with_source(error, file, base, member=None):
 def read_plan(folder, file):
     """The `Plan` that was written to a folder."""
     path = Path(folder) / PLAN
-    try:
-        rows = json.loads(path.read_text(encoding="utf-8"))
-        return Plan(file, folder, [Member(**row) for row in rows])
-    except OSError:
-        raise InputError(f"{folder}: no campaign here ({PLAN} is missing)") from None
-    except (ValueError, TypeError):
-        raise InputError(f"{path}: not the plan of a campaign") from None
+    rows = untrusted.plan_rows(path)
+    if rows is None:
+        raise InputError(f"{folder}: no campaign here ({PLAN} is missing)")
+    members, variants = [Member(**row) for row in rows], list(file.variants) or [ONLY]
+    for member in members:
+        if member.variant not in variants or set(member.values) != set(file.parameters):
+            raise InputError(f"{path}: run {member.run} of {member.variant}: not of this campaign, which has"
+                             f" {', '.join(file.parameters)}")
+    return Plan(file, folder, members)
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm.campaigns import untrusted
 from snowmpm.campaigns.work import MAPS
 from snowmpm.errors import InputError
 
@@ -40,15 +41,15 @@ class Observation:
         found = {name: (numbers.get(name, math.inf) - one.value) / one.deviation for name, one in self._numbers.items()}
         if self._outline is None and not self._wanted.front_times:
             return found
-        with np.load(Path(results) / MAPS) as maps:
-            corner, cell = maps["corner"], float(maps["cell"])
-            if self._outline is not None:
-                affected = np.nan_to_num(maps["peak_depth"]) >= numbers.get("flow_depth", 0.0)
-                index = success(affected, corner, cell, self._outline)
-                found["outline"] = (1.0 - index) / self._wanted.outline.deviation
-            for k, one in enumerate(self._wanted.front_times):
-                time = _at(maps["arrival_time"], corner, cell, one.x, one.y, numbers["end"])
-                found[f"front_time_{k}"] = (time - one.time) / one.deviation
+        maps = untrusted.maps(Path(results) / MAPS, ("peak_depth", "arrival_time"))
+        corner, cell = maps["corner"], float(maps["cell"])
+        if self._outline is not None:
+            affected = np.nan_to_num(maps["peak_depth"]) >= numbers.get("flow_depth", 0.0)
+            index = success(affected, corner, cell, self._outline)
+            found["outline"] = (1.0 - index) / self._wanted.outline.deviation
+        for k, one in enumerate(self._wanted.front_times):
+            time = _at(maps["arrival_time"], corner, cell, one.x, one.y, numbers["end"])
+            found[f"front_time_{k}"] = (time - one.time) / one.deviation
         return found
 
     def distance(self, record, results):

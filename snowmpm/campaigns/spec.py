@@ -52,6 +52,39 @@ class Maps(Spec):
     """of peak depth, speed and pressure"""
 
 
+Word = Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9][A-Za-z0-9_.:,=@+/-]{0,99}$")]
+"""A value on a line of a job script: no spaces, quotes or new lines, so that it cannot become a line or a command."""
+
+
+class Slurm(Spec):
+    """What a job of SLURM asks for. No other lines can be added to the job's script: a campaign may come from anybody.
+    """
+
+    queue: Word | None = None
+    """partition"""
+    account: Word | None = None
+    cores: Count | None = None
+    """of a job; the threads of a run when missing"""
+    memory: Annotated[str, Field(strict=True, pattern=r"^[0-9]{1,6} ?[KMGT]i?B$")] = "4 GiB"
+    walltime: Annotated[str, Field(strict=True, pattern=r"^([0-9]{1,3}-)?[0-9]{1,3}(:[0-9]{2}){1,2}$")] | None = None
+    """hours:minutes:seconds, or days-hours:minutes:seconds"""
+    interface: Word | None = None
+    """network interface of the workers"""
+    qos: Word | None = None
+    """quality of service"""
+    constraint: Annotated[str, Field(strict=True, pattern=r"^[A-Za-z0-9_.&|,()-]{1,100}$")] | None = None
+    """features of the nodes"""
+    gres: Word | None = None
+    """generic resources, such as gpu:1"""
+    reservation: Word | None = None
+
+    @property
+    def directives(self) -> list[str]:
+        """Lines of the job's script that dask-jobqueue has no option for."""
+        named = {name: getattr(self, name) for name in ("qos", "constraint", "gres", "reservation")}
+        return [f"--{name}={value}" for name, value in named.items() if value is not None]
+
+
 class Cluster(Spec):
     """Where it runs. Options of the command line replace these."""
 
@@ -61,8 +94,7 @@ class Cluster(Spec):
     """of each run"""
     backend: Literal["cpu", "cuda"] = "cpu"
     """with "cuda", workers have the Dask resource GPU = 1, and each run takes it"""
-    slurm: dict[str, Any] = Field(default_factory=dict)
-    """options of `dask_jobqueue.SLURMCluster`: cores, memory, walltime, queue, account"""
+    slurm: Slurm = Slurm()
 
 
 class FrontTime(Spec):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm.campaigns import untrusted
 from snowmpm.campaigns.work import MAPPED, MAPS
 from snowmpm.errors import InputError
 from snowmpm.quantities.table import RASTERS, units_of
@@ -48,8 +49,8 @@ def window_of(files):
     """`Window` around the rasters of maps.npz files. Raises InputError where their cells differ."""
     low, high, cell = np.full(2, np.inf), np.full(2, -np.inf), None
     for file in counted(files, "looking at maps", "runs"):
-        with np.load(file) as maps:
-            own, corner, shape = float(maps["cell"]), maps["corner"], maps[MAPPED[0]].shape
+        maps = untrusted.maps(file, MAPPED[:1])
+        own, corner, shape = float(maps["cell"]), maps["corner"], maps[MAPPED[0]].shape
         cell = cell or own
         if abs(own - cell) > 1e-6 * cell:
             raise InputError(f"{file}: map cells of {own:g} m, others of {cell:g} m: set maps.cell")
@@ -88,20 +89,26 @@ def write_stack(plan, variant, records):
 
 
 def _put(values, k, file, window):
-    with np.load(file) as maps:
-        for name, array in values.items():
-            raster = maps[name]
-            if name != "arrival_time":
-                array[k] = 0.0
-                raster = np.nan_to_num(raster)
-            array[k][window.place(maps["corner"], raster.shape)] = raster
+    maps = untrusted.maps(file, MAPPED)
+    for name, array in values.items():
+        raster = maps[name]
+        if name != "arrival_time":
+            array[k] = 0.0
+            raster = np.nan_to_num(raster)
+        array[k][window.place(maps["corner"], raster.shape)] = raster
 
 
 def open_stack(folder, variant, what="runs"):
     """`xarray.Dataset` of the runs' maps, or of "maps" made of them; None where there is none."""
     import xarray
 
+    # The groups that hold it too: zarr reads their metadata
+    for place in (folder / STORE, folder / STORE / variant):
+        untrusted.require_plain_group(place)
+    untrusted.require_plain_store(folder / STORE / variant / what)
     try:
         return xarray.open_zarr(folder / STORE, group=f"{variant}/{what}", chunks=None, consolidated=False)
     except (FileNotFoundError, KeyError):
         return None
+    except Exception as error:  # zarr and xarray raise many kinds for what is torn or foreign
+        raise untrusted.damaged(folder / STORE / variant / what, error) from None

@@ -1,13 +1,12 @@
 """The table of a campaign: a row a run, with its parameters and every number of it. Parquet and CSV."""
 
-import contextlib
 import io
 
 from snowmpm.campaigns.members import ONLY
 from snowmpm.campaigns.work import read_record
 from snowmpm.draft import draft, write_text
 
-FILE, CSV, WORK = "table.parquet", "table.csv", "work.csv"
+FILE, CSV, WORK = FILES = "table.parquet", "table.csv", "work.csv"
 MISSING = "missing"
 TRUTHS = ("final", "saw_runs_to_the_end", "saw_stopped")
 """Columns of truth values."""
@@ -66,12 +65,3 @@ def _as_text(table):
     mixed = [name for name in table.columns if table[name].dtype == object
              and len({type(value) for value in table[name]}) > 1]
     return table.assign(**{name: table[name].map(str) for name in mixed}) if mixed else table
-
-
-def read_table(folder):
-    """The table of a campaign as a `pandas.DataFrame`; None where there is none yet."""
-    import pandas
-
-    with contextlib.suppress(FileNotFoundError):
-        return pandas.read_parquet(folder / FILE)
-    return None

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm.campaigns import untrusted
 from snowmpm.draft import FULL, draft, write_text
 from snowmpm.errors import InputError, SimulationError, WriteError, shown_line
 
@@ -53,12 +54,7 @@ def job_of(plan, member, example=False):
 
 def read_record(results):
     """What record.json in a folder says, None where there is none."""
-    try:
-        return json.loads((Path(results) / RECORD).read_text(encoding="utf-8"))
-    except OSError:
-        return None
-    except ValueError:
-        raise InputError(f"{Path(results) / RECORD}: not readable: remove it, and --resume") from None
+    return untrusted.record(Path(results) / RECORD)
 
 
 def work(job):

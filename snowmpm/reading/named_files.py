@@ -18,12 +18,15 @@ _noted: ContextVar[dict | None] = ContextVar("noted", default=None)
 
 @contextlib.contextmanager
 def noting(found):
-    """Context in which the digest of each file that is read is noted in a dict: {resolved path: digest}."""
-    before = _noted.set(found)
+    """Context in which the digest of each file that is read is noted in a dict: {resolved path: digest}, and in that of
+    a context around it."""
+    around, before = _noted.get(), _noted.set(found)
     try:
         yield found
     finally:
         _noted.reset(before)
+        if around is not None:
+            around.update(found)
 
 
 def existing(file, base_dir, key):

@@ -25,11 +25,11 @@ dx = 2.0
 kind = "dem"
 file = "ground.asc"
 friction = { law = "voellmy", mu = { file = "mu.asc" }, xi = 1000.0 }
-entrainment = { law = "plastic", depth = { file = "erodible.asc" }, pressure = 200.0 }
-[[terrain.forests]]
+entrainment = { law = "rate", growth_rate = 0.001, thickness = { file = "cover.asc" }, density = 150.0 }
+[[terrain.forest]]
 name = "wood"
 region = { file = "wood.geojson" }
-xi = 400.0
+drag = 0.02
 [materials.snow]
 kind = "elastic"
 density = 300.0
@@ -59,7 +59,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
     raster(folder / "ground.asc", lambda i, j: 40.0 - 0.9 * j)
     raster(folder / "mu.asc", lambda i, j: 0.2)
-    raster(folder / "erodible.asc", lambda i, j: 0.1)
+    raster(folder / "cover.asc", lambda i, j: 0.1)
     polygon(folder / "wood.geojson", 30, 40, 4, 16)
     polygon(folder / "release.geojson", 6, 16, 6, 18)
     (folder / "scene_of_files.toml").write_text(SCENE)
@@ -72,7 +72,7 @@ def longer(folder):
 
 
 FILES = {"terrain.file": "ground.asc", "terrain.friction.mu.file": "mu.asc",
-         "terrain.entrainment.depth.file": "erodible.asc", "terrain.forests.0.region.file": "wood.geojson",
+         "terrain.entrainment.thickness.file": "cover.asc", "terrain.forest.0.region.file": "wood.geojson",
          "bodies.0.shape.region.file": "release.geojson"}
 
 
@@ -94,9 +94,9 @@ def test_unchanged_files_elsewhere_will_do(folder, tmp_path):
 
 
 def test_what_belongs_to_a_file_counts_as_it(folder, tmp_path):
-    """A file of projection or attributes that appears beside one changes what is read."""
+    """A file of projection or statistics that appears beside one may change what is read."""
     shutil.copytree(folder, tmp_path / "copy")
-    (tmp_path / "copy" / "ground.prj").write_text("LOCAL_CS[\"here\"]")
+    (tmp_path / "copy" / "ground.asc.aux.xml").write_text("<PAMDataset/>")
     with pytest.raises(InputError, match=r"terrain\.file: ground\.asc is not what it was"):
         snowmpm.run(longer(tmp_path / "copy"), tmp_path / "copy" / "run", resume=True)
     assert np.isfinite(snowmpm.open_run(tmp_path / "copy" / "run").times).all()
