@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from snowmpm.annotations import PathLike
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import THEORIES, compared
-from snowmpm.io.saw_words import SPREADS
+from snowmpm.io.saw_words import SPREADS, in_short
 from snowmpm.render.figure import DASHES, INK, check_ending, plain, save, titled
 from snowmpm.render.history_plot import LEGEND, colour_of
 from snowmpm.render.saw_test_plot import USUAL, local_speed
@@ -92,7 +92,8 @@ def _numbers(axes, tests):
         largest = max((value for value in values if value), default=None)
         labels.append(words)
         if largest is None:
-            axes.text(0.02, k, "none", fontsize=8, va="center")
+            words = ", ".join(dict.fromkeys(in_short(test.found, name) for test in tests))
+            axes.text(0.02, k, words, fontsize=8, va="center")
             continue
         for i, (test, value) in enumerate(zip(tests, values, strict=True)):
             y = k + 0.7 * ((i + 0.5) / len(tests) - 0.5)

@@ -17,7 +17,7 @@ from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.saw_theories import FLAT, THEORIES, compared
-from snowmpm.io.saw_words import not_to_the_end, outcome, set_up, spread
+from snowmpm.io.saw_words import not_to_the_end, outcome, set_up, spread, unknown, why
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227")
@@ -52,7 +52,7 @@ def saw_test_figure(run, dpi=130, theories=None):
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.03, hspace=0.03)
     about, found = test.about, run.summary.get("saw_test", {})
     found = {**found, "theory": {**about.get("theory", {}), **found.get("theory", {}), **(theories or {})}}
-    words = f"\n{outcome(found, test)}" if "crack_length" in found else ""
+    words = "\n" + textwrap.fill(outcome(found, test).split("; ")[0], 160) if "crack_length" in found else ""
     title = run.name.replace("_", " ")
     unfinished = "" if run.complete else f"UNFINISHED, up to {test['time'][-1]:.3g} s: "
     figure.suptitle(f"{unfinished}{title}: slope {about['slope_angle']:g}°, slab {about['slab_thickness']:g} m,"
@@ -172,8 +172,9 @@ def _lengths(figure, axes, test, found):
     if length:
         axes.axvline(length, color=TIP, lw=1.0, ls="--")
     else:
-        words = "no crack ran by itself" if "crack_length" in found else "known when the run has ended"
-        axes.text(0.5, 0.05 if rows else 0.5, words, fontsize=9, ha="center", transform=axes.transAxes)
+        words = why(found, "critical_length") if "crack_length" in found else "known when the run has ended"
+        axes.text(0.5, 0.05 if rows else 0.5, textwrap.fill(words, 48), fontsize=9, ha="center",
+                  transform=axes.transAxes)
     axes.set_yticks([])
     axes.set_ylim(max(len(rows), 1) - 0.5, -0.7)
     axes.set_xlim(0.0, 1.25 * max([*rows.values(), 1e-3]))
@@ -189,6 +190,7 @@ def _words(figure, axes, test, found):
         rows["Maxwell's load"] = f"{maxwell:.0f} Pa normal; the load lies {above} on the flat"
     lines = [f"{what}: {words}" for what, words in rows.items()]
     lines += [line for line in [not_to_the_end(found, test)] if line]
+    lines += unknown(found) if found.get("critical_length") else []
     lines += [one.remark for one in compared(found, about["slope_angle"]) if one.remark]
     axes.axis("off")
     axes.set_title("how it was made and read", loc="left", fontsize=10)

@@ -79,6 +79,9 @@ class SawTest(Spec):
     saw_length: NonNegative | None = None
     """total length of the cut, `notch` included; half of the column when missing [m]"""
 
+    resolution: Positive | None = None
+    """to which the critical length is wanted: width of the bins of the record; two cells when missing [m]"""
+
     @field_validator("width")
     @classmethod
     def _has_width_in_3d(cls, width):

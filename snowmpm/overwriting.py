@@ -55,6 +55,17 @@ def reads(path: str | os.PathLike[str]) -> None:
             _read[(found.st_dev, found.st_ino)] = Path(path)
 
 
+@contextlib.contextmanager
+def looking() -> Iterator[None]:
+    """Context in which files are read that are no inputs, such as those that an earlier run left in its folder."""
+    before = dict(_read)
+    try:
+        yield
+    finally:
+        _read.clear()
+        _read.update(before)
+
+
 def forget_inputs() -> None:
     """Forget what was read: another command begins."""
     _read.clear()

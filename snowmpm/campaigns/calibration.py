@@ -26,7 +26,7 @@ from snowmpm import overwriting
 from snowmpm.campaigns import cluster, forecast
 from snowmpm.campaigns.design import shares
 from snowmpm.campaigns.distributions import Choices, Drawn
-from snowmpm.campaigns.launch import FILE, conduct_runs, own_file, prepare, silent
+from snowmpm.campaigns.launch import conduct_runs, prepare, silent, write_own_file
 from snowmpm.campaigns.members import make_plan
 from snowmpm.campaigns.observation import Observation
 from snowmpm.campaigns.posterior import write_posterior
@@ -203,7 +203,7 @@ def _prepared(file, folder, workers, again):
     wanted = file.model_copy(update={"design": "latin_hypercube", "runs": runs})
     wanted._base_dir, wanted._source = file.base_dir, file.source
     plan, expected = prepare(wanted, folder, workers, *again)
-    write_text(plan.folder / FILE, own_file(wanted))
+    write_own_file(plan.folder, wanted)
     one = forecast.survey(plan.scene(plan.members[0]), file.cluster.threads)
     return plan, _Needs(expected.memory, one.cell)
 

@@ -59,7 +59,7 @@ def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, re
         raise InputError(f"{folder} already holds a campaign: --resume completes it; or choose another folder with -o")
     if not os.access(next(parent for parent in (folder, *folder.parents) if parent.exists()), os.W_OK):
         raise InputError(f"-o {folder}: must be a folder that can be written to")
-    overwriting.guard_in(folder, names_of(file))
+    overwriting.guard_in(folder, [name for name in names_of(file) if name != FILE or not has_own_file(folder, file)])
     if resume:
         refuse_another(file, folder)
     read: dict[Path, str] = {}
@@ -107,11 +107,13 @@ def refuse_another(file: CampaignFile, folder: Path) -> None:
     """Raise InputError where the folder holds a campaign that differs in more than its number of runs."""
     if not (folder / FILE).exists():
         return
-    before, now = (_compared(one) for one in (read_campaign(folder / FILE), file))
+    with overwriting.looking():
+        own = read_campaign(folder / FILE)
+    before, now = _compared(own), _compared(file)
     for key in dict.fromkeys([*before, *now]):
         if before.get(key) != now.get(key):
-            raise InputError(f"{file.source}: {key}: is another campaign than the one in {folder}, and --resume completes"
-                             f" that one:\nchoose another folder with -o")
+            raise InputError(f"{file.source}: {key}: is not that of the campaign in {folder}, which --resume completes:\n"
+                             "choose another folder with -o")
 
 
 def refuse_another_scene(staged, folder):
@@ -143,7 +145,7 @@ def run_campaign(file: CampaignFile, folder: PathLike, *, scheduler: str | None 
     with FolderLock(folder) as lock, overwriting.keeping():
         plan, expected = prepare(file, folder, workers, resume, lock)
         say(expected.words)
-        write_text(plan.folder / FILE, own_file(file))
+        write_own_file(plan.folder, file)
         overwriting.note_changing(plan.folder / STORE)
         plan.write()
         if expected.runs:
@@ -191,13 +193,20 @@ def _given_up(plan, member, error):
     return record
 
 
-def own_file(file):
-    """Text of a campaign's file as it stands in its folder."""
-    return table_text(own_data(file))
+def write_own_file(folder, file):
+    """Write a campaign's file to its folder, unless it is there."""
+    if not has_own_file(folder, file):
+        write_text(Path(folder) / FILE, table_text(own_data(file)))
+
+
+def has_own_file(folder, file):
+    """Whether the folder holds this very file."""
+    path = Path(folder) / FILE
+    return path.is_file() and path.read_bytes() == table_text(own_data(file)).encode()
 
 
 def own_data(file):
-    """Tables of a campaign's file with the files that it names absolute."""
+    """Tables of a campaign's file as it stands in its folder: with the files that it names absolute."""
     data = file.model_dump(exclude_none=True, exclude_unset=True)
     for one in data["parameters"].values():
         if one.get("distribution") == "posterior":

@@ -7,8 +7,9 @@ import numpy as np
 
 from snowmpm.campaigns.answers import is_saw_test, summary
 from snowmpm.campaigns.distributions import Choices
+from snowmpm.campaigns.table import WHY
 from snowmpm.io.saw_theories import FLAT, THEORIES
-from snowmpm.quantities.saw import BEFORE, THEORY
+from snowmpm.quantities.saw import BEFORE, REASONS, THEORY
 from snowmpm.quantities.table import quantity
 
 SHOWN = ("runout", "affected_area", "largest_flow_speed", "largest_flow_pressure")
@@ -56,7 +57,8 @@ def listing(campaign, most):
     names, table = listed(campaign), campaign.table
     inputs = set(campaign.file.parameters)
     records = table[:most].to_dict("records")
-    rows = [[_text(row.get(name), 6 if name in inputs else 4) for name in names] for row in records]
+    rows = [[_text(row.get(name), 6 if name in inputs else 4, row.get(f"{name}{WHY}")) for name in names]
+            for row in records]
     marks = [MARK if row.get(WHOLE) is False else "" for row in records]
     heads = [_head(campaign, name) for name in names]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
@@ -73,12 +75,14 @@ def _head(campaign, name):
     return f"{name.removeprefix(BEFORE)}{unit}"
 
 
-def _text(value, digits):
+def _text(value, digits, reason=""):
+    """A value for reading; without one, its reason in short."""
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
+    missing = next((short for begin, short in REASONS.items() if str(reason).startswith(begin)), "-")
     if isinstance(value, float):
-        return f"{value:.{digits}g}" if math.isfinite(value) else "-"
-    return "-" if value is None or str(value) == "<NA>" else str(value)
+        return f"{value:.{digits}g}" if math.isfinite(value) else missing
+    return missing if value is None or str(value) == "<NA>" else str(value)
 
 
 def curves(campaign, name):

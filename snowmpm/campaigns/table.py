@@ -8,19 +8,27 @@ from snowmpm.draft import draft, write_text
 
 FILE, CSV, WORK = FILES = "table.parquet", "table.csv", "work.csv"
 MISSING = "missing"
+WHY = "_reason"
+"""End of the name of a column that says why a number of a saw test has no value."""
 TRUTHS = ("final", "saw_runs_to_the_end", "saw_stopped")
 """Columns of truth values."""
 
 
 def rows_of(plan, records):
     """Rows of the runs of a `Plan`, in its order; records: by hash."""
-    rows = []
+    rows, explained = [], _explained(records)
     for member in plan.members:
         record = records.get(member.hash) or {"status": MISSING, "reason": "", "numbers": {}}
         variant = {} if plan.variants == [ONLY] else {"variant": member.variant}
         rows.append({"run": member.run, **variant, "hash": member.hash, **member.values, "status": record["status"],
-                     "reason": record["reason"], **record["numbers"]})
+                     "reason": record["reason"], **record["numbers"],
+                     **{f"{name}{WHY}": record.get("reasons", {}).get(name, "") for name in explained}})
     return rows
+
+
+def _explained(records):
+    """Names of the numbers that some run has no value of, and a reason instead."""
+    return sorted({name for record in records.values() for name in record.get("reasons", {})})
 
 
 def records_of(plan):

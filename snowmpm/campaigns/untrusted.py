@@ -59,6 +59,7 @@ class _Record(BaseModel):
     status: Literal["done", "failed"]
     reason: str
     numbers: dict[Name, bool | float | int]
+    reasons: dict[Name, str] = {}
     work: dict[str, Any] = {}
 
 

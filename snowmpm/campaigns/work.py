@@ -87,7 +87,7 @@ def _done(job, results, started):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of scenes, once for each of them
             run, resumed = _run(job)
-        record = {"status": "done", "reason": "", "numbers": numbers_of(run)}
+        record = {"status": "done", "reason": "", "numbers": numbers_of(run), "reasons": reasons_of(run)}
         _write_maps(results / MAPS, run)
         timing = {name: run.summary.get(name) for name in ("wall_time", "processor_time", "particle_steps")}
     except (WriteError, OSError) as error:
@@ -144,6 +144,14 @@ def numbers_of(run):
                if isinstance(value, int | float)}
     final = not cautions(run) if saw else status_of(run).final  # a saw test ends in motion
     return {"final": bool(final), "end": float(run.summary.get("time", run.times[-1])), **numbers}
+
+
+def reasons_of(run):
+    """{number of a saw test: why it has no value} of a `Run`."""
+    from snowmpm.quantities.saw import BEFORE
+
+    reasons = (run.summary.get("saw_test") or {}).get("reasons", {})
+    return {f"{BEFORE}{name}": text for name, text in reasons.items()}
 
 
 def _write_maps(path, run):

@@ -3,7 +3,7 @@
 import math
 
 from snowmpm.io.saw_theories import THEORIES, compared
-from snowmpm.io.saw_words import SPREADS, not_to_the_end
+from snowmpm.io.saw_words import SPREADS, in_short, not_to_the_end, unknown
 from snowmpm.quantities.quantity import per_width
 
 MEASURED = {"critical_length": "critical length [m]", "crack_length": "crack length at the end [m]",
@@ -21,7 +21,8 @@ def saw_test_rows(tests):
         yield label, ["-" if value is None else f"{value:g}" for value in values], None
     for name, label in MEASURED.items():
         yield _row(label, [test.found.get(name) for test in tests],
-                   spreads=[test.found.get(SPREADS.get(name)) for test in tests])
+                   spreads=[test.found.get(SPREADS.get(name)) for test in tests],
+                   missing=[in_short(test.found, name) for test in tests])
         for theory in THEORIES:
             if theory.measured == name:
                 yield _row(f"  {theory.label}", [_predicted(test, theory) for test in tests], aside=True)
@@ -43,13 +44,17 @@ def remarks_of(tests):
     for test in tests:
         if short := not_to_the_end(test.found, test.run.saw_test):
             yield f"{test.label}: {short}"
+        for reason in unknown(test.found):
+            yield f"{test.label}: {reason}"
         for one in compared(test.found, test.run.saw_test.about["slope_angle"]):
             if one.remark:
                 yield f"{test.label}: {one.remark}"
 
 
-def _row(label, values, aside=False, spreads=()):
-    texts = ["-" if value is None or math.isnan(value) else f"{value:.4g}" for value in values]
+def _row(label, values, aside=False, spreads=(), missing=()):
+    missing = missing or ["-"] * len(values)
+    texts = [word if value is None or math.isnan(value) else f"{value:.4g}"
+             for value, word in zip(values, missing, strict=True)]
     for i, spread in enumerate(spreads):
         texts[i] += f" ± {spread:.2g}" if spread else ""
     numbers = None if aside or any(value is None for value in values) else values

@@ -174,7 +174,7 @@ def _flat(value, path=""):
 
 def _file(scene, key):
     """Name of the file under a dotted key of a scene."""
-    value = scene.model_dump(by_alias=True)
+    value = scene.model_dump(by_alias=True, warnings=False)
     for part in key.split("."):
         value = value[int(part)] if isinstance(value, list | tuple) else value[part]
     return Path(value).name

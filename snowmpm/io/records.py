@@ -96,9 +96,14 @@ def numbers(value):
 
 
 def measured(value):
-    """{name: number, truth value or None, or a table of these}"""
-    return {key: measured(item) if isinstance(item, dict) else item if item is None or isinstance(item, bool)
-            else number(item) for key, item in table(value).items()}
+    """{name: number, truth value or None, or a table of these}, and under "reasons" {name: text}"""
+    return {key: texts(item) if key == "reasons" else measured(item) if isinstance(item, dict)
+            else item if item is None or isinstance(item, bool) else number(item) for key, item in table(value).items()}
+
+
+def texts(value):
+    """{name: text}"""
+    return {key: name(item) for key, item in table(value).items()}
 
 
 def profile(value):

@@ -1,6 +1,7 @@
 """A saw test in words: set-up and outcome."""
 
 from snowmpm.quantities.quantity import written
+from snowmpm.quantities.saw import REASONS
 
 
 def set_up(about):
@@ -21,11 +22,9 @@ def set_up(about):
 
 def outcome(found, test):
     """The outcome in one line. found: "saw_test" of a run's summary; test: `io.saw_test.SawTest`."""
-    length, before = found.get("critical_length"), found.get("broken_at_rest") or 0.0
-    if length is None and before > 0.0:
-        return f"the weak layer had broken over {before:.0%} of the column before the saw began: no critical length"
+    length = found.get("critical_length")
     if length is None:
-        return "no crack runs by itself"
+        return f"critical length: {why(found, 'critical_length')}"
     words = f"critical length {length:.2f}{spread(found, 'critical_length', 2)} m"
     if found.get("crack_speed"):
         words += f", crack speed {found['crack_speed']:.0f}{spread(found, 'crack_speed', 0)} m/s"
@@ -33,7 +32,27 @@ def outcome(found, test):
         words += f", collapse height {1e3 * found['collapse_height']:.2f} mm"
     if found.get("fracture_energy"):
         words += f", fracture energy {found['fracture_energy']:.2f} J/m²"
-    return words if found.get("runs_to_the_end") else f"{words}, {_end(found, test)}"
+    if not found.get("runs_to_the_end"):
+        return f"{words}, {_end(found, test)}"
+    return "; ".join([words, *unknown(found)])
+
+
+def why(found, name):
+    """Why a number of a saw test has no value. Files of earlier versions hold no reason."""
+    return found.get("reasons", {}).get(name) or "no crack ran by itself, or the column was too short to tell"
+
+
+def in_short(found, name):
+    """The same in a word or two, for a table."""
+    return next((short for reason, short in REASONS.items() if why(found, name).startswith(reason)), "-")
+
+
+def unknown(found):
+    """The numbers without a value, those of one reason together."""
+    by_reason = {}
+    for name, text in found.get("reasons", {}).items():
+        by_reason.setdefault(text, []).append(name.replace("_", " "))
+    return [f"{', '.join(names)}: {text}" for text, names in by_reason.items()]
 
 
 def spread(found, name, places):

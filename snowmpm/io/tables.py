@@ -56,8 +56,10 @@ def saw_test(run, pandas):
     if not found:
         raise _none(run, "measured saw test (it is in the summary, at the end of a run)")
     found = {**found, "theory": {**found.get("theory", {}), **further_theories(run)}}
+    reasons = found.pop("reasons", {})
     table = _named(pandas, run, _flat(found), "saw test")
-    return _defined(table, [_of_saw_test(run, name) for name in table.index])
+    defined = _defined(table, [_of_saw_test(run, name) for name in table.index])
+    return defined.assign(reason=[reasons.get(name, "") for name in defined.index])
 
 
 def summary(run, pandas):

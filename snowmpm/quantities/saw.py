@@ -9,28 +9,37 @@ BEFORE = "saw_"
 THEORY = "theory_"
 """After `BEFORE`, of what a theory predicts."""
 
+COLUMN_TOO_SHORT = "column too short to tell"
+RUN_TOO_SHORT = "run too short to tell"
+NOT_HAPPENED = "did not happen"
+VOID = "void"
+REASONS = {NOT_HAPPENED: "no", COLUMN_TOO_SHORT: "column too short", RUN_TOO_SHORT: "run too short", VOID: "void"}
+"""How the reason begins for which a number of a saw test has no value, and in short."""
+
 MEASURED = (
     Quantity("saw_critical_length", "critical length", "m", "Length of the cut, notch included, when the crack began "
-             "to run by itself: from there it runs on for two slab thicknesses, faster than thrice the saw.", RESULT),
+             "to run by itself: from there it runs on for two slab thicknesses, faster than thrice the saw. In a "
+             "column with less than that ahead, the tip leaves the saw and comes to the far end as fast.", RESULT),
     Quantity("saw_critical_length_resolution", "critical length, ±", "m", "Width of a bin of the record, two cells: "
              "the critical length is known to about this.", RESULT),
     Quantity("saw_crack_speed", "crack speed", "m/s", "Median of the speed over windows of one slab thickness, from "
-             "halfway to one slab thickness before the end of the crack.", RESULT),
+             "two of them beyond the critical length, or halfway, to two before the end of the crack.", RESULT),
     Quantity("saw_crack_speed_spread", "crack speed, ±", "m/s", "Half of the range that holds two thirds of the speeds "
              "of which crack_speed is the median, and at least what the record resolves: the speed over the number of "
              "its rows in a window.", RESULT),
     Quantity("saw_top_speed", "top speed of the crack", "m/s", "Speed that a tenth of the crack's own path exceeds, "
-             "over windows of one slab thickness.", RESULT),
+             "over windows of one slab thickness, without the last two slab thicknesses.", RESULT),
     Quantity("saw_crack_length", "crack length at the end", "m", "Tip of the crack at the end of the run, from the "
              "saw's end of the column.", RESULT),
-    Quantity("saw_runs_to_the_end", "runs to the end", "1", "Whether the tip came within one slab thickness of the far "
-             "end of the column.", RESULT),
+    Quantity("saw_runs_to_the_end", "runs to the end", "1", "Whether the tip came within one slab thickness, and a "
+             "tenth of the column, of its far end.", RESULT),
     Quantity("saw_stopped", "crack stopped", "1", "Whether the tip stood still at the end of the run although at "
              "crack_speed three more bins, or more, would have broken. At the far end it has not stopped.", RESULT),
     Quantity("saw_collapse_height", "collapse height", "m", "Median settlement of the slab at the end, normal to the "
-             "slope, where the crack ran by itself and its tip is two slab thicknesses further.", RESULT),
+             "slope, from two slab thicknesses beyond the critical length and the saw's cut to two behind the tip.",
+             RESULT),
     Quantity("saw_fracture_energy", "fracture energy", "J/m2", "Median work in the weak layer per area until it has "
-             "lost its strength, at the same places as the collapse height.", RESULT),
+             "lost its strength, from one slab thickness beyond the critical length to two behind the tip.", RESULT),
     Quantity("saw_plastic_work", "plastic work in the saw test", "J", "Work dissipated in all snow at the end of the "
              "run. Per metre of width in 2-D.", RESULT),
     Quantity("saw_broken_at_rest", "broken before the saw began", "share", "Share of the column whose weak layer had "

@@ -57,8 +57,8 @@ class CrackRecord:
         names = [body.name for body in scene.bodies]
         law = simulation.law_of_body(names.index("weak_layer"))
         self._points = spec.weak_layer.interface
-        width = 2.0 * dx / (self._points or 1)
-        self._count_bins(spec.length, max(width, spec.length / MOST_BINS), spec.width_in(scene.dimension))
+        width = spec.resolution or max(2.0 * dx / (self._points or 1), spec.length / MOST_BINS)
+        self._count_bins(spec.length, width, spec.width_in(scene.dimension))
         wave = solver.particles.materials.wave_speed
         self.interval = max((0.5 * dx if self._points else self.bin) / wave, scene.end_time / MOST_ROWS)
 

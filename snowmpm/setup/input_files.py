@@ -7,7 +7,7 @@ from snowmpm.reading.named_files import digest_of, files_named
 
 def named(scene):
     """{dotted key: path} of the files that a scene names."""
-    tables = scene.model_dump(exclude_none=True, by_alias=True)
+    tables = scene.model_dump(exclude_none=True, by_alias=True, warnings=False)
     return {key: Path(scene.base_dir, Path(name).expanduser()) for key, name in files_named(tables)}
 
 

@@ -61,10 +61,10 @@ class Cluster:
 
     def keep(self):
         port = self.address.rpartition(":")[2]
-        words = {"scheduler": ("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", port,
-                               "--no-dashboard"),
-                 **{name: ("distributed.cli.dask_worker", self.address, "--nthreads", "1", "--no-dashboard", "--host",
-                           "127.0.0.1", "--no-nanny", "--name", f"{name}-{random.random()}") for name in ("one", "two")}}
+        here = ("--no-dashboard", "--host", "127.0.0.1")
+        words = {"scheduler": ("distributed.cli.dask_scheduler", "--port", port, *here),
+                 **{name: ("distributed.cli.dask_worker", self.address, "--nthreads", "1", "--no-nanny", "--name",
+                           f"{name}-{random.random()}", *here) for name in ("one", "two")}}
         for name, command in words.items():
             if name not in self._running or self._running[name].poll() is not None:
                 self._running[name] = start(*command, log=self._log)
@@ -103,7 +103,7 @@ def killed(folder, kills, seed, scheduler=False):
                 if master.returncode == 0 and sum(hit.values()) >= kills:
                     break
                 if master.returncode not in (0, -signal.SIGKILL):
-                    pytest.fail(f"exit code {master.returncode}: " + (folder / "log.txt").read_text()[-1500:])
+                    pytest.fail(f"{hit}: exit code {master.returncode}: " + (folder / "log.txt").read_text()[-1500:])
                 if master.returncode == 0:  # done before all kills: once more from its beginning, for the rest
                     for record in sorted(out.glob("results/*/record.json"))[::2]:
                         record.unlink()

@@ -19,7 +19,7 @@ import snowmpm
 from snowmpm.materials import LoadingStage, MaterialPoint
 from snowmpm.saw_test import theory
 from snowmpm.saw_test.prediction import column_of
-from snowmpm.saw_test.result import crack_speed, onset
+from snowmpm.saw_test.result import Column, crack_speed, onset
 from tests.support.weac_column import STIFFNESSES, of_weac
 from tests.verification.slab_on_layer import Elastic
 from tests.verification.slab_on_points import Beam, Elements, Layer, Springs, saw
@@ -91,7 +91,8 @@ def length_without_particles(slope_angle, kind, h=0.025):
     layer = Springs(STIFFNESSES, energy, n) if kind == "springs" else Layer(law, thickness, n)
     speed = 2.0  # as the scene's
     x, arrival = saw(slab, layer, slope_angle, saw_speed=speed, saw_length=1.0, end=0.5)
-    return speed * arrival[onset(x, arrival, 0.5, 3.0 * speed, h)]
+    record = {"x": x, "arrival": arrival, "time": np.linspace(0.0, 0.5, 1001)}
+    return speed * arrival[onset(Column(record, 0.5, speed))[0]]
 
 
 @pytest.mark.parametrize("dx", [0.05, 0.025])

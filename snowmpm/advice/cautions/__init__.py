@@ -9,6 +9,7 @@ from snowmpm.advice.cautions import (  # noqa: F401
     interfaces,
     layers,
     round_off,
+    saw_column,
     shallow,
     sleeping,
     soaked,
