@@ -29,10 +29,7 @@ def straight_avalanche(lone_grain=False, ground=ground):
     maps["peak_pressure"][:] = 250.0 * maps["peak_speed"] ** 2
     if lone_grain:
         maps["peak_depth"][150, 20] = maps["deposit_depth"][150, 20] = 0.02
-    path = np.column_stack([np.linspace(45.0, 480.0, 50), np.full(50, 102.5)])
-    momentum = np.concatenate([[0.0], np.full(48, 1e6), [1e3]])
-    return hazard.assess(maps, np.zeros(2), CELL, 0.1, path, momentum, {"moving_share": 0.0}, ground,
-                         RELEASE)
+    return hazard.assess(maps, np.zeros(2), CELL, 0.1, {"moving_share": 0.0}, ground, RELEASE)
 
 
 def test_run_out_and_travel_angle():
@@ -56,34 +53,6 @@ def test_areas_and_volumes():
     assert found["reach_of_flow"] == pytest.approx(500.0 - 22.0, abs=1.0)
     assert found["largest_flow_pressure"] == pytest.approx(250.0 * 400.0)
     assert set(found) <= {one.name for one in NUMBERS}
-
-
-def test_the_way_does_not_turn_back_with_what_still_moves_behind():
-    """When the front has come to rest and the rear still creeps, the middle of the motion goes back up the slope."""
-    path = np.column_stack([np.concatenate([np.linspace(45.0, 300.0, 40), np.linspace(290.0, 60.0, 20)]),
-                            np.full(60, 102.5)])
-    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(60, 1e6), CELL, 100.0, lambda plan: -0.5 * plan[:, 0])
-    assert (np.diff(way.points[:, 0]) > 0.0).all()
-    assert way.points[-1, 0] == pytest.approx(400.0, abs=3.0 * CELL)
-
-
-def test_the_way_does_not_turn_back_in_an_arc():
-    """As one branch after the other comes to rest, the middle of the motion goes round and up again."""
-    around = np.linspace(-np.pi / 2.0, np.pi / 2.0, 12)
-    arc = np.column_stack([300.0 + 30.0 * np.cos(around), 132.5 + 30.0 * np.sin(around)])
-    back = np.column_stack([np.linspace(290.0, 60.0, 20), np.full(20, 162.5)])
-    path = np.concatenate([np.column_stack([np.linspace(45.0, 300.0, 40), np.full(40, 102.5)]), arc, back])
-    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(len(path), 1e6), CELL, 100.0,
-                         lambda plan: -0.5 * plan[:, 0])
-    assert way.points[:, 0].max() > 310.0 and way.points[-1, 0] > 250.0
-
-
-def test_the_way_climbs_where_the_snow_does():
-    """Straight on up a slope that faces the path."""
-    path = np.column_stack([np.linspace(45.0, 300.0, 40), np.full(40, 102.5)])
-    way = hazard.thalweg(np.array([22.5, 102.5]), path, np.full(40, 1e6), CELL, 100.0,
-                         lambda plan: np.abs(plan[:, 0] - 200.0))
-    assert way.points[-1, 0] == pytest.approx(400.0, abs=3.0 * CELL)
 
 
 def test_a_lone_grain_changes_nothing():
@@ -110,7 +79,7 @@ def test_nothing_moved():
             ("release_depth", "peak_depth", "peak_speed", "peak_pressure", "deposit_depth")}
     for name in ("release_depth", "peak_depth", "deposit_depth"):
         maps[name][4:6, 4:6] = 1.0
-    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, np.full((5, 2), 25.0), np.zeros(5), {}, ground,
+    found = hazard.assess(maps, np.zeros(2), CELL, 0.1, {}, ground,
                           shapely.box(20.0, 20.0, 30.0, 30.0))
     assert "runout" not in found.numbers and found.line is None and found.profile == {}
     assert found.numbers["affected_area"] == 100.0

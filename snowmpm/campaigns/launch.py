@@ -112,8 +112,8 @@ def refuse_another(file: CampaignFile, folder: Path) -> None:
     before, now = _compared(own), _compared(file)
     for key in dict.fromkeys([*before, *now]):
         if before.get(key) != now.get(key):
-            raise InputError(f"{file.source}: {key}: is not that of the campaign in {folder}, which --resume completes:\n"
-                             "choose another folder with -o")
+            raise InputError(f"{file.source}: {key}: is not that of the campaign in {folder}, which --resume"
+                             " completes:\nchoose another folder with -o")
 
 
 def refuse_another_scene(staged, folder):

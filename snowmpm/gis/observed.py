@@ -25,6 +25,9 @@ from snowmpm.quantities.classes import PRESSURES
 from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain.reference_system import ReferenceSystem
 
+STRAIGHT = 12
+"""Points of the thalweg over which the direction of its extension is taken, as in `snowmpm.results.hazard`."""
+
 STEP = 5.0
 """Spacing [m] of points along an outline for its reach along the thalweg."""
 
@@ -95,11 +98,18 @@ def compare(computed, observed, profile=None, reach=None):
              "critical_success_index": hit / (hit + missed + false), "hit_rate": hit / (hit + missed),
              "false_alarm_ratio": false / (hit + false), "area_ratio": (hit + false) / (hit + missed)}
     if profile:
-        way = shapely.LineString(np.column_stack([profile["x"], profile["y"]]))
+        way = _extended(np.column_stack([profile["x"], profile["y"]]), computed, observed)
         seen = _reach(way, observed)
         own = _reach(way, computed) if reach is None else reach
         found |= {"observed_reach": seen, "runout_difference": own - seen}
     return found
+
+
+def _extended(line, *areas):
+    """The thalweg (n, 2), extended straight beyond its end at the run-out, as far as the areas may reach."""
+    low, high = np.reshape(shapely.total_bounds([*areas, shapely.LineString(line)]), (2, 2))
+    ahead = line[-1] - line[max(0, len(line) - 1 - STRAIGHT)]
+    return shapely.LineString([*line, line[-1] + np.linalg.norm(high - low) * ahead / np.linalg.norm(ahead)])
 
 
 def _reach(way, area):

@@ -105,6 +105,22 @@ def status_of(run):
     return Status(run.complete, float(times[-1]), run.provenance.get("end_time"), moving, momentum, float(left))
 
 
+DRY_SHARE, CLIMB = 0.05, 5.0
+"""Share of the thalweg outside of the flow, and climb of its ground [m], above which its length is doubtful."""
+
+
+def thalweg_doubts(numbers):
+    """Sentences on a thalweg, by the numbers of hazard mapping, whose length may not be that of the way of the snow."""
+    found = []
+    if numbers.get("thalweg_dry", 0.0) > DRY_SHARE:
+        found.append(f"{written(numbers['thalweg_dry'], 'share')} of the thalweg lies outside of the flow: run-out and"
+                     " travel angle are doubtful.")
+    if numbers.get("thalweg_climb", 0.0) > CLIMB:
+        found.append(f"The thalweg climbs by {written(numbers['thalweg_climb'], 'm')}: the snow crossed a rise, or went"
+                     " round it.")
+    return found
+
+
 def cautions(run):
     """Reasons, one sentence each, why what a picture or a log shows of a `Run` is not final.
 
@@ -114,6 +130,7 @@ def cautions(run):
     if "runout" not in run.hazard.get("numbers", {}):
         status = replace(status, moving_share=0.0, momentum_share=0.0)
     found = status.warnings
+    found += thalweg_doubts(run.hazard.get("numbers", {}))
     crack = run.summary.get("saw_test") and run.saw_test and not_to_the_end(run.summary["saw_test"], run.saw_test)
     return [*found, crack] if crack else found
 

@@ -167,17 +167,26 @@ NUMBERS = (
     Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
              "terrain, over the mass at the start.", HAZARD),
     Quantity("top", "height of the release's top", "m", "Height of the highest ground under the release.", HAZARD, 1),
-    Quantity("runout", "run-out", "m", "Length in plan, along the thalweg, from the top of the release to the place "
-             "that 99 % of the snow lies before at the end.", HAZARD),
+    Quantity("runout", "run-out", "m", "Length in plan of the thalweg: the way down that took the snow least time, from "
+             "the top of the release to the run-out point.", HAZARD),
     Quantity("fall", "fall", "m", "Height of the release's top above the ground at the run-out.", HAZARD),
     Quantity("travel_angle", "travel angle", "degrees", "atan(fall / run-out), the Fahrböschung.", HAZARD, 1),
-    Quantity("runout_x", "run-out point, east", "m", "Place of the run-out on the thalweg, in map coordinates.", HAZARD,
-             1),
-    Quantity("runout_y", "run-out point, north", "m", "Place of the run-out on the thalweg, in map coordinates.",
-             HAZARD, 1),
-    Quantity("runout_z", "run-out point, height", "m", "Height of the ground at the run-out.", HAZARD, 1),
-    Quantity("reach_of_flow", "reach of the flow", "m", "Length in plan, along the thalweg, from the top of the "
-             "release to the furthest corner of the affected area.", HAZARD),
+    Quantity("runout_x", "run-out point, east", "m", "Place in the deposit, in map coordinates, behind which 99 % of "
+             "the snow lies along the ways down: the middle of the tongue there that has most snow.", HAZARD, 1),
+    Quantity("runout_y", "run-out point, north", "m", "As runout_x.", HAZARD, 1),
+    Quantity("runout_z", "run-out point, height", "m", "Height of the ground at the run-out point.", HAZARD, 1),
+    Quantity("deposit_reach", "reach of the deposit", "m", "Length in plan, along the thalweg, from the top of the "
+             "release to the furthest corner of the deposit.", HAZARD),
+    Quantity("deposit_reach_x", "furthest deposit, east", "m", "Place of the deposited cell furthest along the thalweg,"
+             " in map coordinates.", HAZARD, 1),
+    Quantity("deposit_reach_y", "furthest deposit, north", "m", "As deposit_reach_x.", HAZARD, 1),
+    Quantity("deposit_reach_z", "furthest deposit, height", "m", "Height of the ground there.", HAZARD, 1),
+    Quantity("thalweg_dry", "dry share of the thalweg", "share", "Share of the thalweg outside of the affected area.",
+             HAZARD),
+    Quantity("thalweg_climb", "climb of the thalweg", "m", "Largest height of the thalweg's ground above the lowest "
+             "place before it.", HAZARD),
+    Quantity("reach_of_flow", "reach of the flow", "m", "Length in plan, along the thalweg and straight on, from "
+             "the top of the release to the furthest corner of the affected area.", HAZARD),
     *(Quantity(f"reach_of_{p / 1e3:g}_kPa", f"reach of {p / 1e3:g} kPa", "m", "Length in plan, along the thalweg, from "
                "the top of the release to the furthest corner of the part of the affected area where the peak pressure "
                f"reached {p / 1e3:g} kPa.", HAZARD) for p in PRESSURES),

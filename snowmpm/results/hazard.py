@@ -1,12 +1,17 @@
 """Numbers of hazard mapping from the maps of a run (defined in `snowmpm.quantities.table`).
 
-Thalweg: the path of the flow in plan. It connects the centres of momentum, x = sum m |v| x / sum m |v|, of the frames
-with a total momentum above `LEAST_MOMENTUM` of its maximum, as long as they go on: down, or straight ahead. It begins
-at the top of the release and is extended straight at its end. s [m] is its length in plan; every map cell belongs to
-the s of the nearest point of the thalweg.
+Ways down: to each cell the way from the top of the release that took the snow least time (`snowmpm.results.ways`).
+Where releases do not meet, each has its own top.
 
-Run-out: the s before which `RUNOUT_SHARE` of the snow lies at the end, so that no single particle sets it. Travel angle
-(Fahrboeschung) alpha = atan(fall / s), fall from the top of the release to the ground of the thalweg there.
+Run-out point: at the length of the ways before which `RUNOUT_SHARE` of the snow lies at the end, so that no single
+particle sets it; of the deposited cells there, the middle of the tongue with the most snow. It lies in the deposit.
+Thalweg: the way down to it, smoothed by a cell, less where it would leave the flow. Run-out: length of the thalweg in
+plan. Travel angle (Fahrboeschung) alpha = atan(fall / run-out), fall from the top of the release to the ground at the
+run-out point. That is the practice of hazard mapping: the furthest point of the deposit, the length along the path to
+it, and the angle between them; a share of 1 % of the snow beyond it keeps it from being that of a few grains.
+Furthest deposit: the deposited cell furthest along the thalweg, which is extended straight for it.
+
+s [m] is the length along the thalweg; a map cell belongs to the s of its nearest point.
 
 Affected area: where the flow depth once was at least a tenth of the mean release depth. area_above_1_kPa, where the
 pressure also reached 1 kPa, is the affected area of AvaFrame's AIMEC with its default threshold. The reach of an area
@@ -24,12 +29,10 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from snowmpm.quantities.classes import PRESSURES, classes_of
+from snowmpm.results.ways import Cells, end_of, straightened, ways_down
 
 RUNOUT_SHARE = 0.99
 """Share of the snow before the run-out line."""
-
-LEAST_MOMENTUM = 0.05
-"""Total momentum over its maximum below which the centre of momentum does not count for the thalweg."""
 
 TOP_SHARE = 0.05
 """Share of the height of the release that counts as its top."""
@@ -42,14 +45,20 @@ MOST_TOP_POINTS = 300
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
-AHEAD = np.cos(np.radians(30.0))
-"""Cosine of the largest turn of a path that climbs, from the direction in which it came down."""
+SMOOTHING = 1.0
+"""Standard deviation [map cells] of the smoothing of the thalweg: more cuts corners over side walls."""
 
-STRAIGHT = 3.0
-"""Least length [map cells] over which the direction of the path is taken."""
+FINE = 0.25
+"""Spacing [map cells] of points at which a line is asked whether it lies in the flow, and whether it climbs."""
 
-SMOOTHING = 4.0
-"""Standard deviation [map cells] of the smoothing of the thalweg."""
+DRY = 0.01
+"""Share of the thalweg that smoothing may move out of the flow."""
+
+STRAIGHT = 12
+"""Points of the thalweg over which the direction of its extension is taken."""
+
+SHORT = 3.0
+"""Length [map cells] up to which nothing is said to have moved."""
 
 
 @dataclass(frozen=True)
@@ -76,49 +85,27 @@ class Thalweg:
         return float(shapely.line_locate_point(line, shapely.points(np.unique(corners, axis=0))).max(initial=0.0))
 
 
-def thalweg(top, path, momentum, step, reach, ground):
-    """The thalweg from `top` (2,) through `path` (k, 2), each with its momentum (k,), a point every `step` [m]; ground:
-    function of plan positions (k, 2) -> height (k,) [m].
-
-    Points that do not go on are left out. The line is extended straight in its last direction by `reach` [m]. None if
-    nothing moved further than a few steps.
-    """
-    carried = momentum > LEAST_MOMENTUM * momentum.max(initial=0.0)
-    line, path = [np.asarray(top, float)], path[carried]
-    lowest, down = np.inf, 1  # height of the lowest point so far, and how many points lead to it
-    for place, height in zip(path, ground(path), strict=True):
-        onward, climbs = place - line[-1], height > lowest
-        # What climbs is to keep the direction in which it came down
-        direction = _direction(line[:down] if climbs else line, step)
-        if np.linalg.norm(onward) > step and _cosine(onward, direction) >= (AHEAD if climbs else 0.0):
-            line.append(place)
-            if not climbs:
-                lowest, down = height, len(line)
-    if len(line) < 3:
-        return None
-    line = equally_spaced(smoothed(equally_spaced(np.array(line), step)), step)
-    ahead = line[-1] - line[max(0, len(line) - 1 - int(3 * SMOOTHING))]
-    ahead /= np.linalg.norm(ahead)
-    line = np.concatenate([line, line[-1] + step * np.arange(1, int(reach / step) + 1)[:, None] * ahead])
-    return Thalweg(line, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]))
+def thalweg(line, cell, inside, reach):
+    """`Thalweg` of a line (n, 2) of map cells [m], smoothed, and extended straight by `reach` [m]; and its own length
+    [m]. inside: function of plan positions (k, 2) -> whether they lie in the flow."""
+    line = _smoothed_inside(line, cell, inside)
+    ahead = line[-1] - line[max(0, len(line) - 1 - STRAIGHT)]
+    ahead = ahead / np.linalg.norm(ahead)
+    longer = np.concatenate([line, line[-1] + cell * np.arange(1, int(reach / cell) + 2)[:, None] * ahead])
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(longer, axis=0), axis=1))])
+    return Thalweg(longer, s), float(s[len(line) - 1])
 
 
-def _direction(line, step):
-    """From the last point of a line that is `STRAIGHT` steps before its end or more to its end (2,) [m]; 0 of a point.
+def _smoothed_inside(line, cell, inside):
+    """A line smoothed as far as no more than `DRY` of it leaves the flow, or than did before."""
+    def dry(points):
+        return 1.0 - float(inside(equally_spaced(points, FINE * cell)).mean())
 
-    When the front rests and the rear still moves, the centre of momentum moves back up. It does so in an arc if
-    branches of the flow come to rest one after the other.
-    """
-    for before in line[-2::-1]:
-        if np.linalg.norm(line[-1] - before) >= STRAIGHT * step:
-            return line[-1] - before
-    return line[-1] - line[0]
-
-
-def _cosine(onward, direction):
-    """Cosine of the angle between two ways (2,); 1 for one of no length."""
-    lengths = float(np.linalg.norm(onward) * np.linalg.norm(direction))
-    return onward @ direction / lengths if lengths > 0.0 else 1.0
+    for width in (SMOOTHING, 0.5 * SMOOTHING):
+        found = equally_spaced(smoothed(equally_spaced(line, cell), width), cell)
+        if dry(found) <= max(DRY, dry(line)):
+            return found
+    return equally_spaced(line, cell)
 
 
 def equally_spaced(line, step):
@@ -128,13 +115,13 @@ def equally_spaced(line, step):
     return np.column_stack([np.interp(at, s, line[:, axis]) for axis in (0, 1)])
 
 
-def smoothed(line):
-    """The line (n, 2) smoothed over a few points; its ends stay."""
+def smoothed(line, width):
+    """The line (n, 2) smoothed over so many points; its ends stay."""
     straight = line[0] + np.linspace(0.0, 1.0, len(line))[:, None] * (line[-1] - line[0])
     # The deviation from a straight line is zero at both ends; antisymmetric mirroring keeps it so
     bend = line - straight
     mirrored = np.concatenate([-bend[:0:-1], bend, -bend[-2::-1]])
-    smooth = gaussian_filter1d(mirrored, SMOOTHING, axis=0)[len(line) - 1 : 2 * len(line) - 1]
+    smooth = gaussian_filter1d(mirrored, width, axis=0)[len(line) - 1 : 2 * len(line) - 1]
     return straight + smooth
 
 
@@ -165,14 +152,13 @@ def rings(area):
             for part in shapely.get_parts(area)]
 
 
-def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release):
+def assess(maps, lower, cell, flow_depth, whole, ground, release):
     """Numbers of hazard mapping of a run -> `Hazard`.
 
     maps: by name, (columns along x, rows along y), zero without snow
     (`snowmpm.results.maps.PeakMaps.values`); lower (2,), cell [m]: their corner and the side of a cell; flow_depth [m]:
-    thinner is not affected; path (k, 2), momentum (k,): centre and size of the momentum; whole:
-    numbers of all the snow, copied as they are (release_mass,
-    deposit_mass, moving_share, momentum_share, left_share);
+    thinner is not affected; whole: numbers of all the snow, copied as they are (release_mass, deposit_mass,
+    moving_share, momentum_share, left_share);
     ground: function of plan positions (k, 2) -> height (k,) [m]; release: plan area of the snow at the start (shapely).
     """
     maps = {name: values.astype(np.float32) for name, values in maps.items()}
@@ -193,18 +179,15 @@ def assess(maps, lower, cell, flow_depth, path, momentum, whole, ground, release
     counted = {"peak_pressure": affected, "peak_depth": affected, "peak_speed": affected, "deposit_depth": deposited}
     classes = {name: areas_by_class(maps[name][where], classes_of(name, float(maps[name].max())), area)
                for name, where in counted.items()}
-    places = lower + cell * (np.argwhere(peak > 0.0) + 0.5)
-    if release.is_empty:
-        return Hazard(numbers, {}, None, classes, release)
-    found = top_of(release, cell, ground)
-    if found is None:
-        return Hazard(numbers, {}, None, classes, release)
-    high, top = found
-    way = thalweg(top, path, momentum, cell, float(np.linalg.norm(np.ptp(places, axis=0))), ground)
-    if way is None:
-        return Hazard(numbers, {}, None, classes, release)
-    found = _along(way, maps, places, cell, affected, numbers, high, ground)
-    return replace(found, classes=classes, release=release)
+    found = _runout(maps, lower, cell, numbers, affected, deposited, ground, tops_of(release, cell, ground))
+    return Hazard(numbers, {}, None, classes, release) if found is None else replace(found, classes=classes,
+                                                                                     release=release)
+
+
+def tops_of(release, cell, ground):
+    """`top_of` each part of the release, the highest first."""
+    found = [top_of(part, cell, ground) for part in shapely.get_parts(release) if not part.is_empty]
+    return sorted((top for top in found if top is not None), key=lambda top: -top[0])
 
 
 def top_of(release, cell, ground):
@@ -234,26 +217,78 @@ def areas_by_class(values, classes, area):
             for k, n in enumerate(counts)]
 
 
-def _along(way, maps, places, cell, affected, numbers, top, ground):
-    """The run-out and the profile along the thalweg, added to the numbers."""
-    touched = maps["peak_depth"] > 0.0
+def _runout(maps, lower, cell, numbers, affected, deposited, ground, tops):
+    """Run-out and profile along the thalweg, added to the numbers -> `Hazard`; None where nothing moved."""
+    peak, deposit = maps["peak_depth"], maps["deposit_depth"]
+    touched = peak > 0.0
+    if not tops or not (maps["peak_speed"] > 0.0).any():
+        return None
+    middles = lower + cell * (np.stack(np.indices(peak.shape), axis=-1) + 0.5)
+    places = middles[touched]
+    height = np.full(peak.shape, np.nan)
+    height[touched] = ground(places)
+    height = np.where(np.isfinite(height), height, np.nanmax(height[touched], initial=-1e9))
+    arrival = maps.get("arrival_time", np.zeros_like(peak))
+    arrival = np.where(affected & np.isfinite(arrival), arrival, np.inf)
+    cells = Cells(touched, affected, maps["peak_speed"], arrival, height, cell)
+    starts = np.argwhere(touched)[cKDTree(places).query(np.array([place for _, place in tops]))[1]]
+    ways = ways_down(cells, starts)
+    snow = deposit[touched].astype(float)
+    end = end_of(ways, cells, snow, (deposited & affected)[touched], RUNOUT_SHARE)
+    if end is None:  # a flow so thin that nothing counts as its deposit
+        end = end_of(ways, cells, snow, snow > 0.0, RUNOUT_SHARE)
+    if end is None:
+        return None
+    line = lower + cell * (straightened(ways.cells[ways.to(end)], cells) + 0.5)
+    if np.linalg.norm(line[-1] - line[0]) < SHORT * cell:
+        return None
+    high, line[0] = min(tops, key=lambda top: np.linalg.norm(top[1] - line[0]))
+    flow = _Flow(lower, cell, affected)
+    way, runout = thalweg(line, cell, flow.holds, float(np.linalg.norm(np.ptp(places, axis=0))))
+    return _along(way, runout, maps, places, flow, numbers, high, ground)
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """The affected cells (columns, rows) of a map with this corner (2,) and side [m]."""
+
+    lower: np.ndarray
+    cell: float
+    affected: np.ndarray
+
+    def holds(self, places):
+        """Which places (k, 2) lie in it."""
+        at = np.floor((places - self.lower) / self.cell).astype(int)
+        inside = ((at >= 0) & (at < self.affected.shape)).all(axis=1)
+        return inside & self.affected[tuple(np.clip(at, 0, np.array(self.affected.shape) - 1).T)]
+
+
+def _along(way, runout, maps, places, flow, numbers, top, ground):
+    """Numbers and profile along the thalweg, whose own length is the run-out, added to the numbers."""
+    touched, cell = maps["peak_depth"] > 0.0, flow.cell
     s = way.along(places)
-    runout = _quantile(s, maps["deposit_depth"][touched], RUNOUT_SHARE, cell)
+    end = int(np.searchsorted(way.s, runout - 1e-6 * cell))
+    place = way.points[end]
     z = ground(way.points)
-    end = int(np.searchsorted(way.s, runout).clip(max=len(way.s) - 1))
-    # Between the points of the thalweg, which are a map cell apart
-    place = np.array([np.interp(runout, way.s, way.points[:, axis]) for axis in (0, 1)])
-    below = float(ground(place[None])[0])
-    if not np.isfinite(below):  # above a hole in the terrain
-        below = float(np.interp(runout, way.s[np.isfinite(z)], z[np.isfinite(z)]))
+    below = float(z[end]) if np.isfinite(z[end]) else float(np.interp(runout, way.s[np.isfinite(z)], z[np.isfinite(z)]))
     fall = top - below
     numbers.update(top=top, runout=runout, fall=fall, travel_angle=float(np.degrees(np.arctan2(fall, runout))),
                    runout_x=float(place[0]), runout_y=float(place[1]), runout_z=below)
-    pressure, flows = maps["peak_pressure"][touched], affected[touched]
+    pressure, flows = maps["peak_pressure"][touched], flow.affected[touched]
     numbers["reach_of_flow"] = way.reach(places[flows], cell)
     for limit in PRESSURES:
         numbers[f"reach_of_{limit / 1e3:g}_kPa"] = way.reach(places[flows & (pressure >= limit)], cell)
-    kept = way.s <= max(runout, float(s[flows].max(initial=0.0))) + 10.0 * cell
+    lies = np.flatnonzero(flows & (maps["deposit_depth"][touched] >= numbers["flow_depth"]))
+    if len(lies):
+        far = places[lies[np.argmax(s[lies])]]
+        numbers.update(deposit_reach=way.reach(places[lies], cell), deposit_reach_x=float(far[0]),
+                       deposit_reach_y=float(far[1]), deposit_reach_z=float(ground(far[None])[0]))
+    fine = equally_spaced(way.points[: end + 1], FINE * cell)
+    heights = ground(fine)
+    heights = heights[np.isfinite(heights)]
+    numbers["thalweg_dry"] = 1.0 - float(flow.holds(fine).mean())
+    numbers["thalweg_climb"] = float((heights - np.minimum.accumulate(heights)).max(initial=0.0))
+    kept = np.arange(len(way.s)) <= end
     profile = {"x": way.points[kept, 0], "y": way.points[kept, 1], "z": z[kept], "s": way.s[kept]}
     station = np.searchsorted(way.s, s)
     for name in ("peak_depth", "peak_speed", "peak_pressure", "deposit_depth"):
@@ -261,14 +296,6 @@ def _along(way, maps, places, cell, affected, numbers, top, ground):
         np.maximum.at(across, station, maps[name][touched])
         profile[name] = across[kept]
     return Hazard(numbers, profile, _line_across(way, places[flows], s[flows], end, place, cell))
-
-
-def _quantile(s, weight, share, cell):
-    """s before which `share` of the weight lies, each piece spread evenly over a cell."""
-    ends = np.arange(0.0, s.max() + 2.0 * cell, cell)
-    inside = np.histogram(s, ends - 0.5 * cell, weights=weight)[0]
-    behind = np.concatenate([[0.0], np.cumsum(inside)])
-    return float(np.interp(share * behind[-1], behind, ends - 0.5 * cell))
 
 
 def _line_across(way, places, s, end, place, cell):

@@ -52,7 +52,7 @@ class Recorder:
         self._causes, self._smallest_dt = {}, float("inf")
         model = simulation.model
         self._origin = model.lower
-        self._maps, self._moved, self._path = None, 0.0, []
+        self._maps, self._moved = None, 0.0
         self._starts = [body.start_time for body in simulation.scene.bodies if body.start_time > 0.0]
         self._obstacles = model.obstacles
         self._loads = LoadHistory([obstacle.name for obstacle in self._obstacles], simulation.scene.dimension)
@@ -93,8 +93,7 @@ class Recorder:
         return copy.deepcopy({"frames": self.frames, "particle_steps": self.particle_steps, "last": self.last,
                 "settling_steps": self._settling_steps, "causes": self._causes,
                 "smallest_dt": self._smallest_dt, "moved": self._moved,
-                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {},
-                "path": np.array(self._path, float).reshape(-1, 3)})
+                "loads": self._loads.state(), "maps": self._maps.values if self._maps else {}})
 
     def _restore(self, state):
         self.frames, self.particle_steps, self.last = state["frames"], state["particle_steps"], state["last"]
@@ -103,7 +102,6 @@ class Recorder:
         self._loads.restore(state["loads"])
         if self._maps:
             self._maps.restore(state["maps"])
-            self._path = state["path"].tolist()
 
     def _provenance(self):
         scene = self._simulation.scene
@@ -187,7 +185,6 @@ class Recorder:
         self.frames += 1
         if self._maps:
             self._see(deposit=True)
-            self._path.append(momentum_place(particles))
 
     def close(self, phases, complete, ended=None):
         """Write maps and summary and close the run file. ended: why a complete run did, in words."""
@@ -222,14 +219,14 @@ class Recorder:
         surface = self._simulation.model.surface
         if self._maps is None or surface is None:
             return None
-        path, end = np.array(self._path, float).reshape(-1, 3), self._end_state()
+        end = self._end_state()
         removed = self._simulation.solver.particles.removed
         mass = float(self._simulation.particles["mass"].sum()) + removed.get("laid", 0.0)
         gone, entrained = removed["mass"], removed.get("entrained", 0.0)
         whole = {"release_mass": mass + gone - entrained, "deposit_mass": mass,
                  **{name: end[name] for name in ("moving_share", "momentum_share", "left_share")}}
-        return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, path[:, :2],
-                             path[:, 2], whole, surface.height, release_plan(self._simulation.model))
+        return hazard.assess(self._maps.values, self._maps.lower, self._maps.cell, self._maps.flow_depth, whole,
+                             surface.height, release_plan(self._simulation.model))
 
     def _end_state(self):
         """Input of `snowmpm.io.status` for the current state, which may be later than the last frame."""
@@ -260,15 +257,6 @@ class Recorder:
                 "smallest_dt": self._smallest_dt if solver.steps else None, "last": self.last,
                 **({"methods": simulation.relay.records} if simulation.scene.switch else {}),
                 **({"saw_test": simulation.crack.result()} if simulation.crack else {})}
-
-
-def momentum_place(particles):
-    """Plan position x, y [m] of the centre of momentum, sum m |v| x / sum m |v|, and that sum [kg m/s]."""
-    velocity = particles["velocity"]
-    momentum = particles["mass"] * np.sqrt(np.einsum("ij,ij->i", velocity, velocity))
-    total = float(momentum.sum())
-    x, y = (momentum @ particles["position"][:, :2] / max(total, 1e-300)).tolist()
-    return [x, y, total]
 
 
 def map_origin(scene):

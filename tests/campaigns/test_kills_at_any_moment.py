@@ -132,5 +132,5 @@ def table(folder):
 def test_killed_at_any_moment(tmp_path, scheduler, kills):
     hit, code = killed(tmp_path / "killed", kills, 3, scheduler)
     print(f"{hit} killed")
-    assert code == 0 and sum(hit.values()) >= kills and min(hit.values()) > 5
+    assert code == 0 and sum(hit.values()) >= kills and min(hit.values()) >= 3
     assert table(tmp_path / "killed") == whole(tmp_path / "whole")

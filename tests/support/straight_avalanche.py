@@ -31,15 +31,13 @@ def write_avalanche(folder, moving=0.0, left=0.0, complete=True, crs=None, end_t
     maps["peak_speed"][:] = np.where(flows, 12.0, 0.0)
     maps["peak_pressure"][:] = np.where(flows, np.where(x < 300.0, 4e4, 5e3), 0.0)
     maps["arrival_time"][:] = np.where(flows, np.maximum(x - 60.0, 0.0) / 12.0, 0.0)
-    path = np.column_stack([np.linspace(45.0, 480.0, 50), np.full(50, 102.5)]) + ORIGIN[:2]
-    momentum = np.concatenate([[0.0], np.full(48, 1e6), [1e3]])
     whole = {"release_mass": 4e5, "deposit_mass": 4e5 * (1.0 - left), "moving_share": moving,
              "momentum_share": moving, "left_share": left}
 
     def ground(plan):
         return 1000.0 - 0.5 * np.minimum(plan[:, 0] - ORIGIN[0], 400.0)
 
-    found = hazard.assess(maps, ORIGIN[:2], CELL, 0.1, path, momentum, whole, ground,
+    found = hazard.assess(maps, ORIGIN[:2], CELL, 0.1, whole, ground,
                           shapely.box(*(ORIGIN[[0, 1, 0, 1]] + [20.0, 80.0, 60.0, 120.0])))
     record = {"scene_name": "straight", "crs": crs, "end_time": end_time, "dx": 2.0, "version": "0"}
     with RunWriter(folder, provenance=record, origin=ORIGIN) as writer:
