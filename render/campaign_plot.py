@@ -13,7 +13,7 @@ from snowmpm.quantities.table import quantity
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
 BLUE, RED, GREY, PALE = "#2457a4", "#c1121f", "#6b7280", "#b9c6dc"
-COLOURS = (BLUE, RED, "#3a8a5c", "#7d1c6d", "#c9a227", "#0f766e")
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#CC79A7", "#009E73", "#56B4E9")
 DASHES = ("--", ":", "-.")
 
 Line = tuple[str, Floats, Floats, NDArray[np.bool_], bool]

@@ -104,7 +104,7 @@ def _material_scale(run, field, numbers):
     materials = list(run.provenance.get("materials", []))
     highest = max(int(numbers.max(initial=0)), len(materials) - 1)
     names = [*materials, *(str(k) for k in range(len(materials), highest + 1))][: highest + 1]
-    colours = ["#eef3f9", "#e0603f", "#3f78b5", "#e8b23a", "#5fa55a", "#8a6bbd"]
+    colours = ["#eef3f9", "#D55E00", "#0072B2", "#F0E442", "#009E73", "#CC79A7"]
     colours = [colours[k % len(colours)] for k in range(highest + 1)]
     colormap = LinearSegmentedColormap.from_list("materials", colours * 2 if highest == 0 else colours)
     return ColourScale(field, "material", "", 0.0, float(max(highest, 1)), colormap, tuple(names))

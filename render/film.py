@@ -12,6 +12,7 @@ import imageio.v2 as imageio
 import numpy as np
 from PIL import Image
 
+from snowmpm import overwriting
 from snowmpm.draft import draft
 from snowmpm.errors import InputError, shown_line
 from snowmpm.render.mp4 import film_so_far, open_mp4, unfinished
@@ -55,7 +56,7 @@ def open_film(output, fps):
 def _open_folder(path):
     """One PNG or TIFF a picture; those of a longer film that was drawn there before are taken away at the end."""
     path.mkdir(parents=True, exist_ok=True)
-    others = sorted(file.name for file in path.iterdir() if not FRAME.fullmatch(file.name))
+    others = sorted(file.name for file in path.iterdir() if not FRAME.fullmatch(file.name) and file.name != overwriting.LIST)
     if others:
         named = ", ".join([*map(shown_line, others[:3]), *["..."] * (len(others) > 3)])
         raise InputError(f"{path}: holds other files ({named}): name a folder of its own for the pictures, or"

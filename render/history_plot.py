@@ -14,8 +14,8 @@ from snowmpm.io.impact import impacts
 from snowmpm.io.status import cautions
 from snowmpm.render.figure import check_ending, plain, prefixed, save
 
-COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227", "#5a6570", "#4aa3c4", "#a3586d", "#8a8f2d",
-           "#000000")
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#8a949e", "#7d1c6d",
+           "#8a8f2d")
 FAINT = 0.35  # opacity of the fine record behind the means between frames
 LEGEND = {"fontsize": 8, "edgecolor": "none", "framealpha": 0.75, "borderpad": 0.2}
 PANEL = (5.4, 3.3)  # inches

@@ -14,6 +14,7 @@ import time as clock
 
 from PIL import Image
 
+from snowmpm import overwriting
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.status import status_of
@@ -118,4 +119,5 @@ def main():
     """What the process runs: sys.argv[1:] are the folder of the run, the page and the title."""
     with contextlib.suppress(OSError, AttributeError):  # not on Windows
         os.nice(10)
-    follow(*sys.argv[1:4], News(sys.stdin))
+    with overwriting.keeping(overwrite=True):  # the command has asked; the page is to be known as its own
+        follow(*sys.argv[1:4], News(sys.stdin))

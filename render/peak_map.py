@@ -28,7 +28,7 @@ from snowmpm.render.overlay import ticks
 from snowmpm.render.relief import build_relief, map_shade
 
 SURROUNDINGS = 0.25  # of the raster's filled part, shown on each side of it
-RELEASE, LINE, OBSERVED, BUILT = "#101418", "#c1121f", "#0a7d33", "#5b3410"
+RELEASE, LINE, OBSERVED, BUILT = "#101418", "#e0201b", "#19c5ff", "#8a8a8a"
 OPACITY = (0.3, 0.9)  # of pale cells, and of others
 GREYS = ("#f2f2f2", "#d0d0d0", "#a8a8a8", "#808080", "#585858", "#303030")
 """Of a raster that has no classes."""

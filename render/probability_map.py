@@ -19,7 +19,7 @@ MARGIN = 0.12
 """Surroundings on each side, as a share of the larger side."""
 
 SHARES = (0.0, 0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.95, 1.0)
-COLOURS = ("#ffffff", "#fdf1c4", "#fbd98a", "#f8b45c", "#ee8142", "#d64a3a", "#a61f4e", "#5c1157")
+COLOURS = ("#ffffff", "#fff3b0", "#fdca5c", "#f3913a", "#d64e3a", "#a02058", "#56135f", "#12061f")
 """Of the classes between SHARES; the first, of less than one run in a hundred, is left out."""
 
 AGREEING = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)

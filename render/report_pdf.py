@@ -16,7 +16,7 @@ from snowmpm.render.document import Document
 PAPER = (8.27, 11.69)  # inches
 MARGIN, FOOT = 0.75, 0.65
 WIDTH = PAPER[0] - 2 * MARGIN
-INK, FAINT, WARNING, GOOD = "#18222e", "#5d6b7a", "#c1121f", "#2c6e49"
+INK, FAINT, WARNING, GOOD = "#18222e", "#5d6b7a", "#c1121f", "#1f5fa8"
 DPI = 160
 LARGEST = 4.6  # inches: height of a picture; two fit on a page
 

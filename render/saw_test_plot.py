@@ -20,7 +20,7 @@ from snowmpm.io.saw_theories import FLAT, THEORIES, compared
 from snowmpm.io.saw_words import not_to_the_end, outcome, set_up, spread, unknown, why
 from snowmpm.render.figure import INK, check_ending, plain, save, titled
 
-COLOURS = ("#1d4f91", "#d9642a", "#3a8a5c", "#7d1c6d", "#c9a227")
+COLOURS = ("#0072B2", "#E69F00", "#000000", "#CC79A7", "#009E73")
 LEGEND = {"fontsize": 8, "edgecolor": "none", "framealpha": 0.8, "borderpad": 0.2}
 SAW, TIP = "#11161c", "#d9642a"
 SETTLING = "Blues"

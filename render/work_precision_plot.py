@@ -12,7 +12,7 @@ INK, FRONT = "#11161c", "#f2c14e"
 COLOURS = {"program": INK, "precision": "#8a949e", "basis": "#1d4f91", "gradient": "#6f9fd8",
            "transfer": "#d9642a", "particles": "#2f8f4e", "step": "#8c6bb1", "wall": "#00868b",
            "return map": "#b5446e", "dimension": "#7a5c2e", "method": "#c2185b"}
-OTHERS = ("#1d4f91", "#d9642a", "#2f8f4e", "#8c6bb1", "#00868b", "#b5446e", "#7a5c2e")
+OTHERS = ("#0072B2", "#E69F00", "#CC79A7", "#009E73", "#56B4E9", "#D55E00", "#7a5c2e")
 """Of groups that have no colour of their own."""
 MARKS = "os^Dv<>P"
 

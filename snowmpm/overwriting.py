@@ -2,7 +2,7 @@
 
 Each folder keeps a list of what was written there, `LIST`: a line a file, with the digest of its content and its name.
 A file that changed since, that came from elsewhere, or that the present command reads, is the user's. Commands, runs
-and campaigns keep it; a function that is called from Python with the name of a file writes that file.
+and campaigns keep it. A function that is called from Python with the name of a file writes that file, and lists nothing.
 """
 
 import contextlib
@@ -92,6 +92,8 @@ def note(path: str | os.PathLike[str], content: str | os.PathLike[str] | None = 
 
     Before the file gets its name, so that no kill in between leaves one that is not known. Raises OSError.
     """
+    if _kept.get() is None:
+        return
     path = Path(path)
     _append(path, _digest(Path(content or path)))
 
@@ -141,7 +143,7 @@ def _reason(path: Path) -> str:
         return "is a link, and not of snowmpm"
     if os.path.isfile(path) and found.st_size == 0:
         return ""  # nothing to lose
-    return "" if is_own(path) else "was not written by snowmpm, or was changed since"
+    return "" if is_own(path) else "was not written by a command of snowmpm, or was changed since"
 
 
 def _digest(path: Path) -> str:

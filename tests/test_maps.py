@@ -8,7 +8,7 @@ from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
 from snowmpm.results.map_grid import MapGrid, grid_for
-from snowmpm.results.maps import FLOW_SHARE, GRAINS, PeakMaps, cell_for
+from snowmpm.results.maps import FLOW_SHARE, GRAINS, KEPT, PeakMaps, cell_for
 from snowmpm.study.problems.schemes import lattice
 
 
@@ -105,3 +105,27 @@ def test_a_wish_for_map_cells_is_kept_or_refused():
         assert grid_for([0.0, 0.0], [100.0, 50.0], 3.0, wish, (np.zeros(2), odd)).cell == pytest.approx(cells * odd)
     assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837).cell == 8.3
     assert grid_for([0.0, 0.0], [100.0, 50.0], 8.2837, 7.0).shape == (15, 8)
+
+
+def test_thickness_is_normal_to_the_ground():
+    """A layer of 2 m normal to a slope has the vertical depth 2 m / cos; on a stair of slopes the mean cosine counts."""
+    angle = np.radians(50.0)
+    peaks = PeakMaps.__new__(PeakMaps)
+    peaks.lower, peaks.cell, peaks.shape = np.zeros(2), 4.0, (3, 2)
+    peaks.values = {name: np.zeros((3, 2)) for name in KEPT}
+    peaks.values["peak_depth"][:2] = 2.0 / np.cos(angle)
+    peaks.values["deposit_depth"][0] = 1.0
+
+    def normal(plan):
+        """50 degrees west of x = 6 m, flat east of it: the second column of cells is half and half; a hole beyond."""
+        steep = plan[:, 0] < 6.0
+        up = np.where(steep, np.cos(angle), 1.0)
+        return np.where(plan[:, :1] > 8.0, np.nan, np.column_stack([np.sin(angle) * steep, 0.0 * up, up]))
+
+    found = peaks.rasters(normal)
+    thickness = found["peak_thickness"][0].T
+    assert thickness[0] == pytest.approx(2.0)
+    assert thickness[1] == pytest.approx(2.0 / np.cos(angle) * 0.5 * (1.0 + np.cos(angle)))
+    assert np.isnan(thickness[2]).all()  # no snow
+    assert found["deposit_thickness"][0].T[0] == pytest.approx(np.cos(angle))
+    assert not {"peak_thickness", "deposit_thickness"} & peaks.rasters().keys()

@@ -41,7 +41,7 @@ def test_own_files_are_replaced_and_others_are_not(tmp_path, write):
     write(own, "two")
     forget()
     foreign.write_text("mine")
-    with pytest.raises(InputError, match=r"foreign\.txt: was not written by snowmpm, or was changed since"):
+    with pytest.raises(InputError, match=r"foreign\.txt: was not written by a command of snowmpm, or was changed since"):
         write(foreign, "one")
     assert foreign.read_text() == "mine"
     own.write_text("edited")
@@ -119,7 +119,7 @@ def test_a_run_leaves_the_files_of_its_folder(tmp_path):
     for name in ("scene.toml", "summary.json", "checkpoint.npz", "paraview.vtkhdf", "run.vtkhdf"):
         folder.mkdir(exist_ok=True)
         (folder / name).write_text("mine")
-        with pytest.raises(InputError, match=f"{name}: was not written by snowmpm"):
+        with pytest.raises(InputError, match=f"{name}: was not written by a command of snowmpm"):
             snowmpm.run(scene, folder)
         assert [path.name for path in folder.iterdir()] == [name] and (folder / name).read_text() == "mine"
         (folder / name).unlink()

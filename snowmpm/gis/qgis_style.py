@@ -10,8 +10,8 @@ VERSION = "3.22.0"
 """Version of QGIS that defines these elements; later versions read them."""
 
 LINES = {"affected_area": "#1d4f91", "release": "#101418", "deposit": "#6b7d8f", "thalweg": "#101418",
-         "runout_line": "#c1121f", "runout_point": "#c1121f", "observed": "#0a7d33",
-         "obstacles": "#5b3410", "dams": "#5b3410"}
+         "runout_line": "#e0201b", "runout_point": "#e0201b", "observed": "#19c5ff",
+         "obstacles": "#8a8a8a", "dams": "#8a8a8a"}
 """Colours of vector layers; pressure classes have those of their raster."""
 
 

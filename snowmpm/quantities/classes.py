@@ -29,15 +29,16 @@ class Classes:
         return f"{bounds[k - 1]} to {bounds[k]} {self.unit}"
 
 
-PRESSURE = Classes((1e3, 3e3, 1e4, 3e4, 1e5, 3e5), ("#fdf6c9", "#fbd65b", "#f59a3c", "#dd4b31", "#b01e5c", "#6d1169",
-                                                    "#24083a"), 1e3, "kPa")
-DEPTH = Classes((0.5, 1.0, 2.0, 4.0, 8.0), ("#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#3c0a4a"))
-SPEED = Classes((5.0, 10.0, 20.0, 30.0, 40.0), ("#f0f4d4", "#cfe3a1", "#93c47d", "#4f9d69", "#23705f", "#0b3c49"),
+PRESSURE = Classes((1e3, 3e3, 1e4, 3e4, 1e5, 3e5), ("#fdf6c9", "#fbd34a", "#f08c2e", "#d4402f", "#a01a5c", "#5f1068",
+                                                    "#150524"), 1e3, "kPa")
+DEPTH = Classes((0.5, 1.0, 2.0, 4.0, 8.0), ("#d8ecf6", "#8cc4e2", "#3f8fc8", "#2457a4", "#1d2a6b", "#08030f"))
+SPEED = Classes((5.0, 10.0, 20.0, 30.0, 40.0), ("#f9f9d2", "#c8e58c", "#6fc06a", "#259069", "#0a5a63", "#06213b"),
                 unit="m/s")
-TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#3b0f70", "#641a80", "#8c2981", "#b73779", "#de4968", "#f7705c",
-                                                     "#fe9f6d", "#fecf92"), unit="s")
+TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#000004", "#280b53", "#65156e", "#9f2a63", "#d44842", "#f57d15",
+                                                     "#fac228", "#fcffa4"), unit="s")
 
-OF_MAP = {"release_depth": DEPTH, "peak_depth": DEPTH, "deposit_depth": DEPTH, "peak_speed": SPEED,
+OF_MAP = {**dict.fromkeys(("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness"), DEPTH),
+          "peak_speed": SPEED,
           "peak_pressure": PRESSURE, "arrival_time": TIME, "momentary_depth": DEPTH, "momentary_speed": SPEED}
 """Classes of each raster of a run, by its name."""
 

@@ -129,6 +129,11 @@ RASTERS = (
              "obstacle's shape.", MAPS),
     Quantity("deposit_depth", "depth at the end", "m", "Vertical depth over a map cell at the end of the run, moving "
              "or not, at the density of the start.", MAPS),
+    Quantity("peak_thickness", "peak flow thickness", "m", "Largest thickness of the flow, normal to the ground: "
+             "peak_depth times the mean cosine of the ground's slope over the map cell. The normal distance where the "
+             "surface of the flow is parallel to the ground.", MAPS),
+    Quantity("deposit_thickness", "thickness at the end", "m", "deposit_depth times the mean cosine of the ground's "
+             "slope over the map cell.", MAPS),
     Quantity("arrival_time", "arrival time", "s", "When the flow first was at least flow_depth deep; 0 in the release.",
              MAPS),
 )

@@ -21,6 +21,13 @@ from snowmpm.quantities.table import RASTERS, units_of
 UNITS = units_of(RASTERS)
 """Unit of each raster."""
 
+THICK = {"peak_thickness": "peak_depth", "deposit_thickness": "deposit_depth"}
+"""Rasters that follow from another one and the slope of the ground."""
+
+SIDE = 4
+"""Points along a side of a map cell at which the slope of its ground is taken: on the cells of a raster of 10 m one
+alone misses the mean by up to 97 %."""
+
 FLOW_SHARE = 0.1
 """Depth over the mean release depth below which particles over a plan cell are scattered and do not count as flow:
 their speed is not that of the avalanche."""
@@ -46,6 +53,10 @@ def cell_for(positions, volumes, dx, grain=None):
     return max(least, float(np.sqrt(GRAINS * (grain or volumes.mean()) / flow_depth)))
 
 
+KEPT = tuple(name for name in UNITS if name not in THICK)
+"""Rasters that are kept up during a run."""
+
+
 class PeakMaps:
     """Largest flow depth, speed and pressure in each plan cell so far, and the depth at the start and now.
 
@@ -64,7 +75,7 @@ class PeakMaps:
     def __init__(self, solver, grid):
         """grid: cells of the maps (`snowmpm.results.map_grid.MapGrid`)."""
         self.lower, self.cell, self.shape = grid.lower, grid.cell, grid.shape
-        self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in UNITS}
+        self.values = {name: np.full(self.shape, np.inf if name == "arrival_time" else 0.0) for name in KEPT}
         window, depth, _, _ = self._totals(solver)
         self._lay(solver, "release_depth", window, depth)
         self._lay(solver, "deposit_depth", window, depth)
@@ -72,7 +83,7 @@ class PeakMaps:
 
     def restore(self, values):
         """Restore `values`, name -> (columns along x, rows along y). InputError for maps of another grid."""
-        if values.keys() != UNITS.keys() or values["peak_depth"].shape != self.shape:
+        if values.keys() != set(KEPT) or values["peak_depth"].shape != self.shape:
             raise InputError("the checkpoint holds maps of another grid or of another version of the program: start"
                              " anew with --overwrite")
         self.values, depth = values, values["release_depth"]
@@ -107,9 +118,28 @@ class PeakMaps:
         self.values[name][:] = 0.0 if resting is None else resting / self.cell**2
         self.values[name][window] += depth
 
-    def rasters(self):
-        """name -> (values (rows along y, columns along x), x0, y0, cell) with the centre of the first cell."""
+    def rasters(self, normal=None):
+        """name -> (values (rows along y, columns along x), x0, y0, cell) with the centre of the first cell.
+
+        normal: function of plan positions (k, 2) -> unit normals of the ground (k, 3); None where there is none."""
         x0, y0 = self.lower + 0.5 * self.cell
         touched = self.values["peak_depth"] > 0.0
-        return {name: (np.where(touched & np.isfinite(values), values, np.nan).T, x0, y0, self.cell)
-                for name, values in self.values.items()}
+        values = {name: self.values[name] for name in KEPT}
+        if normal is not None:
+            steepness = self._cosine(touched, normal)
+            values |= {name: steepness * self.values[depth] for name, depth in THICK.items()}
+        return {name: (np.where(touched & np.isfinite(one), one, np.nan).T, x0, y0, self.cell)
+                for name, one in values.items()}
+
+    def _cosine(self, touched, normal):
+        """Mean cosine of the ground's slope over each touched cell (columns, rows); 1 elsewhere, and over holes."""
+        cells, found = np.argwhere(touched), np.ones(touched.shape)
+        shares = (np.arange(SIDE) + 0.5) / SIDE
+        total, known = np.zeros(len(cells)), np.zeros(len(cells))
+        for share in np.stack(np.meshgrid(shares, shares), axis=-1).reshape(-1, 2):
+            up = normal(self.lower + self.cell * (cells + share))[:, -1]
+            there = np.isfinite(up)
+            total += np.where(there, up, 0.0)
+            known += there
+        found[touched] = np.where(known > 0.0, total / np.maximum(known, 1.0), 1.0)
+        return found

@@ -192,7 +192,9 @@ class Recorder:
         try:
             self.background.close()
             if self._maps:
-                for name, (values, x0, y0, cell) in self._maps.rasters().items():
+                surface = self._simulation.model.surface
+                normal = None if surface is None else surface.normal
+                for name, (values, x0, y0, cell) in self._maps.rasters(normal).items():
                     self._writer.map(name, values, x0 - self._origin[0], y0 - self._origin[1], cell, maps.UNITS[name])
             assessed = self._assess()
             if assessed:

@@ -20,7 +20,7 @@ def test_run_writes_what_the_contract_says(call, block, tmp_path):
     result = call("run", block, "--backend", "cpu")
     assert result.code == 0, result.err
     folder = tmp_path / "runs" / "block"
-    assert {path.name for path in folder.iterdir()} == {
+    assert {path.name for path in folder.glob("[!.]*")} == {
         "run.vtkhdf",
         "paraview.vtkhdf",
         "scene.toml",
