@@ -56,7 +56,8 @@ def open_film(output, fps):
 def _open_folder(path):
     """One PNG or TIFF a picture; those of a longer film that was drawn there before are taken away at the end."""
     path.mkdir(parents=True, exist_ok=True)
-    others = sorted(file.name for file in path.iterdir() if not FRAME.fullmatch(file.name) and file.name != overwriting.LIST)
+    others = sorted(file.name for file in path.iterdir()
+                    if not FRAME.fullmatch(file.name) and file.name != overwriting.LIST)
     if others:
         named = ", ".join([*map(shown_line, others[:3]), *["..."] * (len(others) > 3)])
         raise InputError(f"{path}: holds other files ({named}): name a folder of its own for the pictures, or"

@@ -2,7 +2,7 @@
 
 Each folder keeps a list of what was written there, `LIST`: a line a file, with the digest of its content and its name.
 A file that changed since, that came from elsewhere, or that the present command reads, is the user's. Commands, runs
-and campaigns keep it. A function that is called from Python with the name of a file writes that file, and lists nothing.
+and campaigns keep it. A function that is called from Python with the name of a file writes it, and lists nothing.
 """
 
 import contextlib

@@ -108,7 +108,7 @@ def test_a_wish_for_map_cells_is_kept_or_refused():
 
 
 def test_thickness_is_normal_to_the_ground():
-    """A layer of 2 m normal to a slope has the vertical depth 2 m / cos; on a stair of slopes the mean cosine counts."""
+    """A layer of 2 m normal to a slope has the vertical depth 2 m / cos; over several slopes the mean cosine counts."""
     angle = np.radians(50.0)
     peaks = PeakMaps.__new__(PeakMaps)
     peaks.lower, peaks.cell, peaks.shape = np.zeros(2), 4.0, (3, 2)

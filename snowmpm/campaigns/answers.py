@@ -105,8 +105,8 @@ def sensitivity_table(plan, variant, records):
     return pandas.DataFrame(sensitivity.sensitivities(kind, u, numbers, names, independent, file.seed))
 
 
-CONSTANT = ("final", "flow_depth", "moving_share", "momentum_share", "runout_x", "runout_y", "runout_z", "deposit_reach_x",
-            "deposit_reach_y", "deposit_reach_z", "thalweg_dry", "thalweg_climb", "steps", "dt")
+CONSTANT = ("final", "flow_depth", "moving_share", "momentum_share", "runout_x", "runout_y", "runout_z",
+            "deposit_reach_x", "deposit_reach_y", "deposit_reach_z", "thalweg_dry", "thalweg_climb", "steps", "dt")
 """Numbers that no share of variance is looked for."""
 
 FIRST = ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure")

@@ -37,9 +37,9 @@ SPEED = Classes((5.0, 10.0, 20.0, 30.0, 40.0), ("#f9f9d2", "#c8e58c", "#6fc06a",
 TIME = Classes((1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0), ("#000004", "#280b53", "#65156e", "#9f2a63", "#d44842", "#f57d15",
                                                      "#fac228", "#fcffa4"), unit="s")
 
-OF_MAP = {**dict.fromkeys(("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness"), DEPTH),
-          "peak_speed": SPEED,
-          "peak_pressure": PRESSURE, "arrival_time": TIME, "momentary_depth": DEPTH, "momentary_speed": SPEED}
+DEPTHS = ("release_depth", "peak_depth", "deposit_depth", "peak_thickness", "deposit_thickness", "momentary_depth")
+OF_MAP = {**dict.fromkeys(DEPTHS, DEPTH), "peak_speed": SPEED,
+          "peak_pressure": PRESSURE, "arrival_time": TIME, "momentary_speed": SPEED}
 """Classes of each raster of a run, by its name."""
 
 

@@ -172,8 +172,8 @@ NUMBERS = (
     Quantity("left_share", "mass that left the model", "share", "Mass that left over an open side or the edge of the "
              "terrain, over the mass at the start.", HAZARD),
     Quantity("top", "height of the release's top", "m", "Height of the highest ground under the release.", HAZARD, 1),
-    Quantity("runout", "run-out", "m", "Length in plan of the thalweg: the way down that took the snow least time, from "
-             "the top of the release to the run-out point.", HAZARD),
+    Quantity("runout", "run-out", "m", "Length in plan of the thalweg: the way down that took the snow least time, "
+             "from the top of the release to the run-out point.", HAZARD),
     Quantity("fall", "fall", "m", "Height of the release's top above the ground at the run-out.", HAZARD),
     Quantity("travel_angle", "travel angle", "degrees", "atan(fall / run-out), the Fahrböschung.", HAZARD, 1),
     Quantity("runout_x", "run-out point, east", "m", "Place in the deposit, in map coordinates, behind which 99 % of "

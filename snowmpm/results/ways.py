@@ -11,6 +11,7 @@ Lengths are those in plan. With steps in 32 directions they are up to 1.3 % too 
 not.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,7 +114,8 @@ def _slowness(cells):
 
 def straightened(line, cells):
     """A way (n, 2) over cells, without the turns that it owes to its few directions alone: straight where that takes no
-    longer and climbs no more. Seen from its end or from its begin, whichever is shorter: around a corner only one of them lies close."""
+    longer and climbs no more. Seen from its end or from its begin, whichever is shorter: around a corner only one of
+    them lies close."""
     slowness = _slowness(cells)
 
     def costs(a, b):
@@ -125,7 +127,7 @@ def straightened(line, cells):
         climb = float(np.maximum(np.diff(cells.height[at]), 0.0).sum())
         return np.array([slowness[at].mean() * cells.side * float(np.linalg.norm(b - a)) + CLIMB * climb, climb])
 
-    each = [costs(a, b) for a, b in zip(line[:-1], line[1:], strict=True)]
+    each = [costs(a, b) for a, b in itertools.pairwise(line)]
     behind = np.concatenate([np.zeros((1, 2)), np.cumsum(each, axis=0)])
 
     def even(i, j):
