@@ -80,7 +80,8 @@ class Law(BaseModel):
     poisson_ratio: Annotated[float, Field(gt=-1.0, lt=0.5)]  # ν [-]
     grain_diameter: Positive | None = None  # d [m]: for the inertial number of the output; `mu_i` also works with it
     grain_density: Positive | None = None  # ρ_s [kg/m³], of the grains themselves
-    card: str | None = None  # name of the material card that the numbers began with, kept as their provenance
+    card: str | None = None  # name of the material card whose numbers they are
+    began_with: str | None = None  # name of the card that they began with, where some were changed
     card_source: str | None = None  # what a card of one's own says of the origin of its numbers
 
     if TYPE_CHECKING:  # of every law, its own

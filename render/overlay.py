@@ -1,5 +1,6 @@
 """What is written on a picture: title, time, colour scale, length scale."""
 
+import textwrap
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,9 @@ INK = (24, 34, 46)
 WARNING = (193, 18, 31)
 HALO = (255, 255, 255)
 PANEL = (255, 255, 255, 178)
+CORNER = 0.26
+"""Share of the width of a picture that sentences in a corner take."""
+
 EDGE = 16  # from a panel to the edge of a picture 720 pixels high
 PAD = 12  # from what stands in a panel to its own edge
 STRIP = (300, 14)  # width and height of the colours
@@ -42,10 +46,18 @@ class Overlay:
         self.text((left, self.px(22)), title, 24, bold=True)
         self.text((left, self.px(56)), f"t = {time / factor:.2f} {prefix}s" + (f", {pace}" if pace else ""), 22)
 
-    def warnings(self, sentences):
-        """Below the heading, in red: why what the picture shows is not final, a line each."""
-        for k, words in enumerate(sentences):
-            self.text((self.px(28), self.px(88 + 22 * k)), words, 15, bold=True, ink=WARNING)
+    def warnings(self, sentences, side="left"):
+        """In a lower corner, above a note or a length scale, in red: why what the picture shows is not final."""
+        if not sentences:
+            return
+        font = _font(max(8, self.px(13)), True)
+        letters = max(16, int(CORNER * self.image.width / self.draw.textlength("n", font)))
+        words = "\n".join(textwrap.fill(one, letters) for one in sentences)
+        box = self.draw.multiline_textbbox((0, 0), words, font, spacing=self.px(4))
+        left = self._left(box[2], side)
+        top = self.image.height - self.px(2 * EDGE + 4 * PAD + 24) - box[3]
+        self._panel([left, top, left + box[2], top + box[3]])
+        self.draw.multiline_text((left, top), words, WARNING, font, spacing=self.px(4))
 
     def note(self, words, side="left"):
         """A small line in a lower corner."""

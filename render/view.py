@@ -103,7 +103,7 @@ class View:
     def _legend(self, overlay, time, side="right"):
         overlay.heading(self.title.replace("_", " "), time, float(self.run.times[-1]), pace_in_words(self.pace))
         if time == self.run.times[-1]:
-            overlay.warnings(self.cautions)
+            overlay.warnings(self.cautions, "left" if side == "right" else "right")
         if self.scale is not None:
             overlay.colour_scale(self.scale, side)
 

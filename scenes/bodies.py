@@ -27,7 +27,7 @@ class Body(Spec):
     [-]"""
     interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
     """of a layer on the ground: carry it by this many points a cell and direction, without cells of its own
-    (docs/interface.md); filled with particles when missing"""
+    (`snowmpm docs interface`); filled with particles when missing"""
     start_time: NonNegative = 0.0
     """when it is released [s]: until then it lies where it is; method = "depth" only"""
 

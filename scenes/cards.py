@@ -20,7 +20,7 @@ from pydantic import ValidationError
 
 from snowmpm.errors import InputError, nearest
 from snowmpm.materials import Material
-from snowmpm.scenes.friction_cards import with_friction_card
+from snowmpm.scenes.friction_cards import named_as_changed, with_friction_card
 from snowmpm.scenes.messages import describe, shown
 from snowmpm.scenes.space import base_dir
 from snowmpm.scenes.spec import Spec, refuse
@@ -113,10 +113,10 @@ def expanded_material(name: str, table: Any) -> Any:
     if not isinstance(card, str):
         return table
     if card in cards:
-        return {**cards[card].material.model_dump(exclude_none=True), **table}
+        return named_as_changed(cards[card].material.model_dump(exclude_none=True), table, card)
     if (path := _own_file(card)) is None:
         raise refuse(f"no such material card: {_hint(card)}{_looked_for(card)}", f"materials.{name}.card", card)
-    return {**own_card(path), **table, "card": card}
+    return named_as_changed({**own_card(path), "card": card}, {**table, "card": card}, card)
 
 
 def own_card(path: Path) -> dict[str, Any]:

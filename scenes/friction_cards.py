@@ -145,7 +145,19 @@ def with_friction_card(data: Any) -> Any:
         raise refuse(f"no such friction card: {_hint(name)}", "terrain.friction.card", name)
     law = cards[name].friction
     numbers = {"law": BY_VOLUME} if law is None else law.model_dump(exclude_none=True)
-    return {**data, "terrain": {**terrain, "friction": {**numbers, **table}}}
+    if "k" in table:  # the drag in another form
+        numbers.pop("xi", None)
+    found = {**numbers, **table} if law is None else named_as_changed(numbers, table, name)
+    return {**data, "terrain": {**terrain, "friction": found}}
+
+
+def named_as_changed(numbers: dict[str, Any], table: dict[str, Any], card: str) -> dict[str, Any]:
+    """The numbers of a card with those of a table in their place. Where some differ they are no longer the card's,
+    which is then `began_with`."""
+    merged = {**numbers, **table}
+    if any(key not in numbers or numbers[key] != value for key, value in table.items() if key != "card"):
+        merged = {**{key: value for key, value in merged.items() if key != "card"}, "began_with": card}
+    return merged
 
 
 def _hint(name: str) -> str:

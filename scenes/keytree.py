@@ -39,6 +39,30 @@ def kinds_at(schema, path, data):
     return list(node.get("discriminator", {}).get("mapping", {}))
 
 
+def places(schema):
+    """{name: [path, ...]} of every key of a schema, shortest first; in a path 0 is an entry of a list, "NAME" a name."""
+    found = {}
+    _walk(schema, schema, (), frozenset(), found)
+    return {name: sorted(paths, key=len) for name, paths in found.items()}
+
+
+def _walk(schema, node, path, above, found):
+    node = _resolve(schema, node)
+    if not isinstance(node, dict) or id(node) in above or len(path) > DEEPEST:
+        return
+    above = above | {id(node)}
+    for member in (*node.get("oneOf", ()), *node.get("anyOf", ())):
+        _walk(schema, member, path, above, found)
+    if isinstance(node.get("items"), dict):
+        _walk(schema, node["items"], (*path, 0), above, found)
+    for more in (node.get("additionalProperties"), *node.get("patternProperties", {}).values()):
+        if isinstance(more, dict):
+            _walk(schema, more, (*path, "NAME"), above, found)
+    for name, below in node.get("properties", {}).items():
+        found.setdefault(name, {})[(*path, name)] = None
+        _walk(schema, below, (*path, name), above, found)
+
+
 def _find(schema, path, data):
     node, here = schema, data
     for part in path:

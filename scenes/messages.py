@@ -4,7 +4,7 @@ import functools
 import re
 
 from snowmpm.errors import did_you_mean, printable, shown_line
-from snowmpm.scenes.keytree import kinds_at, real_keys, table_at
+from snowmpm.scenes.keytree import kinds_at, places, real_keys, table_at
 
 MAX_LINES = 2
 MAX_VALUE = 60  # characters of a value that a message repeats
@@ -73,7 +73,7 @@ def _line(problem, data, schema):
         return f"{key} is missing" + (f": {' '.join(about.split())}" if about else "")
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         known = sorted(table_at(schema, path[:-1], data).get("properties", {}))
-        return f"{key} = {shown(problem['input'])}: unknown key{_suggestion(str(path[-1]), known)}"
+        return f"{key} = {shown(problem['input'])}: unknown key{_meant(schema, path, data, known)}"
     value = problem["input"]
     if context.get("key"):
         key, value = dotted((*path, context["key"])), context["value"]
@@ -109,6 +109,48 @@ def _plain(entry):
 def _nearest_of(value, listed):
     """The suggestion for a value among the names that pydantic lists in quotes: 'apic', 'pic' or 'flip'."""
     return did_you_mean(value, re.findall(r"'([^']+)'", listed))
+
+
+SYNONYMS = {"E": "youngs_modulus", "nu": "poisson_ratio", "rho": "density", "g": "gravity", "phi": "friction_angle",
+            "c": "cohesion"}
+"""Usual symbols, and the keys that they are meant to be."""
+
+MOST_PLACES = 3
+"""Places that are named for a key at a wrong one."""
+
+
+def _meant(schema, path, data, known):
+    """What an unknown key may be meant to be: by another name here, the same name elsewhere, or nearly a name here."""
+    word = str(path[-1])
+    named = SYNONYMS.get(word, word)
+    if named in known:
+        return f"; did you mean {named}?"
+    elsewhere = _elsewhere(schema, named, path, data)
+    if elsewhere:
+        return f"; did you mean {' or '.join(elsewhere)}?"
+    return _suggestion(word, known)
+
+
+def _elsewhere(schema, word, path, data):
+    """Keys of this name at other places of the schema: of the same top table, else of those that are there, else of
+    all, the shortest of them."""
+    found = [place for place in _places(schema["title"], schema) if place[-1] == word and place != tuple(path)]
+    for near in ((place for place in found if place[0] == path[0]), (place for place in found if place[0] in data)):
+        if chosen := list(near):
+            found = chosen
+            break
+    shortest = min(map(len, found), default=0)
+    return [dotted(place) for place in found if len(place) == shortest][:MOST_PLACES]
+
+
+_PLACES = {}
+
+
+def _places(title, schema):
+    """All places of a schema, which takes a second to walk: only once."""
+    if title not in _PLACES:
+        _PLACES[title] = [place for paths in places(schema).values() for place in paths]
+    return _PLACES[title]
 
 
 def _suggestion(word, known):

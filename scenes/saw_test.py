@@ -45,7 +45,7 @@ class WeakLayer(SawLayer):
     """represent the layer by this many grid cells, whatever its thickness, with the same stiffness, strength and
     collapse per area (`Law.drawn`); its true thickness when missing"""
     interface: Annotated[int, Field(strict=True, ge=1, le=64)] | None = None
-    """carry the layer by this many points a cell and direction, without cells of its own (docs/interface.md)"""
+    """carry the layer by this many points a cell and direction, without cells of its own (`snowmpm docs interface`)"""
 
     @model_validator(mode="after")
     def _is_drawn_in_one_way(self):

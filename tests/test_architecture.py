@@ -16,6 +16,7 @@ FOLDERS = {
     "snowmpm.materials": "materials",
     "snowmpm.scenes": "scenes",
     "snowmpm.render": "render",
+    "snowmpm.guides": "docs",
 }
 
 # Layer -> layers it may import from, beside itself. A layer is a package; files of snowmpm/ itself are one each.

@@ -13,7 +13,7 @@ BY_SPH = ("avalanche_on_raster", "column_collapse_2d", "column_collapse_3d", "el
           "impact_wall_2d", "oedometer", "sand_between_plates", "slab_release_2d", "slope_failure")
 
 CASES = [*([scene] for scene in sorted(library())), *([scene, "solver.method=sph"] for scene in BY_SPH),
-         ["slab_release", "--slow-disk"]]
+         ["slab_release_resolved", "--slow-disk"]]
 
 
 @pytest.mark.slow

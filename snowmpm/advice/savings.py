@@ -100,7 +100,7 @@ def _crowded(budget):
         usual = SPARSE
     if budget.facts.dim == 3 and usual == SPARSE:
         why = ("front and deposit of a collapse in 3-D were then 3 to 27 % further from those of a finer grid, but"
-               " nearer to them for the same time, on smaller cells (docs/speed.md)")
+               " nearer to them for the same time, on smaller cells (`snowmpm docs speed`)")
     if crowd > usual:
         share = usual / crowd
         steps = budget.facts.steps * (budget.step() - budget.step(particles=share))

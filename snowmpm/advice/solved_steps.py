@@ -45,7 +45,7 @@ def other_steps(facts):
         yield overrides, other, (
             f'"{SOLVED}", with solver.implicit.time = "quasi_static" and precision "f64": a frame lasts {swings:.2g} of'
             f" the slowest swings, so that {other.steps:.0f} balances do for {facts.steps:.0f} steps, if the loads"
-            f" change no faster than the frames ({in_words('slow_loading')}; docs/implicit.md). Lost:"
+            f" change no faster than the frames ({in_words('slow_loading')}; `snowmpm docs implicit`). Lost:"
             " swings and waves")
     if found := in_explicit_steps(facts):
         overrides, other = found
@@ -54,7 +54,7 @@ def other_steps(facts):
             f'"{EXPLICIT}", without solver.implicit: {other.steps:.0f} steps of waves are cheaper than'
             f" {facts.steps:.0f} that are solved for, in which a wave crosses {cells:.2g} cells; those pay from about"
             f" {cells * facts.budget.total / other.budget.total:.1g} cells on ({in_words('column')};"
-            " docs/implicit.md)")
+            " `snowmpm docs implicit`)")
 
 
 def in_solved_steps(facts):

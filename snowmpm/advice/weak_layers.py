@@ -8,7 +8,7 @@ a coarser one, whose cuts are too short, or on a finer one, whose layer may fail
 from dataclasses import dataclass
 
 LEAST_CELLS = 2.0
-"""Cells through a weak layer: on one, slab_release stands still after its cut."""
+"""Cells through a weak layer: on one, slab_release_resolved stands still after its cut."""
 SLACK = 1e-6
 """Round-off of a thickness over a spacing."""
 

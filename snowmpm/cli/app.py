@@ -8,6 +8,7 @@ from snowmpm.cli import (
     campaign,
     check,
     compare,
+    docs,
     element,
     export,
     gallery,
@@ -74,6 +75,7 @@ app.command("element", cls=PlainCommand)(guarded(element.element))
 app.command("micro", cls=PlainCommand)(guarded(micro.micro))
 app.command("grains", cls=PlainCommand)(guarded(grains.grains))
 app.command("strength", cls=PlainCommand)(guarded(strength.strength))
+app.command("docs", cls=PlainCommand)(guarded(docs.docs, writes=False))
 app.command("study", cls=PlainCommand)(guarded(study.study))
 app.command("sweep", cls=PlainCommand)(guarded(campaign.sweep))
 

@@ -46,4 +46,6 @@ class FrictionLaw(Parametrised):
     cohesion: Stress = 0.0
     """cohesion C of the flowing snow [Pa]: adds (1 - mu) C (1 - exp(-sigma / C)); 0 to 100 dry, 100 to 300 wet"""
     card: str | None = None
-    """name of the friction card that the numbers began with, kept as their provenance"""
+    """name of the friction card whose numbers they are"""
+    began_with: str | None = None
+    """name of the friction card that they began with, where some were changed"""

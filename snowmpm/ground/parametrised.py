@@ -41,8 +41,8 @@ class Parametrised(BaseModel):
 
     @property
     def values(self) -> dict[str, Any]:
-        """Parameter -> its number or `RasterValue`."""
-        return {name: getattr(self, name) for name in self.limits()}
+        """Parameter -> its number or `RasterValue`; those that are missing left out."""
+        return {name: value for name in self.limits() if (value := getattr(self, name)) is not None}
 
     @property
     def rasters(self) -> dict[str, RasterValue]:

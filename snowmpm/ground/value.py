@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-NUMBER, TABLE = "<number>", "<table>"
-"""Marks of the two forms in the location of an error; no key of a scene can be equal to them."""
+NUMBER, TABLE, NONE = "<number>", "<table>", "<none>"
+"""Marks of the forms in the location of an error; no key of a scene can be equal to them."""
 
 
 class RasterValue(BaseModel):
@@ -36,7 +36,7 @@ class Limits:
 
 
 def _form(value: Any) -> str:
-    return TABLE if isinstance(value, dict | RasterValue) else NUMBER
+    return NONE if value is None else TABLE if isinstance(value, dict | RasterValue) else NUMBER
 
 
 def value(least: float, most: float) -> Any:
@@ -44,6 +44,15 @@ def value(least: float, most: float) -> Any:
     number = Annotated[float, Field(strict=True, ge=least, le=most, allow_inf_nan=False)]
     return Annotated[
         Annotated[number, Tag(NUMBER)] | Annotated[RasterValue, Tag(TABLE)], Discriminator(_form), Limits(least, most)
+    ]
+
+
+def optional(least: float, most: float) -> Any:
+    """As `value`, of a parameter that may be missing: None."""
+    number = Annotated[float, Field(strict=True, ge=least, le=most, allow_inf_nan=False)]
+    return Annotated[
+        Annotated[number, Tag(NUMBER)] | Annotated[RasterValue, Tag(TABLE)] | Annotated[None, Tag(NONE)],
+        Discriminator(_form), Limits(least, most)
     ]
 
 

@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import taichi as ti
+from pydantic import model_validator
+from pydantic_core import PydanticCustomError
 
 from .cohesion import cohesive_stress
 from .law import FrictionLaw
-from .value import Coefficient, Stress, value
+from .value import Coefficient, Stress, optional
 
 
 class VoellmyParameters(NamedTuple):
@@ -26,7 +28,8 @@ class Voellmy(FrictionLaw):
 
     Voellmy (1955), Über die Zerstörungskraft von Lawinen, Schweizerische Bauzeitung 73; as in RAMMS: Christen et al.
     (2010), doi:10.1016/j.coldregions.2010.04.005. With tau0 it is the VoellmyMinShear of AvaFrame.
-    On a plane at the angle a, a sheet of depth h tends to v² = xi h (sin a - mu cos a).
+    On a plane at the angle a, a sheet of depth h tends to v² = xi h (sin a - mu cos a). Others write the drag as
+    density k v² with k = g/xi, as MoT-Voellmy does: k stands in place of xi.
     """
 
     PARAMETERS: ClassVar[Any] = VoellmyParameters
@@ -34,8 +37,10 @@ class Voellmy(FrictionLaw):
     law: Literal["voellmy"] = "voellmy"
     mu: Coefficient
     """dry friction coefficient [-]"""
-    xi: value(1.0, 1e12)
+    xi: optional(1.0, 1e12) = None
     """coefficient of turbulent friction [m/s2]"""
+    k: optional(0.0, 10.0) = None
+    """g/xi [-], in place of xi"""
     tau0: Stress = 0.0
     """least shear stress [Pa]"""
 
@@ -48,4 +53,15 @@ class Voellmy(FrictionLaw):
 
     @classmethod
     def numbers(cls, values: Mapping[str, Any], gravity: float) -> VoellmyParameters:
-        return VoellmyParameters(values["mu"], gravity / values["xi"], values["tau0"], values["cohesion"])
+        drag = values["k"] if "k" in values else gravity / values["xi"]
+        return VoellmyParameters(values["mu"], drag, values["tau0"], values["cohesion"])
+
+    @model_validator(mode="after")
+    def _one_drag(self):
+        if (self.xi is None) == (self.k is None):
+            key, allowed = "xi", "is missing: coefficient of turbulent friction [m/s2], or k = g/xi [-] in its place"
+            if self.xi is not None:
+                key, allowed = "k", "does not go with xi, of which it is g/xi: leave one of them out"
+            raise PydanticCustomError("scene_check", "{allowed}",
+                                      {"allowed": allowed, "key": key, "value": getattr(self, key)})
+        return self

@@ -65,7 +65,12 @@ def _snow(name, law, method):
     """A material in a word: its density, if the method reads nothing else of it."""
     if method and method.capabilities.plan and isinstance(law.get("density"), int | float):
         return f"{law['density']:g} kg/m³"
-    return str(law.get("card") or law.get("kind") or name)
+    return str(law.get("card") or _begun(law) or law.get("kind") or name)
+
+
+def _begun(law):
+    """In words: numbers that began with those of a card."""
+    return f"own numbers, from {law['began_with']}" if law.get("began_with") else ""
 
 
 def _water(table):
@@ -83,7 +88,8 @@ def _law(friction):
         return "by a law"
     numbers = ", ".join(f"{name} = {value:g}" for name, value in friction.items()
                         if isinstance(value, int | float) and value)
-    card = f"{friction['card']}: " if friction.get("card") else ""
+    known = friction.get("card") or _begun(friction)
+    card = f"{known}: " if known else ""
     return f"{card}{friction.get('law', 'by a law')} {numbers}".strip()
 
 

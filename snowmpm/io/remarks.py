@@ -6,9 +6,12 @@ from snowmpm.errors import InputError
 from snowmpm.io.parameters import at_rest, method_of
 from snowmpm.io.status import cautions
 
-MOMENTUM, ENERGY, EMPTIED, SPARED = 1e-4, 0.05, 0.02, 0.05
-"""Thresholds of the warnings: shares of momentum, of the energy put in, of the cells, and of the lines of contact
-between two rows of the history."""
+MOMENTUM, ENERGY, SPARED = 1e-4, 0.15, 0.05
+"""Thresholds of the warnings: shares of momentum, of the energy that was stored and turned over, and of the lines of
+contact between two rows of the history."""
+PARTED, TORN = 0.05, 0.1
+"""Shares of the snow beside emptied cells: of columns in plan, which then no longer push each other, and of particles.
+At a border, and between single grains, some always is: up to 9 % in scenes whose results do not depend on it."""
 G = 9.81
 STILL = 0.25
 """Share of the speed of a fall through half a cell, sqrt(g dx), below which snow that was cut has not been released:
@@ -32,20 +35,24 @@ def remarks(run):
     # Stored energy counts too: in a run at rest the energy turned over is noise, and any share of it is large
     turned = sum(abs(_last(history, name)) for name in ("plastic_work", "contact_work"))
     turned += sum(_most(history, name) for name in ("kinetic_energy", "elastic_energy"))
+    method = method_of(run, last=True)
+    in_plan = bool(method and method.capabilities.plan)
     taken = _last(history, "energy_remainder")
-    if turned > 0.0 and abs(taken) > ENERGY * turned and not at_rest(run):
-        yield (f"The scheme itself took {taken / turned:.1%} of the energy that was stored and turned over: a finer"
-               " grid, or a transfer with less damping, takes less.")
+    turned += abs(taken)
+    # Depth-averaged flow loses energy in its bores, as it should; the work of loads is not counted
+    counted = not in_plan and not at_rest(run) and not any(event.get("kind") == "load" for event in _events(run))
+    if counted and turned > 0.0 and abs(taken) > ENERGY * turned:
+        did = "took" if taken > 0.0 else "added"
+        yield (f"The scheme itself {did} {abs(taken) / turned:.1%} of the energy that was stored and turned over: a"
+               " finer grid, or a transfer with less damping, changes less.")
     yield from _released_nothing(run, history)
-    cells = _last(history, "occupied_cells")
-    if cells > 0.0 and _last(history, "emptied_cells") > EMPTIED * cells:
-        share, method = _last(history, "emptied_cells") / cells, method_of(run, last=True)
-        if method and method.capabilities.plan:
-            yield (f"{share:.1%} of the cells in plan are empty between columns: there the flow is stretched, and its"
-                   " columns no longer push each other; more solver.particles_per_cell closes it.")
-        else:
-            yield (f"{share:.1%} of the cells are empty between occupied ones: there snow is thinner than the grid"
-                   " resolves (numerical fracture).")
+    parted = _last(history, "parted_share")
+    if in_plan and parted > PARTED:
+        yield (f"{parted:.1%} of the snow lies beside cells in plan that are empty between columns: there the flow is"
+               " stretched, and its columns no longer push each other; more solver.particles_per_cell closes it.")
+    elif not in_plan and parted > TORN:
+        yield (f"{parted:.1%} of the snow lies beside cells that are empty between occupied ones: there it is thinner"
+               " than the grid resolves (numerical fracture).")
 
 
 def _settled_by_rule(history):

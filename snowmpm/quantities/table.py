@@ -57,8 +57,10 @@ HISTORY = (
              "the grid does not see.", AUDIT),
     Quantity("occupied_cells", "occupied cells", "1", "Grid cells that hold particles.", AUDIT),
     Quantity("emptied_cells", "emptied cells", "1", "Grid cells without particles between two that hold some.", AUDIT),
+    Quantity("parted_share", "snow beside emptied cells", "share", "Mass of the particles in cells beside an emptied "
+             "one, over all.", AUDIT),
     Quantity("momentum_residual", "momentum residual", "1", "What is left open of the momentum balance, over the sizes "
-             "of its terms.", AUDIT),
+             "of its terms, or over sqrt(2 m E) with the energy E that was turned over, where that is more.", AUDIT),
     Quantity("max_speed", "fastest particle", "m/s", "Speed of the fastest single particle at that time. The flow, a "
              "mean over a map cell, is slower: see largest_flow_speed.", AUDIT),
     Quantity("front", "front, from the first centre of mass", "m", "Where 99.5 % of the mass that has moved lies "

@@ -46,16 +46,22 @@ MOVED_SHARE = 0.005
 """Share of all snow that must have moved to define a front: a few displaced particles are not enough."""
 
 
+TURNED = ("kinetic_energy", "elastic_energy", "plastic_work", "contact_work", "force_work", "water_work")
+"""Energies of a row that tell what was turned over."""
+
+
 def occupied_and_emptied(cells):
     """Number of grid cells with particles, and of empty cells between two of them along an axis; cells (n, dim):
-    positions in cells."""
-    dim = cells.shape[1]
-    occupied = _sorted_once(keys_of(np.floor(cells).astype(np.int64)))
-    emptied = []
+    positions in cells. And which particles (n,) lie beside such an empty cell."""
+    dim, keys = cells.shape[1], keys_of(np.floor(cells).astype(np.int64))
+    occupied = _sorted_once(keys)
+    emptied, beside = [], []
     for step in keys_of(np.eye(dim, dtype=np.int64)) - keys_of(np.zeros((1, dim), np.int64)):
         bridged = occupied[_among(occupied + 2 * step, occupied) & ~_among(occupied + step, occupied)]
         emptied.append(bridged + step)
-    return len(occupied), len(_sorted_once(np.concatenate(emptied)))
+        beside += [bridged, bridged + 2 * step]
+    parted = _among(keys, _sorted_once(np.concatenate(beside)))
+    return len(occupied), len(_sorted_once(np.concatenate(emptied))), parted
 
 
 def _sorted_once(keys):
@@ -189,7 +195,8 @@ class Audit:
             row["slept_energy"], row["asleep_share"] = totals.slept_energy, totals.asleep
         if totals.contact_lines is not None:
             row["contact_lines"], row["contact_spared"] = totals.contact_lines, totals.contact_spared
-        row["momentum_residual"] = self._momentum_residual(momentum, totals)
+        turned = sum(abs(row.get(name, 0.0)) for name in TURNED)
+        row["momentum_residual"] = self._momentum_residual(momentum, totals, np.sqrt(2.0 * row["mass"] * turned))
         row["max_speed"] = float(np.sqrt(_squares(v).max(initial=0.0)))
         self.motion = Motion.of(mass, v, self.motion.peak_momentum, laid)
         row.update(self.motion.row())
@@ -201,7 +208,8 @@ class Audit:
         row["plastic_fraction"] = totals.yielding / max(1, len(mass))
         row["min_J"], row["max_J"] = float(fields["J"].min(initial=1.0)), float(fields["J"].max(initial=1.0))
         cells = ((x - frame.origin) / frame.dx)[:, self._axes]
-        row["occupied_cells"], row["emptied_cells"] = occupied_and_emptied(cells)
+        row["occupied_cells"], row["emptied_cells"], parted = occupied_and_emptied(cells)
+        row["parted_share"] = float(mass[parted].sum() / max(row["mass"], 1e-300))
         row["steps"], row["particles"] = solver.steps, len(mass)
         # Last, since it may have to sort the particles and remove some
         motion = row["kinetic_energy"] + row["affine_energy"]
@@ -237,14 +245,16 @@ class Audit:
                 found[name] += D * float(mass @ (C[:, b * dim + a] - C[:, a * dim + b]))
         return found
 
-    def _momentum_residual(self, momentum, totals):
-        """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes."""
+    def _momentum_residual(self, momentum, totals, least):
+        """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes. least [kg m/s]: smallest such
+        sum, sqrt(2 m E) with the energy E that was turned over: where nothing moves, impulses may cancel to
+        round-off."""
         left = self._solver.particles.removed["momentum"]
         # What acts on a body at rest cancels with what holds it: each counts for its own size
         given = [face.given.impulse for face in self._solver.faces.faces] if self._solver.faces else []
         others = totals.impulse + totals.held_impulse - sum(given)
         parts = [momentum, -self._start_momentum, left, -totals.weight_impulse, -others, *(-one for one in given)]
-        size = sum(np.linalg.norm(part) for part in parts)
+        size = max(sum(np.linalg.norm(part) for part in parts), least)
         return float(np.linalg.norm(sum(parts)) / size) if size > 0.0 else 0.0
 
     def _front(self, x, mass, identity):

@@ -80,6 +80,10 @@ def _vector(values):
     return f"[{', '.join(f'{round(float(value), 4) + 0.0:g}' for value in values)}]"
 
 
+SLOW = 1.0
+"""Speed [m/s] of blocks below which it says nothing of a flow, which its own pressure drives."""
+
+
 def describe(model, solver):
     """Facts of the model: {"dimension", "particles": {body: n}, "blocks", "memory": most of a run, "run_file" and
     "checkpoint": sizes [bytes], "bytes_per_particle", "fields", "dt" [s], "dt_cause", "steps", "domain"}; before
@@ -90,7 +94,8 @@ def describe(model, solver):
     coming, kind = forecast(scene, solver), METHODS[scene.solver.method].particles
     steps = int(np.ceil(coming.steps))
     if coming.course:
-        told["expected_end"] = f"at t = {coming.end:.3g} s, after at most {coming.course.speed:.0f} m/s"
+        speed = f", at {coming.course.speed:.0f} m/s" if coming.course.speed >= SLOW else ""
+        told["expected_end"] = f"at t = {coming.end:.3g} s, by blocks that slide without pressure{speed}"
     particles, width = int(counts.sum()), sum(store.sizes.values())
     return {
         **told,

@@ -75,7 +75,7 @@ def _near_apex(chosen, solver, dt):
 
 def _torn(chosen, solver, dt):
     cells = (solver.particles.positions() - solver.frame.origin) / solver.frame.dx
-    occupied, emptied = occupied_and_emptied(cells[np.isfinite(cells).all(axis=1)])
+    occupied, emptied, _ = occupied_and_emptied(cells[np.isfinite(cells).all(axis=1)])
     if emptied < TORN * max(1, occupied):
         return None
     stretch = float(np.nanmax(solver.particles.column("volume_ratio")))

@@ -17,7 +17,7 @@ KEPT = "initial.npz"
 """File of a run folder with the state from the other run, so that the run can continue without it."""
 KEY = "initial.from"
 COLUMNS = ("velocity", "affine", "elastic", "stress", "state", "volume_ratio", "volume")
-CARD = ("card", "card_source")
+CARD = ("card", "began_with", "card_source")
 """Where numbers of a material come from, which changes nothing."""
 
 

@@ -56,7 +56,7 @@ def _weaker(law, factor, way):
         changed["dilation_angle"] = changed["friction_angle"]
     if around:
         changed[AROUND] = _weaker(around, factor, way)
-    return {**law.model_dump(exclude={"card", "card_source"}), **changed}
+    return {**law.model_dump(exclude={"card", "began_with", "card_source"}), **changed}
 
 
 def _divided(name: str, value: float, factor: float, way: str) -> float:

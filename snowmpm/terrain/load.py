@@ -88,13 +88,24 @@ def _dem(spec, base_dir, dimension, box):
     path = existing(spec.file, base_dir, "terrain.file")
     box = _common(box, getattr(spec, "region", None))
     raster = read_raster(path, box, elevation_unit=getattr(spec, "elevation_unit", None))
-    missing = int(np.isnan(raster.z).sum())
-    _tell(path, [f"{missing} of {raster.z.size} cells without data, where nothing is carried"] if missing else [])
+    holes = _holes(np.isnan(raster.z))
+    _tell(path, [f"{holes} of {raster.z.size} cells without data amid others, where nothing is carried"]
+          if holes else [])
     raster = with_dams(raster, getattr(spec, "dams", ()))
     vertices, triangles = raster_facets(raster)
     if len(triangles) == 0:
         raise InputError.at("terrain.file", str(path), "has no three neighbouring cells with data")
     return replace(TerrainSurface.sheet(vertices, triangles), system=raster.system, lattice=raster.lattice())
+
+
+def _holes(missing):
+    """Number of cells without data (rows, columns) that are not at the border of the raster, or joined to it: a raster
+    that was turned or cut to a valley has such corners."""
+    from scipy.ndimage import label  # slow to import
+
+    parts = label(missing)[0]
+    outer = np.unique(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
+    return int((missing & ~np.isin(parts, outer)).sum())
 
 
 def _tell(path, found):

@@ -11,7 +11,7 @@ from snowmpm.scenes import library, load_scene
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 
-LARGE = {"crown_and_flanks", "mast", "pst", "slab_release"}
+LARGE = {"crown_and_flanks", "mast", "pst", "slab_release_resolved"}
 """Scenes that take longest to fill with particles."""
 
 
@@ -83,7 +83,7 @@ def test_a_layer_that_allows_nothing_is_named():
     assert "solver.dx" not in change.overrides and "thinnest part" in change.lines[-1]
 
 
-@pytest.mark.parametrize("name", ["slab_release_2d", pytest.param("slab_release", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["slab_release_2d", pytest.param("slab_release_resolved", marks=pytest.mark.slow)])
 def test_a_scene_tuned_to_its_grid_stays_on_it(name):
     """On twice the spacing slab_release_2d stands still: nothing is sold as faster, or more accurate, that is another
     scene."""

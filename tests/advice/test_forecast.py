@@ -23,7 +23,7 @@ BEFORE = 0.4
 """C of most pictures, which are of before the step followed the state."""
 AS_NOW = ("avalanche_on_raster", "slush_dam_2d", "block_wall_2d", "boulders_2d", "fence_2d", "flexible_wall_2d", "mast",
           "pst", "pst_2d", "slope_failure", "impact_mast", "oedometer", "column_collapse_3d", "crown_and_flanks",
-          "slab_release")
+          "slab_release", "slab_release_resolved")
 """Scenes whose pictures are of after that."""
 
 
@@ -32,8 +32,8 @@ FEW_STEPS = {
     "slushflow": "20 % too few: 24 for 35 m/s, at rest after 54 for 66 s, since blocks keep the release's depth and"
                  " feel no pressure; blocks of 2 and 4 times the depth rest sooner, and take 222 and 246 steps; water"
                  " that drains over 2 to 6 times the depth changes it by 1 %",
-    "slab_release": "19 % too few, 6550 for 8132: bonds break from the saw cut until the slab has left its layer, t ="
-                    " 0.5 to 4.4 s, and long steps are foretold for all of them"}
+    "slab_release_resolved": "19 % too few, 6550 for 8132: bonds break from the saw cut until the slab has left its"
+                             " layer, t = 0.5 to 4.4 s, and long steps are foretold for all of them"}
 """Scenes whose steps are foretold worse than within 8 %."""
 
 

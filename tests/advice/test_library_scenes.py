@@ -16,7 +16,7 @@ from snowmpm.scenes.loader import with_overrides
 from snowmpm.scenes.reasons import reasons
 
 LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "microstructure", "pst",
-         "slab_release"}
+         "slab_release_resolved"}
 PROMISED = 0.15
 """Largest error of the share of the run time that is promised to be saved."""
 

@@ -30,7 +30,7 @@ from snowmpm.scenes import load_scene
 TABLE = Path(__file__).parent / "figures" / "halo.csv"
 CASES = {
     "avalanche_on_raster": ({"solver.dx": 2.5}, (0.0, 12.0)),
-    "slab_release": ({"solver.dx": 0.5}, (0.0,)),
+    "slab_release_resolved": ({"solver.dx": 0.5}, (0.0,)),
     "column_collapse_3d": ({}, (0.0, 0.3)),
 }
 PARTS = 2, 4, 8, 16

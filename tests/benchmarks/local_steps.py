@@ -32,7 +32,7 @@ BLOCK = 10.0
 """Time of a block's nodes, in particles."""
 LEVELS = 3
 CASES = {
-    "slab_release": {"solver.dx": 0.5, "end_time": 8.0, "output.interval": 0.2},
+    "slab_release_resolved": {"solver.dx": 0.5, "end_time": 8.0, "output.interval": 0.2},
     "avalanche_on_raster": {"solver.dx": 3.0, "end_time": 30.0, "output.interval": 0.5},
     "flow_cold_dense": {"end_time": 2.0, "output.interval": 0.1},
     "column_collapse_2d": {"end_time": 1.0, "output.interval": 0.05},

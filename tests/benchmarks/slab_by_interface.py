@@ -2,7 +2,7 @@
 
     python tests/benchmarks/slab_by_interface.py RESOLVED INTERFACE [-o FOLDER]
 
-RESOLVED, INTERFACE: runs of `slab_release` and `docs/slab_release_interface.toml`. Prints what the slab does in both:
+RESOLVED, INTERFACE: runs of `slab_release_resolved` and `docs/slab_release_interface.toml`. Prints what the slab does in both:
 when it is released, where its upper edge, its sides and its front are, and its energies a kilogram; writes
 slab_by_interface.png.
 """
@@ -92,7 +92,7 @@ def main():
     parser.add_argument("interface", type=Path)
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs" / "figures")
     options = parser.parse_args()
-    slabs = {"resolved": Slab(options.resolved, "slab_release"),
+    slabs = {"resolved": Slab(options.resolved, "slab_release_resolved"),
              "interface": Slab(options.interface, str(ROOT / "docs" / "slab_release_interface.toml"))}
     for name, slab in slabs.items():
         facts = slab.run.summary

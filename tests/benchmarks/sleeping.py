@@ -35,7 +35,7 @@ CASES = {
     "avalanche_on_raster": {"solver.dx": 3.0, "end_time": 45.0, "output.interval": 1.0},
     "column_collapse_3d": {"solver.dx": 0.02, "end_time": 1.5, "output.interval": 0.05},
     "column_collapse_2d": {"end_time": 2.0, "output.interval": 0.05},
-    "slab_release": {"solver.dx": 0.25, "end_time": 2.0, "output.interval": 0.1},
+    "slab_release_resolved": {"solver.dx": 0.25, "end_time": 2.0, "output.interval": 0.1},
     "slab_release_2d": {"end_time": 6.0, "output.interval": 0.1},
 }
 

@@ -43,8 +43,8 @@ class Case:
                 **more}
 
 
-CASES = {"avalanche_on_raster": Case(3.0, 1.5, 45.0, 30.0), "slab_release": Case(0.25, None, 3.0, 1.5)}
-"""The weak layer of slab_release is 0.5 m thick: on grids of 0.3 m and more no slab breaks loose."""
+CASES = {"avalanche_on_raster": Case(3.0, 1.5, 45.0, 30.0), "slab_release_resolved": Case(0.25, None, 3.0, 1.5)}
+"""The weak layer of slab_release_resolved is 0.5 m thick: on grids of 0.3 m and more no slab breaks loose."""
 
 
 def ran(folder, name, settings):

@@ -132,7 +132,7 @@ def test_picture_of_a_run(call, block, tmp_path):
     (tmp_path / "frames").mkdir()
     (tmp_path / "frames" / "frame_00999.png").touch()  # of a longer film
     assert call("render", "runs/block", "-o", "frames", "--size", "320x240").code == 0
-    names = sorted(path.name for path in (tmp_path / "frames").iterdir())
+    names = sorted(path.name for path in (tmp_path / "frames").glob("[!.]*"))
     assert names == [f"frame_{i:05d}.png" for i in range(len(names))]
 
 

@@ -15,7 +15,7 @@ from snowmpm.compiler import runtime
 
 AT_ONCE = {"initial.stress": "geostatic"}
 CASES = {
-    "terrain, 3-D": ("slab_release", {"solver.dx": 0.5, "solver.particles_per_cell": 4, **AT_ONCE}, 25),
+    "terrain, 3-D": ("slab_release_resolved", {"solver.dx": 0.5, "solver.particles_per_cell": 4, **AT_ONCE}, 25),
     "obstacle": ("impact_wedge_2d", {"solver.dx": 0.25, **AT_ONCE}, 40),
     "classical": ("column_collapse_2d", {"solver.dx": 0.025, "solver.transfer": "flip", "solver.kernel": "cubic",
                                          "solver.gradient": "shape", **AT_ONCE}, 60),

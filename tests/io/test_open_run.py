@@ -182,7 +182,7 @@ def test_a_missing_package_is_named_in_one_line(run, monkeypatch, package, ask):
 def test_what_a_prompt_shows_fits_on_a_screen(run):
     from snowmpm.materials import LAWS
 
-    scene = snowmpm.load_scene("slab_release")
+    scene = snowmpm.load_scene("slab_release_resolved")
     assert LAWS
     for shown in (run, run.frame(1), run.terrain, run.maps["peak_depth"], run.obstacles["wall"], scene,
                   scene.bodies[0], scene.solver, scene.materials["slab"], scene.terrain):
@@ -191,8 +191,8 @@ def test_what_a_prompt_shows_fits_on_a_screen(run):
         assert max(map(len, text.splitlines())) <= 400
     for words in ("complete", "3, 0 to 0.2 s", "53 to 60", "velocity [m/s]", "peak_depth", "wall", "terrain, hazard"):
         assert words in repr(run), words
-    assert "<table>" in run._repr_html_() and "slab_release" in scene._repr_html_()
-    for words in ("slab_release (3-D)", "mpm, dx = 0.25 m", "slab (cohesive_cam_clay)", "0 to 12 s"):
+    assert "<table>" in run._repr_html_() and "slab_release_resolved" in scene._repr_html_()
+    for words in ("slab_release_resolved (3-D)", "mpm, dx = 0.25 m", "slab (cohesive_cam_clay)", "0 to 12 s"):
         assert words in repr(scene), words
 
 

@@ -24,7 +24,7 @@ SCENES = {
     "crown_and_flanks": {"solver.dx": 0.5, "output.interval": 0.2},
     "impact_mast": {"solver.dx": 0.4, "output.interval": 0.2},
     "impact_wall_2d": {"output.interval": 0.1},
-    "slab_release": {"solver.dx": 0.5, "output.interval": 0.5},
+    "slab_release": {"solver.dx": 0.64, "output.interval": 0.5},
     "slab_release_2d": {"solver.dx": 0.1, "output.interval": 0.5},
     "slushflow": {"solver.dx": 10.0, "output.interval": 10.0},
 }

@@ -70,12 +70,12 @@ def test_what_a_scene_file_says_stays_text(tmp_path):
 def test_warnings_say_what_is_out_of_the_ordinary(tmp_path):
     sound = {"mass": 100.0, "removed_mass": 0.0, "momentum_residual": 1e-7, "unconverged": 0, "plastic_work": 50.0,
              "contact_work": 40.0, "kinetic_energy": 10.0, "energy_remainder": 1.0, "occupied_cells": 1000,
-             "emptied_cells": 2, "contact_lines": 100, "contact_spared": 1}
+             "parted_share": 0.02, "contact_lines": 100, "contact_spared": 1}
     cases = {None: "", "removed_mass": "10 % of the mass", "momentum_residual": "momentum", "unconverged": "3 stress",
-             "energy_remainder": "20.0% of the energy", "emptied_cells": "5.0% of the cells",
+             "energy_remainder": "took 28.6% of the energy", "parted_share": "15.0% of the snow",
              "contact_spared": "59 of 200 lines"}
-    bad = {"removed_mass": 10.0, "momentum_residual": 0.1, "unconverged": 3, "energy_remainder": 20.0,
-           "emptied_cells": 50, "contact_spared": 59}
+    bad = {"removed_mass": 10.0, "momentum_residual": 0.1, "unconverged": 3, "energy_remainder": 40.0,
+           "parted_share": 0.15, "contact_spared": 59}
     for k, (name, words) in enumerate(cases.items()):
         with RunWriter(tmp_path / str(k), provenance={}) as writer:
             row = {**sound, "contact_lines": 200, **({name: bad[name]} if name else {})}

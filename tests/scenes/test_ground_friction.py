@@ -11,6 +11,7 @@ from snowmpm.advice.cautions.ground_friction import class_of_friction
 from snowmpm.cli.app import app
 from snowmpm.errors import InputError
 from snowmpm.ground import LAWS, Coulomb, SamosAt, Voellmy
+from snowmpm.ground.friction import GroundFriction
 from snowmpm.io.parameters import parameters
 from snowmpm.methods import METHODS, Capabilities, MethodEntry
 from snowmpm.running.friction_class import class_chosen
@@ -96,7 +97,26 @@ def test_every_card_loads_in_a_scene(written, name):
 
 def test_numbers_beside_a_card_override_it(written):
     law = load_scene(written('friction = { card = "samos_at_medium", tau0 = 50.0 }')).terrain.friction
-    assert law == SamosAt(mu=0.17, tau0=50.0, card="samos_at_medium")
+    assert law == SamosAt(mu=0.17, tau0=50.0, began_with="samos_at_medium")
+
+
+def test_the_drag_in_its_other_form(written, tmp_path):
+    """k = g/xi, a number or a raster, also beside a card that gives xi."""
+    by_xi, by_k = (load_scene(written(f'friction = {{ law = "voellmy", mu = 0.2, {drag} }}')).terrain.friction
+                   for drag in ("xi = 2000.0", "k = 0.004905"))
+    assert by_xi.parameters(9.81) == pytest.approx(by_k.parameters(9.81)) and by_k.xi is None
+    card = load_scene(written('friction = { card = "voellmy_avaframe", k = 0.003 }')).terrain.friction
+    assert (card.k, card.xi, card.card, card.began_with) == (0.003, None, None, "voellmy_avaframe")
+    (tmp_path / "k.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 100\n0.002 0.004\n0.002 0.004\n")
+    scene = load_scene(written('friction = { law = "voellmy", mu = 0.2, k = { file = "k.asc" } }'))
+    found = GroundFriction(scene.terrain.friction, tmp_path).on_nodes(np.array([50.0, 150.0]), np.array([50.0, 50.0]))
+    assert found[1] == pytest.approx([0.002, 0.004])
+    assert load_scene(written(f"friction = {{ law = \"voellmy\", mu = 0.2, k = {{ file = '{tmp_path / 'k.asc'}' }} }}"))
+
+
+def test_the_numbers_of_a_card_as_they_are_keep_its_name(written):
+    law = load_scene(written('friction = { card = "samos_at_medium", mu = 0.17 }')).terrain.friction
+    assert (law.card, law.began_with) == ("samos_at_medium", None)
 
 
 def handed_over(scene, capabilities, monkeypatch):
@@ -133,7 +153,10 @@ def test_coulomb_is_a_number_to_methods_that_know_no_other_law(written, tmp_path
     ('friction = { law = "voellmy", mu = -1.0, xi = 2e3 }', "terrain.friction.mu = -1.0: must be >= 0"),
     ('friction = { law = "voellmy", mu = "0.2", xi = 2e3 }', 'terrain.friction.mu = "0.2": must be a number'),
     ('friction = { law = "voellmy", mu = 0.2, chi = 2e3 }', "terrain.friction.chi = 2000.0: unknown key; known here:"
-     " card, cohesion, law, mu, tau0, xi"),
+      " began_with, card, cohesion, k, law, mu, tau0, xi"),
+    ('friction = { law = "voellmy", mu = 0.2, xi = 2e3, k = 0.005 }', "terrain.friction.k = 0.005: does not go with xi, of"
+     " which it is g/xi: leave one of them out"),
+    ('friction = { law = "voellmy", mu = 0.2, k = 12.0 }', "terrain.friction.k = 12.0: must be <= 10"),
     ('friction = { law = "coulomb", mu = { file = "mu.tif" } }', 'terrain.friction.mu.file = "mu.tif": no such file'),
     ('friction = { law = "coulomb", mu = { fil = "mu.tif" } }', 'terrain.friction.mu.fil = "mu.tif": unknown key'),
     ('friction = { law = "mu_i", mu_s = 0.4, mu_2 = 0.3, grain_diameter = 0.1, grain_density = 4e2 }',

@@ -84,4 +84,4 @@ def test_no_data(recwarn, tmp_path):
     (tmp_path / "dem.asc").write_text(text + "\n".join(" ".join(f"{v:g}" for v in row) for row in rows) + "\n")
     load_terrain(SimpleNamespace(kind="dem", file="dem.asc"), tmp_path)
     assert [str(one.message).partition(": ")[2] for one in recwarn if one.category is UserWarning] == [
-        "1 of 25 cells without data, where nothing is carried"]
+        "1 of 25 cells without data amid others, where nothing is carried"]

@@ -25,7 +25,7 @@ def cells_through_weak_layer(facts):
 def _as_interface(facts, layer):
     """The key that makes an interface of a layer."""
     key = "saw_test.weak_layer.interface" if facts.scene.saw_test else f"bodies.{layer.body}.interface"
-    return f"{key} = {4 if facts.scene.dimension == 2 else 2} (docs/interface.md)"
+    return f"{key} = {4 if facts.scene.dimension == 2 else 2} (`snowmpm docs interface`)"
 
 
 @rule("mpm")
