@@ -40,7 +40,8 @@ def kinds_at(schema, path, data):
 
 
 def places(schema):
-    """{name: [path, ...]} of every key of a schema, shortest first; in a path 0 is an entry of a list, "NAME" a name."""
+    """{name: [path, ...]} of every key of a schema, shortest first; in a path 0 is an entry of a list, "NAME" a
+    name."""
     found = {}
     _walk(schema, schema, (), frozenset(), found)
     return {name: sorted(paths, key=len) for name, paths in found.items()}

@@ -246,8 +246,8 @@ class Audit:
         return found
 
     def _momentum_residual(self, momentum, totals, least):
-        """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes. least [kg m/s]: smallest such
-        sum, sqrt(2 m E) with the energy E that was turned over: where nothing moves, impulses may cancel to
+        """|p - p_start - impulses| over the sum of their sizes: 0 when the balance closes. least [kg m/s]: smallest
+        such sum, sqrt(2 m E) with the energy E that was turned over: where nothing moves, impulses may cancel to
         round-off."""
         left = self._solver.particles.removed["momentum"]
         # What acts on a body at rest cancels with what holds it: each counts for its own size

@@ -71,9 +71,9 @@ USUAL_ADVECTIVE = 0.4
 
 SMALL_STRAIN, LARGE_STRAIN = 0.1, 0.2
 """|be - I| up to which the elastic limit takes the usual C, as the critical one is that of small strains, and from
-which on it takes `BREAKING_CFL`. Snow that flows comes to 0.09 (slab_release_resolved); bars stretched to twice their length and
-blocks pressed to a third are beyond. Between them C falls in a straight line: steps that jump between two lengths shake
-what they compute."""
+which on it takes `BREAKING_CFL`. Snow that flows comes to 0.09 (slab_release_resolved); bars stretched to twice their
+length and blocks pressed to a third are beyond. Between them C falls in a straight line: steps that jump between two
+lengths shake what they compute."""
 
 BREAKING_CFL = 0.4
 """The C of the elastic limit while bonds break or strains are large, where that is less: the error in the work that a

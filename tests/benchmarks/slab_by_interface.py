@@ -2,8 +2,8 @@
 
     python tests/benchmarks/slab_by_interface.py RESOLVED INTERFACE [-o FOLDER]
 
-RESOLVED, INTERFACE: runs of `slab_release_resolved` and `docs/slab_release_interface.toml`. Prints what the slab does in both:
-when it is released, where its upper edge, its sides and its front are, and its energies a kilogram; writes
+RESOLVED, INTERFACE: runs of `slab_release_resolved` and `docs/slab_release_interface.toml`. Prints what the slab does
+in both: when it is released, where its upper edge, its sides and its front are, and its energies a kilogram; writes
 slab_by_interface.png.
 """
 

@@ -6,7 +6,8 @@ OLD and NEW are folders of the repository (a second one: `git worktree add ../ol
 that makes the same steps of the same case, a few at a time, while the other one waits. A case is a library scene with
 values that differ, or a case of `mpm_step.py`, with options of its solver, its number of particles and its precision:
 
-    --case slab_release_resolved,from=1.0  column_collapse_3d,solver.transfer=aflip  layer3,transfer=aflip,particles=250000
+    --case slab_release_resolved,from=1.0  column_collapse_3d,solver.transfer=aflip \
+           layer3,transfer=aflip,particles=250000
 
 from: the time [s] at which the turns begin.
 
@@ -31,8 +32,8 @@ from statistics import median
 HERE = Path(__file__).parent
 PACKAGES = ("materials", "scenes", "render")
 """Packages that lie beside snowmpm in the repository and are parts of it when installed."""
-CASES = ("slab_release_resolved,from=1.0", "slab_release_2d", "column_collapse_3d", "column_collapse_3d,solver.transfer=aflip",
-         "layer3,transfer=apic", "layer3,transfer=aflip")
+CASES = ("slab_release_resolved,from=1.0", "slab_release_2d", "column_collapse_3d",
+         "column_collapse_3d,solver.transfer=aflip", "layer3,transfer=apic", "layer3,transfer=aflip")
 
 
 def parsed(case):

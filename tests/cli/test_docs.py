@@ -16,7 +16,8 @@ def test_every_guide_is_listed_with_what_it_is_about(call):
     result = call("docs")
     assert result.code == 0
     own = {path.stem for path in (ROOT / "docs").glob("*.md")}
-    listed = {line.split()[0]: line.split(maxsplit=1)[1] for line in result.out.splitlines() if line and "--" not in line}
+    lines = [line for line in result.out.splitlines() if line and "--" not in line]
+    listed = {line.split()[0]: line.split(maxsplit=1)[1] for line in lines}
     assert own | {"scenes", "tutorial", "materials"} == set(listed)
     assert all(len(about) > 3 for about in listed.values())
 

@@ -112,6 +112,7 @@ def test_energy_that_leaves_the_domain_is_counted(make_solver):
 def test_emptied_cells():
     cells = np.array([[0.5, 0.5], [1.2, 0.1], [3.9, 0.9], [6.5, 0.5], [0.1, 2.5], [0.9, 2.2]])
     occupied, emptied, parted = occupied_and_emptied(cells)
+    assert parted.tolist() == [True, True, True, False, True, True]
     assert (occupied, emptied) == (5, 2)  # (2, 0) between (1, 0) and (3, 0); (0, 1); two cells in a row do not
     assert occupied_and_emptied(np.zeros((0, 3)))[:2] == (0, 0)
 

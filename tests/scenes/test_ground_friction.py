@@ -107,7 +107,8 @@ def test_the_drag_in_its_other_form(written, tmp_path):
     assert by_xi.parameters(9.81) == pytest.approx(by_k.parameters(9.81)) and by_k.xi is None
     card = load_scene(written('friction = { card = "voellmy_avaframe", k = 0.003 }')).terrain.friction
     assert (card.k, card.xi, card.card, card.began_with) == (0.003, None, None, "voellmy_avaframe")
-    (tmp_path / "k.asc").write_text("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 100\n0.002 0.004\n0.002 0.004\n")
+    head = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 100\n"
+    (tmp_path / "k.asc").write_text(head + 2 * "0.002 0.004\n")
     scene = load_scene(written('friction = { law = "voellmy", mu = 0.2, k = { file = "k.asc" } }'))
     found = GroundFriction(scene.terrain.friction, tmp_path).on_nodes(np.array([50.0, 150.0]), np.array([50.0, 50.0]))
     assert found[1] == pytest.approx([0.002, 0.004])
@@ -154,8 +155,8 @@ def test_coulomb_is_a_number_to_methods_that_know_no_other_law(written, tmp_path
     ('friction = { law = "voellmy", mu = "0.2", xi = 2e3 }', 'terrain.friction.mu = "0.2": must be a number'),
     ('friction = { law = "voellmy", mu = 0.2, chi = 2e3 }', "terrain.friction.chi = 2000.0: unknown key; known here:"
       " began_with, card, cohesion, k, law, mu, tau0, xi"),
-    ('friction = { law = "voellmy", mu = 0.2, xi = 2e3, k = 0.005 }', "terrain.friction.k = 0.005: does not go with xi, of"
-     " which it is g/xi: leave one of them out"),
+    ('friction = { law = "voellmy", mu = 0.2, xi = 2e3, k = 0.005 }', "terrain.friction.k = 0.005: does not go with xi,"
+     " of which it is g/xi: leave one of them out"),
     ('friction = { law = "voellmy", mu = 0.2, k = 12.0 }', "terrain.friction.k = 12.0: must be <= 10"),
     ('friction = { law = "coulomb", mu = { file = "mu.tif" } }', 'terrain.friction.mu.file = "mu.tif": no such file'),
     ('friction = { law = "coulomb", mu = { fil = "mu.tif" } }', 'terrain.friction.mu.fil = "mu.tif": unknown key'),

@@ -1,6 +1,6 @@
 """What a broken weak layer rubs: as an interface, resolved by cells, and by its law.
 
-A strip of a slope of 39 degrees, periodic along it, with the materials of the library's slab_release_resolved. Its weak layer of
+A strip of a slope of 39 degrees, periodic along it, with the materials of slab_release_resolved. Its weak layer of
 half a metre cannot carry the slab and is broken at once. The law sheared without a change of volume comes to its
 critical state, q = M p; there the normal stress is p, as the deviator of the stress follows that of the flow, and the
 shear stress q / sqrt(3). So the slab slides as on a friction of M / sqrt(3), with

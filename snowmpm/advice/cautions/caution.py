@@ -1,9 +1,13 @@
 """A warning of `snowmpm check`, and the registry of the rules that produce warnings."""
 
+import math
 from dataclasses import dataclass
 
+from snowmpm.errors import InputError
 from snowmpm.measured.borders import shipped
 from snowmpm.methods import METHODS
+from snowmpm.scenes.loader import with_overrides
+from snowmpm.setup.refusals import refuse_beyond
 
 RULES = {name: [] for name in METHODS}
 """Rules by method, in the order of evaluation."""
@@ -25,6 +29,15 @@ class Caution:
     def advice(self):
         """The cure, and where to read more."""
         return f"{self.cure} (atlas: {self.entry})" if self.entry else self.cure
+
+
+def accepted(facts, changes):
+    """Whether a scene takes other values of some keys, {dotted key: value}: what it refuses is not advised."""
+    try:
+        refuse_beyond(with_overrides(facts.scene, changes))
+    except InputError:
+        return False
+    return True
 
 
 def rule(*methods):
@@ -49,3 +62,9 @@ def worded(border, key, value, what=None):
     side = "over" if border.fails == "above" else "under"
     says = f"{what or border.parameter} {value:.3g}{unit} is {side} {limit}: {border.in_a_sentence}"
     return Caution(border.entry, key, says, border.cure)
+
+
+def rounded_down(length):
+    """A length rounded down to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
+    return float(f"{math.floor(length / unit) * unit:.3g}")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from snowmpm.advice.cautions.caution import Caution, rule
+from snowmpm.advice.cautions.caution import Caution, accepted, rule
 
 KIND = "cohesive_crack"
 
@@ -12,7 +12,8 @@ def spread_crack(facts):
     """Material that cracks, in cells whose particles do not deform as one."""
     if facts.scene.solver.f_bar != "whole" and any(law.kind == KIND for law in facts.model.laws):
         yield Caution("", "solver.f_bar", "cracks spread into the cells beside them, and take 1.05 to 1.5 times"
-                      " fracture_energy", 'solver.f_bar = "whole"')
+                      " fracture_energy", 'solver.f_bar = "whole"' if accepted(facts, {"solver.f_bar": "whole"}) else
+                      "cells small against the crack's way")
 
 
 @rule("mpm", "sph")
@@ -33,7 +34,7 @@ def crack_that_begins_anew(facts):
     for name, law in facts.scene.materials.items():
         if law.kind == KIND and law.reset:
             yield Caution("", f"materials.{name}.reset", "a row of cells that is drawn on cracks again and again, and"
-                          " takes fracture_energy each time", "cracks = 2")
+                          " takes fracture_energy each time", f"materials.{name}.cracks = 2 with materials.{name}.reset = false")
 
 
 @rule("sph")

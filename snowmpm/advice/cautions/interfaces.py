@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.advice.cautions.caution import beyond, rounded_down, rule, worded
 
 
 @rule("mpm")
@@ -15,7 +15,7 @@ def coarse_interface(facts):
             cells = _slab(facts) / facts.dx
             if border := beyond("coarse_interface", setting, cells):
                 found = worded(border, "solver.dx", cells, f"above bodies.{body} ({spec.name}): cells over the slab")
-                yield replace(found, cure=f"solver.dx = {cells * facts.dx / border.value:.2g} or less")
+                yield replace(found, cure=f"solver.dx = {rounded_down(cells * facts.dx / border.value):g} or less")
                 return
 
 

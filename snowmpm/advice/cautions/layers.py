@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snowmpm.advice.cautions.caution import beyond, rule, worded
+from snowmpm.advice.cautions.caution import beyond, rounded_down, rule, worded
 from snowmpm.advice.refinement import refined, within_reach
 from snowmpm.amounts import large, long_time
 from snowmpm.measured.borders import shipped
@@ -15,6 +15,9 @@ VISCOUS = 0.09
 mu from 0.5 to 0.76, I_0 = 0.279."""
 DRAWN_CELLS = 2.0
 """Cells across a weak layer of which a single row collapses first; with more cells, the fracture energy falls."""
+
+SEEDED = 0.95
+"""Depth of a layer as it is filled on other cells, over its depth now, at least."""
 
 
 @rule("mpm")
@@ -94,7 +97,7 @@ def shallow_flow(facts):
 def _deep_enough(facts, own):
     """Settings that put enough cells over the depth, with their cost, if it is affordable."""
     known = {name: shipped()["shallow_flow", name].value for name in ("aflip 0.99", own)}
-    fine = {name: _below(facts.model.depth / cells) for name, cells in known.items() if cells}
+    fine = {name: rounded_down(SEEDED * facts.model.depth / cells) for name, cells in known.items() if cells}
     said = [f"{AFLIP if name != own else ''}solver.dx = {dx:g}, about {long_time(refined(facts, dx)[0])}"
             for name, dx in fine.items() if within_reach(facts, dx)]
     if said:
@@ -103,12 +106,6 @@ def _deep_enough(facts, own):
     seconds, memory = refined(facts, dx)
     return (f"solver.dx = {dx:g} would resolve it, but is out of reach: about {long_time(seconds)} and {large(memory)}"
             " of memory; take its run-out and speeds for those of a layer that slides, and compare two grids")
-
-
-def _below(length):
-    """A length rounded down to two digits."""
-    unit = 10.0 ** (np.floor(np.log10(length)) - 1)
-    return float(f"{np.floor(length / unit) * unit:.3g}")
 
 
 @rule("mpm", "sph")

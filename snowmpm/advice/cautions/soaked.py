@@ -61,7 +61,7 @@ def own_velocity(facts):
     if factor > STIFFER and water.bulk_modulus > 2.0 * enough and shorter > STIFFER:
         yield Caution("undrained_step", "water.bulk_modulus", f"steps follow waves in undrained snow and are"
                       f" {factor:.3g} times shorter than the skeleton needs",
-                      f"water.bulk_modulus = {enough:g} squeezes the water by 1 % at most; or water.scheme = \"u_p\"")
+                      f"water.bulk_modulus = {enough:g} squeezes the water by 1 % at most")
 
 
 @rule("sph")

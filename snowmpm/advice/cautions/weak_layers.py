@@ -1,6 +1,6 @@
 """Rules: weak layers through which no crack runs on this grid, or another one than the scene was made for."""
 
-from snowmpm.advice.cautions.caution import Caution, rule
+from snowmpm.advice.cautions.caution import Caution, accepted, rule
 from snowmpm.advice.weak_layers import LEAST_CELLS, SLACK, weak_layers
 from snowmpm.errors import InputError
 from snowmpm.measured.borders import shipped
@@ -19,13 +19,17 @@ def cells_through_weak_layer(facts):
             yield Caution("", f"bodies.{layer.body} ({layer.name})",
                           f"{cells:.3g} cells through a weak layer are fewer than {LEAST_CELLS:g}: cracks may not run"
                           " in it, and nothing is released",
-                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less, or {_as_interface(facts, layer)}")
+                          f"solver.dx = {cells * facts.dx / LEAST_CELLS:.3g} or less{_or_interface(facts, layer)}")
 
 
-def _as_interface(facts, layer):
-    """The key that makes an interface of a layer."""
-    key = "saw_test.weak_layer.interface" if facts.scene.saw_test else f"bodies.{layer.body}.interface"
-    return f"{key} = {4 if facts.scene.dimension == 2 else 2} (`snowmpm docs interface`)"
+def _or_interface(facts, layer):
+    """The key that makes an interface of a layer, where the scene takes it; else that there is such a thing."""
+    saw = facts.scene.saw_test
+    key, points = f"bodies.{layer.body}.interface", 4 if facts.scene.dimension == 2 else 2
+    if saw:
+        key = "saw_test.weak_layer.interface"
+    said = f", or {key} = {points}" if accepted(facts, {key: points}) else "; or the layer as an interface"
+    return f"{said} (`snowmpm docs interface`)"
 
 
 @rule("mpm")
@@ -49,8 +53,7 @@ def another_grid(facts):
         yield Caution("softening_on_grid", f"solver.dx ({layer.name})", f"{facts.dx:g} is {ratio:.3g} times the"
                       f" {own:g} of the scene's file, on which the softening of {layer.material} was chosen: the energy"
                       f" to break it goes with dx, so that {effect}",
-                      f"solver.dx = {own:g}, or materials.{layer.material}.softening chosen anew, or"
-                      f" materials.{layer.material}.reference_thickness")
+                      f"solver.dx = {own:g}, or materials.{layer.material}.softening chosen anew")
 
 
 def before_a_run(facts):
