@@ -18,6 +18,7 @@ from snowmpm.io import Run
 from snowmpm.io.built import dam_lines, footprints
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
+from snowmpm.io.published import statement
 from snowmpm.io.status import status_of
 from snowmpm.quantities.classes import Classes, classes_of
 from snowmpm.quantities.table import quantity
@@ -256,7 +257,7 @@ def draw_margin(figure, axes, run):
     projection = projection_name(run.provenance.get("crs")) or "no projection known: coordinates of the scene"
     facts = ", ".join(text if name in ("method", "version") else f"{name} {text}"
                       for name, text in parameters(run).items() if name != "scene")
-    lines = [f"{projection}; {facts}.", attribution(run.provenance)]
+    lines = [f"{projection}; {facts}.", statement(run), attribution(run.provenance)]
     if status.final:
         lines[0] += f" {status.text.capitalize()}."
     else:

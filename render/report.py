@@ -15,6 +15,7 @@ from snowmpm.io import Run
 from snowmpm.io.impact import impacts, loaded
 from snowmpm.io.parameters import method_of, parameters, succession
 from snowmpm.io.projection import projection_name
+from snowmpm.io.published import resolution_of, statement
 from snowmpm.io.remarks import remarks
 from snowmpm.io.status import status_of
 from snowmpm.quantities.quantity import written
@@ -63,7 +64,7 @@ def render_report(run_path: PathLike | Run, output: PathLike, *, interactive: bo
     if kind not in ENDINGS:
         raise InputError.at("output", str(output), "must end in .html or .pdf")
     view = view_of(run, size)
-    with tempfile.TemporaryDirectory() as folder, stage("writing the report", 4, "parts with pictures") as now:
+    with tempfile.TemporaryDirectory() as folder, stage("writing the report", 5, "parts with pictures") as now:
         document = _document(run, view, Path(folder), interactive and kind == ".html", now)
         return write_pdf(document, output) if kind == ".pdf" else page.write_page(output, page.page_of(document))
 
@@ -76,7 +77,7 @@ def _document(run, view, folder, interactive, now):
         return section
 
     return Document(view.title.replace("_", " "), _lead(run), [
-        Section("", [Numbers(_key_numbers(run)), *_warnings(run)]),
+        drawn("", lambda: [Numbers(_key_numbers(run)), *_first_map(run, folder), *_warnings(run)]),
         drawn("Pictures", lambda: [*_pictures(run, view, folder), *_film(run)]),
         drawn("To turn and move through", lambda: _turning(run, view, interactive)),
         drawn("Curves", lambda: _curves(run, folder)),
@@ -92,6 +93,11 @@ def _document(run, view, folder, interactive, now):
 
 
 def _lead(run):
+    words = _in_short(run)
+    return f"{words} {statement(run)}" if run.hazard else words
+
+
+def _in_short(run):
     kind = "three dimensions" if run.dimension == 3 else "plane strain"
     method = method_of(run)
     kind = method.title if method and method.capabilities.plan else f"in {kind}"
@@ -102,14 +108,14 @@ def _lead(run):
 
 
 def _key_numbers(run):
-    history, numbers = run.history, run.hazard.get("numbers", {})
+    history, numbers, known = run.history, run.hazard.get("numbers", {}), resolution_of(run)
     method = method_of(run)
     found = {method.particles if method else "particles": _count(run.n_points(0)), "simulated": f"{run.times[-1]:g} s"}
     so_far = status_of(run).so_far
     for name in ("runout", "travel_angle", "affected_area", "largest_flow_speed", "largest_flow_pressure",
                  "deposit_volume"):
         if name in numbers:
-            found[quantity(name).label + so_far] = quantity(name).text(numbers[name])
+            found[quantity(name).label + so_far] = quantity(name).text(numbers[name], known.get(name))
     if "max_speed" in history and "largest_flow_speed" not in numbers:
         found["fastest particle"] = quantity("max_speed").text(float(np.nanmax(history["max_speed"])))
     if "front_distance" in history and "runout" not in numbers:
@@ -191,9 +197,29 @@ def _curves(run, folder):
         yield Picture(render_saw_test(run, folder / "saw_test.png"), "The saw test.")
 
 
+FIRST = ("peak_pressure", "peak_depth")
+"""Maps that stand first, the one that there is."""
+
+
+def _shown(run):
+    """Names of the maps that hold something."""
+    return [name for name, raster in run.maps.items() if (raster.values > 0.0).any()]
+
+
+def _first(run):
+    """Name of the map that stands first; none of a run without run-out."""
+    return next((name for name in FIRST if name in _shown(run) and "runout" in run.hazard.get("numbers", {})), None)
+
+
+def _first_map(run, folder):
+    """The map of the hazard, before all else."""
+    if name := _first(run):
+        yield Picture(render_map(run, name, folder / f"{name}.png"), quantity(name).definition)
+
+
 def _maps(run, folder):
     drawn = [Picture(render_map(run, name, folder / f"{name}.png"), quantity(name).definition)
-             for name, raster in run.maps.items() if (raster.values > 0.0).any()]
+             for name in _shown(run) if name != _first(run)]
     if drawn:
         yield Columns(tuple(drawn))
     if run.hazard.get("profile"):
@@ -207,7 +233,7 @@ def _hazard(run):
     if run.hazard:
         status = status_of(run)
         yield Note(status.text, "good" if status.final else "warning")
-        yield _table(run.hazard.get("numbers", {}))
+        yield _table(run.hazard.get("numbers", {}), known=resolution_of(run))
         known = {"projection": projection_name(run.provenance.get("crs")) or "not known", **parameters(run)}
         yield Table(known)
 
@@ -228,10 +254,10 @@ def _last_row(run):
     return {name: values[-1] for name, values in run.history.items() if len(values) and name != "time"}
 
 
-def _table(values, units=None, dimension=3):
-    """Values by quantity name as a table that leads to their definitions."""
+def _table(values, units=None, dimension=3, known=None):
+    """Values by quantity name as a table that leads to their definitions. known: {name: resolution} of some."""
     named = {name: quantity(name, (units or {}).get(name, ""), dimension) for name in values}
-    return Table({one.label: one.text(values[name]) for name, one in named.items()},
+    return Table({one.label: one.text(values[name], (known or {}).get(name)) for name, one in named.items()},
                  {one.label: one for one in named.values()})
 
 

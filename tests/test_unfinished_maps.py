@@ -11,6 +11,7 @@ import shapely
 import snowmpm
 from snowmpm.cli.app import app
 from snowmpm.io.status import status_of
+from snowmpm.quantities.table import quantity
 from snowmpm.render import render_report
 from snowmpm.scenes.library import FOLDER as LIBRARY
 
@@ -58,7 +59,8 @@ def test_the_report_says_so(cut, tmp_path, ending):
     text = content.decode()
     assert "NOT FINAL: Still moving at 8 s" in text and "run-out so far" in text
     numbers = cut.hazard["numbers"]
-    assert f"{numbers['runout']:.0f} m" in text and 'href="#runout" title="Length in plan, along the thalweg' in text
+    shown = quantity("runout").text(numbers["runout"], 0.5 * cut.maps["peak_depth"].cell)
+    assert "±" in shown and shown in text and 'href="#runout" title="Length in plan of the thalweg' in text
     assert 'id="runout"' in text and "deposit volume, at release density" in text
 
 
@@ -91,7 +93,10 @@ def test_every_file_of_the_maps_says_so(cut, tmp_path):
     with open(tmp_path / "avalanche.csv", encoding="utf-8", newline="") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}
     assert rows["status"]["value"].startswith("NOT FINAL")
-    assert float(rows["runout"]["value"]) == cut.hazard["numbers"]["runout"]
+    half = 0.5 * cut.maps["peak_depth"].cell
+    assert float(rows["runout"]["resolution"]) == pytest.approx(half, rel=0.01)
+    assert float(rows["runout"]["value"]) == pytest.approx(cut.hazard["numbers"]["runout"], abs=half)
+    assert "No hazard assessment." in rows["statement"]["value"]
     with open(tmp_path / "areas.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert {row["final"] for row in rows} == {"False"}

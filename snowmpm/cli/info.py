@@ -35,6 +35,7 @@ def info(run: RunPath, as_json: Json = False):
 
 def print_avalanche(run):
     """Print the numbers of hazard mapping, if the run has them, and whether they are final."""
+    from snowmpm.io.published import resolution_of
     from snowmpm.io.status import status_of
     from snowmpm.quantities.table import quantity
 
@@ -42,8 +43,9 @@ def print_avalanche(run):
         status = status_of(run)
         chosen = run.summary.get("friction_class")
         facts = {"friction": f"{chosen}, by the volume of the release"} if chosen else {}
+        known = resolution_of(run)
         for name, value in run.hazard["numbers"].items():
-            facts[quantity(name).label] = quantity(name).text(value)
+            facts[quantity(name).label] = quantity(name).text(value, known.get(name))
         print_facts(f"\navalanche, {status.text}", facts)
         print("  (what each of them means: snowmpm maps --definitions)")
 

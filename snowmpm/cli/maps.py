@@ -112,12 +112,14 @@ def _files(run, folder, seen, scores, moments):
     from snowmpm import gis
     from snowmpm.io.geotiff import require_rasterio, write_geotiff
     from snowmpm.io.parameters import parameters
+    from snowmpm.io.published import statement
     from snowmpm.io.status import status_of
     from snowmpm.quantities.table import quantity
 
     require_rasterio()
     crs, status = run.provenance.get("crs"), status_of(run)
-    tags = {"run": run.name, "status": status.text, "final": status.final, **parameters(run)}
+    tags = {"run": run.name, "statement": statement(run), "status": status.text, "final": status.final,
+            **parameters(run)}
     for name, raster in counted(run.maps.items(), "writing GeoTIFFs", "maps"):
         one = quantity(name, raster.units)
         yield write_geotiff(folder / f"{name}.tif", raster, run.origin, crs, f"{one.label} [{raster.units}]",
@@ -131,7 +133,7 @@ def _files(run, folder, seen, scores, moments):
     if crs:
         yield gis.write_geojson(folder / "avalanche.geojson", layers, crs)
     yield gis.write_project(folder / "avalanche.qgs", run, layers, "avalanche.gpkg", moments)
-    yield gis.write_numbers(folder / "avalanche.csv", run)
+    yield gis.write_numbers(folder / "avalanche.csv", run, scores)
     yield gis.write_areas(folder / "areas.csv", run)
     yield gis.write_record(folder / "avalanche.json", run, scores)
 

@@ -5,18 +5,31 @@ import json
 from snowmpm.draft import write_table, write_text
 from snowmpm.io.parameters import parameters
 from snowmpm.io.projection import projection_name
+from snowmpm.io.published import resolution_of, statement
 from snowmpm.io.status import status_of
+from snowmpm.quantities.resolution import rounded
 from snowmpm.quantities.table import quantity
 
+SCORES = {"area": "m2", "index": "1", "rate": "1", "ratio": "1", "reach": "m", "difference": "m"}
+"""Units of scores against an observation, by the end of their names."""
 
-def write_numbers(path, run):
-    """Write the numbers of hazard mapping of a `Run` as CSV, each with unit and definition; -> its path."""
-    status = status_of(run)
-    rows = [["status", "whether the run is final", status.text, "", "Complete, at rest, nothing lost over the edge."]]
+
+def write_numbers(path, run, scores=None):
+    """Write the numbers of hazard mapping of a `Run` as CSV, each with resolution, unit and definition, and its scores
+    against an observed outline (`snowmpm.gis.score`); -> its path."""
+    status, known = status_of(run), resolution_of(run)
+    rows = [["status", "whether the run is final", status.text, "", "",
+             "Complete, at rest, nothing lost over the edge."],
+            ["statement", "what this is", statement(run), "", "", ""]]
     for name, value in run.hazard.get("numbers", {}).items():
-        one = quantity(name)
-        rows.append([name, one.label, value, "1" if one.unit == "share" else one.unit, one.definition])
-    return write_table(path, ["name", "label", "value", "unit", "definition"], rows)
+        one, resolution = quantity(name), known.get(name)
+        rows.append([name, one.label, rounded(value, resolution), f"{resolution:.2g}" if resolution else "",
+                     "1" if one.unit == "share" else one.unit, one.definition])
+    for score in scores or ():
+        outline = score["outline"].replace(" ", "_")
+        rows += [[f"observed.{outline}.{name}", f"{name.replace('_', ' ')}, {score['outline']}", rounded(value), "",
+                  SCORES[name.rpartition("_")[2]], ""] for name, value in score.items() if name != "outline"]
+    return write_table(path, ["name", "label", "value", "resolution", "unit", "definition"], rows)
 
 
 def write_areas(path, run):
@@ -29,9 +42,12 @@ def write_areas(path, run):
 
 def write_record(path, run, scores=None):
     """Write everything as JSON: status, numbers with units, areas by class, parameters, scores; -> its path."""
-    numbers = {name: {"value": value, "unit": quantity(name).unit, "definition": quantity(name).definition}
+    known = resolution_of(run)
+    numbers = {name: {"value": rounded(value, known.get(name)), "resolution": known.get(name),
+                      "unit": quantity(name).unit, "definition": quantity(name).definition}
                for name, value in run.hazard.get("numbers", {}).items()}
-    record = {**status_of(run).record(), "run": run.name, "projection": projection_name(run.provenance.get("crs")),
+    record = {**status_of(run).record(), "statement": statement(run), "run": run.name,
+              "projection": projection_name(run.provenance.get("crs")),
               "parameters": parameters(run), "numbers": numbers, "areas_by_class": run.hazard.get("classes", {}),
               **({"observed": scores} if scores is not None else {})}
     return write_text(path, json.dumps(record, indent=1) + "\n")

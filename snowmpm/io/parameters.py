@@ -27,6 +27,18 @@ def parameters(run):
     return {name: text for name, text in found.items() if text}
 
 
+def friction_of(run):
+    """In words: the calibration of the ground's friction of a `Run`: that of a card, or of nobody."""
+    friction = _at(_scene(run), "terrain", "friction")
+    if not isinstance(friction, dict):
+        return "friction of own numbers, not calibrated"
+    chosen = run.summary.get("friction_class") or friction.get("card")
+    if chosen:
+        return f"friction as calibrated for the card {chosen}"
+    begun = f", from {friction['began_with']}" if friction.get("began_with") else ""
+    return f"friction of own numbers{begun}, not calibrated"
+
+
 def method_of(run, last=False):
     """The row of `METHODS` that computed a `Run`, of several the first or the last; None where the run does not say."""
     if last and methods_of(run):

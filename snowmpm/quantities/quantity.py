@@ -31,9 +31,17 @@ class Quantity:
     where: str
     decimals: int | None = None
 
-    def text(self, value):
-        """A value with its unit: 1970 m, 27.3 m/s, 12.4 kPa."""
-        return written(value, self.unit, self.decimals)
+    def text(self, value, resolution=None):
+        """A value with its unit: 1970 m, 27.3 m/s, 12.4 kPa; with the resolution to which it is known: 1970 ± 5 m."""
+        if not resolution or value is None or not math.isfinite(value):
+            return written(value, self.unit, self.decimals)
+        places = max(0, -math.floor(math.log10(resolution)))
+        number = f"{round(value, -math.floor(math.log10(resolution))) + 0.0:.{places}f}"
+        if self.decimals is None and abs(value) >= 1e4 and not places:
+            number = grouped(number)
+        shown = written(0.0, self.unit).removeprefix("0").strip()
+        known = f"{float(f'{resolution:.1g}'):g}"
+        return f"{number} ± {known}{shown if shown == '°' else f' {shown}'}".rstrip()
 
 
 def written(value, unit="1", decimals=None):

@@ -16,6 +16,7 @@ from snowmpm.io.archive import write_text
 from snowmpm.io.status import Status
 from snowmpm.particles.fields import field_units
 from snowmpm.quantities.motion import Motion
+from snowmpm.quantities.resolution import published
 from snowmpm.results import hazard, maps
 from snowmpm.running import audit as diagnostics
 from snowmpm.running.description import written_fields
@@ -202,7 +203,7 @@ class Recorder:
             phases.lap("output")
             summary = {**self.summary(phases, complete), **({"ended": ended} if ended else {})}
             if assessed:
-                summary["hazard"] = assessed.numbers
+                summary["hazard"] = published(assessed.numbers, self._maps.cell)
                 summary["areas_by_class"] = assessed.classes
                 if chosen := class_chosen(self._simulation.model):
                     summary["friction_class"] = chosen

@@ -14,8 +14,8 @@ from snowmpm.scenes.library import library
 from snowmpm.scenes.loader import with_overrides
 
 DOCS = Path(__file__).parents[2] / "docs"
-LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "mast", "microstructure", "pst",
-         "slab_release", "slab_release_resolved"}
+LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "mast", "microstructure",
+         "pst", "slab_release", "slab_release_resolved"}
 SETTING = re.compile(r'((?:[A-Za-z_]\w*)(?:\.\w+)+) = ("[^"]*"|\[[^\]]*\]|[-+\w.]*\w)')
 CHANGES = {
     "as it is": lambda scene: {},

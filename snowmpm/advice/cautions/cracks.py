@@ -34,7 +34,8 @@ def crack_that_begins_anew(facts):
     for name, law in facts.scene.materials.items():
         if law.kind == KIND and law.reset:
             yield Caution("", f"materials.{name}.reset", "a row of cells that is drawn on cracks again and again, and"
-                          " takes fracture_energy each time", f"materials.{name}.cracks = 2 with materials.{name}.reset = false")
+                          " takes fracture_energy each time",
+                          f"materials.{name}.cracks = 2 with materials.{name}.reset = false")
 
 
 @rule("sph")

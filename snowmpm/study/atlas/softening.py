@@ -52,7 +52,8 @@ ENTRIES = (
         scene="A weak layer of 5 cm under a slow piston, until its first row of cells has collapsed",
         seen="Softening gathers in one row of cells, so that half of the spacing takes half of the energy to break:"
              " cracks begin sooner on a finer grid",
-        cure="reference_thickness of the weak layer's material, with two cells through it (in a saw test, weak_layer.cells)",
+        cure="reference_thickness of the weak layer's material, with two cells through it (in a saw test,"
+             " weak_layer.cells)",
         parameter="spacing over that of the tuning", unit="", values=(0.25, 0.5, 2 / 3, 1.0), fails="below",
         settings={"as given": {"drawn": False}, "drawn two cells thick": {"drawn": True}},
         symptom="energy over that of the tuning, less 1", limit=OFF, measure=energy_of_a_row, shown="as given",
