@@ -66,7 +66,7 @@ MAY_IMPORT = {
     "study": {*GROUND, *SHARED, *SCENE, "mpm", "sph", "depth", "setup", "running", "io", "measured", "render"},
     "advice": {*GROUND, "particles", "stepping", "scenes", "saw_test", "setup", "handover", "running", "measured",
                "study"},
-    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "render"},
+    "campaigns": {*GROUND, "compiler", "scenes", "seeding", "setup", "running", "io", "advice", "comparison", "render"},
     "strength": {*GROUND, "scenes", "materials", "setup", "running", "io", "comparison"},
     "cli": {*GROUND, *SHARED, *SCENE, "setup", "running", "io", "gis", "comparison", "render", "study", "advice",
             "campaigns", "micro", "strength"},

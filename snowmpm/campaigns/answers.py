@@ -8,6 +8,7 @@ from snowmpm.campaigns import convergence, design, probability, sensitivity, sta
 from snowmpm.campaigns.distributions import Choices, Drawn
 from snowmpm.campaigns.members import ONLY
 from snowmpm.campaigns.table import frame_of, rows_of, write_tables
+from snowmpm.campaigns.work import REFERENCE
 from snowmpm.draft import write_text
 from snowmpm.quantities.saw import MEASURED, PREDICTED
 from snowmpm.quantities.table import NUMBERS
@@ -143,7 +144,7 @@ def summary(table):
     """[(number, 5 %, median, 95 %)] of the runs that are done, of the numbers of hazard mapping or of a saw test, else
     of all that are no parameters."""
     done = table[table.status == "done"] if "status" in table else table
-    main = SAW if is_saw_test(table) else MAIN
+    main = [*(name for name in table.columns if name.startswith(REFERENCE)), *(SAW if is_saw_test(table) else MAIN)]
     names = [name for name in main if name in table and name not in CONSTANT]
     names = names or list(table.columns)[list(table.columns).index("status") + 1 if "status" in table else 0 :]
     names = [name for name in names if table[name].dtype == float and name not in CONSTANT]

@@ -8,6 +8,7 @@ import numpy as np
 from snowmpm.campaigns.answers import is_saw_test, summary
 from snowmpm.campaigns.distributions import Choices
 from snowmpm.campaigns.table import WHY
+from snowmpm.campaigns.work import REFERENCE
 from snowmpm.io.saw_theories import FLAT, THEORIES
 from snowmpm.quantities.saw import BEFORE, REASONS, THEORY
 from snowmpm.quantities.table import quantity
@@ -18,6 +19,9 @@ SHOWN = ("runout", "affected_area", "largest_flow_speed", "largest_flow_pressure
 SAW_SHOWN = ("saw_critical_length", "saw_crack_speed", "saw_collapse_height", "saw_fracture_energy")
 """Numbers of saw tests that are drawn and listed, in this order."""
 
+PLAIN = ("front_distance", "max_speed", "kinetic_energy", "plastic_work")
+"""Numbers of runs that have neither."""
+
 WHOLE = "saw_runs_to_the_end"
 MARK = "*"
 UNMARKED = f"{MARK} the crack did not come to the end of the column"
@@ -27,7 +31,8 @@ def shown_numbers(campaign):
     """Names of the numbers that are drawn."""
     table = campaign.table
     varied = [row[0] for row in summary(table) if row[3] > row[1]]
-    first = SAW_SHOWN if is_saw_test(table) else SHOWN
+    first = [*(name for name in table.columns if name.startswith(REFERENCE)),
+             *(SAW_SHOWN if is_saw_test(table) else (*SHOWN, *PLAIN))]
     return [name for name in dict.fromkeys((*first, *varied)) if name in varied][: len(SHOWN)] if varied else []
 
 
@@ -47,7 +52,8 @@ def listed(campaign):
     table = campaign.table
     if not is_saw_test(table):
         return [*campaign.file.parameters, *shown_numbers(campaign)]
-    numbers = [column for name in SAW_SHOWN for column in (name, *theories_of(name))]
+    known = [name for name in table.columns if name.startswith(REFERENCE)]
+    numbers = [*known, *(column for name in SAW_SHOWN for column in (name, *theories_of(name)))]
     known = [name for name in numbers if name in table and table[name].notna().any()]
     return [*campaign.file.parameters, *known, *([WHOLE] if WHOLE in table else [])]
 

@@ -113,10 +113,11 @@ def _convergence(campaign, folder, prefix):
 def _document(campaign, sections):
     file = campaign.file
     n = len(campaign.members)
-    rows = {}
+    rows, sampled = {}, samples_the_parameters(file)
     for name, low, middle, high in summary(campaign.table):
-        one = quantity(name, dimension=campaign.dimension)
-        rows[one.label] = f"{one.text(middle)}, 5 to 95 %: {one.text(low)} to {one.text(high)}"
+        one, values = quantity(name, dimension=campaign.dimension), campaign.values(name)
+        rows[one.label] = (f"{one.text(middle)}, 5 to 95 %: {one.text(low)} to {one.text(high)}" if sampled else
+                           f"{one.text(np.nanmin(values))} to {one.text(np.nanmax(values))}")
     counts = {"runs done": f"{campaign.done} of {n}", "failed": str(len(campaign.failures)),
               "parameters": str(len(file.parameters)), "design": file.design.replace("_", " ")}
     first = [Numbers(counts), *(Note(f"{name} failed: {reason}") for name, reason in
@@ -131,7 +132,7 @@ def _document(campaign, sections):
     return Document(file.name.replace("_", " "), f"{n} runs of {file.scene}", [
         Section("", first), Section("Parameters", [Table(parameters)]), *sections,
         Section("Run by run", [Listing("\n".join(listing(campaign, MOST_LISTED)))]),
-        Section("Median and range of the numbers", [Table(rows)]),
+        Section("Median and range of the numbers" if sampled else "Least and largest of the numbers", [Table(rows)]),
         Section("How to make it again", [Paragraph(f"seed {file.seed}"), Listing(again),
                                          Listing((campaign.folder / "campaign.toml").read_text(encoding="utf-8"),
                                                  "The campaign's file")])])

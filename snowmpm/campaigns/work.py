@@ -27,6 +27,8 @@ RECORD, MAPS = "record.json", "maps.npz"
 MAPPED = ("peak_depth", "peak_speed", "peak_pressure", "deposit_depth", "arrival_time")
 UNWRITTEN = "unwritten"
 """Status of a run whose worker could not write: not the run's fault, and no record of it is kept."""
+REFERENCE = "reference_"
+"""Begin of the names of numbers that the reference of a scene knows; beside each its relative `_error`."""
 TURN = 0.5
 """Seconds between two looks whether another worker has left a run."""
 
@@ -142,8 +144,24 @@ def numbers_of(run):
     found |= {f"{BEFORE}{THEORY}{name}": value for name, value in (saw.get("theory") or {}).items()}
     numbers = {name: value if isinstance(value, bool) else float(value) for name, value in found.items()
                if isinstance(value, int | float)}
+    numbers |= references_of(run)
     final = not cautions(run) if saw else status_of(run).final  # a saw test ends in motion
     return {"final": bool(final), "end": float(run.summary.get("time", run.times[-1])), **numbers}
+
+
+def references_of(run):
+    """{reference_NAME, its error} of the quantities that the reference of a scene knows; {} of one without."""
+    from snowmpm.comparison import open_cases
+    from snowmpm.comparison.answers import answer_of
+
+    if not run.complete or not run.scene.get("reference"):
+        return {}
+    answer = answer_of(open_cases([run.path])[0])
+    found = {}
+    for one in answer.quantities() if answer else ():
+        name = REFERENCE + "_".join("".join(c if c.isalnum() else " " for c in one.name).split())
+        found |= {name: float(one.measured), f"{name}_error": float(one.error)}
+    return found
 
 
 def reasons_of(run):

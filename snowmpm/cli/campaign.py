@@ -124,7 +124,9 @@ def _record(found):
 
 
 def _tell(found):
-    from snowmpm.campaigns.answers import summary
+    from snowmpm.campaigns.answers import samples_the_parameters, summary
+    from snowmpm.campaigns.listing import shown_numbers
+    from snowmpm.campaigns.order import orders
     from snowmpm.quantities.table import quantity
 
     n = len(found.members)
@@ -132,6 +134,10 @@ def _tell(found):
         f", {len(found.failures)} failed" if found.failures else ""), {})
     for name, reason in list(found.failures.items())[:5]:
         print(f"  failed: {name}: {reason}")
+    if not samples_the_parameters(found.file):  # shares of the runs of a grid mean nothing
+        for line in orders(found, shown_numbers(found)):
+            print(f"  {line}")
+        return
     rows = {}
     for name, low, middle, high in summary(found.table)[:12]:
         one = quantity(name, dimension=found.dimension)

@@ -66,14 +66,22 @@ def compare(runs: Runs, output: Output = Path("compare.png"), time: Moment = Non
             written = _compare_saw_tests(cases, output)
         print(written)
         return
-    way = _way(cases)
-    found = [Found(case, time, line, way) for case in counted(cases, "measuring", "runs")]
+    way, apart = _way(cases), _apart(cases)
+    found = [Found(case, time, line, None if apart else way, placed=not apart)
+             for case in counted(cases, "measuring", "runs")]
+    lost = [one.case.label for one in found if not apart and (one.first is None or one.profile is None)]
     _print_table(found)
     _warn_of_lost_mass(cases)
-    with stage("drawing"):
-        written = render_comparison(_drawing(found), output)
     for name, facts in _known(found).items():
         print_facts(name, facts)
+    if apart or lost:
+        why = apart or (f"{', '.join(shown_line(label, 60) for label in lost)}: too little snow on the thalweg of the"
+                        " first run, the runs went different ways")
+        print(f"warning: {why}: profiles, fronts and stresses are not compared, and no picture is drawn",
+              file=sys.stderr)
+        return
+    with stage("drawing"):
+        written = render_comparison(_drawing(found), output)
     print(written)
 
 
@@ -99,6 +107,18 @@ def _way(cases):
     return way if way is not None and all(case.run.hazard.get("profile") for case in cases) else None
 
 
+def _apart(cases):
+    """Why places of the runs cannot be compared: they have several coordinate systems; "" where they can."""
+    from snowmpm.io.projection import projection_name
+
+    systems = {case.label: projection_name(case.run.provenance.get("crs")) for case in cases
+               if case.run.provenance.get("crs")}
+    if len(set(systems.values())) < 2:
+        return ""
+    named = "; ".join(f"{shown_line(label, 60)}: {name}" for label, name in systems.items())
+    return f"the coordinate systems differ ({named})"
+
+
 def _warn_of_lost_mass(cases):
     """Warn of runs that lost mass: none of their numbers includes it."""
     from snowmpm.io.status import LEFT_SHARE, status_of
@@ -114,7 +134,8 @@ def _warn_of_lost_mass(cases):
 class Found:
     """What is drawn and printed of one run: profile and stresses at one time, reference quantities at the end."""
 
-    def __init__(self, case, time, line, way=None):
+    def __init__(self, case, time, line, way=None, placed=True):
+        """placed: whether places of the runs may be compared; else it has no profile and no stresses."""
         from snowmpm.comparison import Line, profile, stress_along
         from snowmpm.comparison.answers import answer_of
 
@@ -126,12 +147,10 @@ class Found:
         first, frame = run.frame(0), run.frame(self.frame_number)
         centre = self.answer.centre() if self.answer else None
         way = way if centre is None else None
-        self.first, self.profile = (profile(case, one, centre, way) for one in (first, frame))
-        if self.first is None or self.profile is None:
-            raise InputError(f"{run.path}: no snow on the thalweg of the first run: the two went different ways")
+        self.first, self.profile = (profile(case, one, centre, way) if placed else None for one in (first, frame))
         middle = round(float(case.positions(first)[:, 0].mean()), 6) + 0.0  # avoids -0.0
         self.line = Line.of(line) if line else Line("x", middle)
-        self.stress = stress_along(case, frame, self.line)
+        self.stress = stress_along(case, frame, self.line) if placed else None
         self.quantities = self.answer.quantities() if self.answer and run.complete else []
         self.curve = self.answer.history() if self.answer and run.complete else None
 
@@ -142,9 +161,7 @@ class Found:
 
 def _rows(found):
     """Rows of the table: (name, texts of each run, numbers of each run or None)."""
-    from snowmpm.comparison.difference import profile_difference
     from snowmpm.io.status import cautions, status_of
-    from snowmpm.quantities.quantity import written
     from snowmpm.quantities.table import NUMBERS, quantity
 
     cases = [one.case for one in found]
@@ -159,7 +176,8 @@ def _rows(found):
 
     yield from _set_up_rows(cases)
     # The front of the history is measured along a straight line. On real terrain run-out and reach are shown instead.
-    straight = [] if found[0].profile.along == "s" else [("front", "", last("front"))]
+    placed = all(one.first is not None and one.profile is not None for one in found)
+    straight = [("front", "", last("front"))] if placed and found[0].profile.along != "s" else []
     for name, words, values in (*straight, ("max_speed", ", at most in a frame", largest("max_speed")),
                                 ("kinetic_energy", ", at most in a frame", largest("kinetic_energy")),
                                 ("plastic_work", "", last("plastic_work"))):
@@ -171,6 +189,16 @@ def _rows(found):
         if one.name in COMPARED and any(map(math.isfinite, values)):
             yield one.label, [one.text(value) for value in values], values
     yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
+    if placed:
+        yield from _profile_rows(found)
+    yield "momentum residual", [f"{value:.1e}" for value in last("momentum_residual")], None
+
+
+def _profile_rows(found):
+    """Rows of the profiles, which all runs have."""
+    from snowmpm.comparison.difference import profile_difference
+    from snowmpm.quantities.quantity import written
+
     ends, tops = [one.profile.front for one in found], [float(one.profile.top.max()) for one in found]
     # Differences are relative to a distance and a height, not to coordinates, whose origin is arbitrary
     back, low = found[0].first.back, float(found[0].first.bottom.min())
@@ -180,7 +208,6 @@ def _rows(found):
     yield "highest of the profile", [written(value, "m") for value in tops], [value - low for value in tops]
     apart = [profile_difference(found[0].profile, one.profile) for one in found]
     yield "profile apart, of its depth", ["", *(f"{100.0 * value:.2g} %" for value in apart[1:])], None
-    yield "momentum residual", [f"{value:.1e}" for value in last("momentum_residual")], None
 
 
 def _set_up_rows(cases):

@@ -211,11 +211,11 @@ def simulate(scene, folder, resume, lines=False, quiet=False, overwrite=True, ac
 
 
 def _warn_before(simulation):
-    """Print why a run may show nothing."""
-    from snowmpm.advice.cautions.weak_layers import before_a_run
+    """Print what `check` warns of."""
+    from snowmpm.advice.cautions import cautions
     from snowmpm.advice.facts import SceneFacts
 
-    for caution in before_a_run(SceneFacts(simulation.scene, simulation.model, simulation.solver)):
+    for caution in cautions(SceneFacts(simulation.scene, simulation.model, simulation.solver)):
         print(f"warning: {caution}", file=sys.stderr)
 
 

@@ -30,6 +30,9 @@ ENOUGH = 16
 profile holds two a layer, a ring hundreds: cut off at a layer of coarse particles, a round heap would end where it is
 a tenth of its height deep, and further out on finer ones."""
 
+STRAY = 0.01
+"""Share of the snow below which what lies on the way is stray grains, and no profile."""
+
 ALONG = {"x": "x  [m]", "r": "distance from the middle  [m]", "s": "along the thalweg of the first run  [m]"}
 
 
@@ -62,7 +65,7 @@ class Profile:
 def profile(case, frame, centre=None, way=None):
     """`Profile` of a `Frame` of a `Case`: along x; in 3-D on a strip along x through the middle of all mass, or, with
     a `centre` (2,) in plan, over the distance from it, all around, or, with a `Way`, on a strip along it, heights being
-    those above its ground. None where no snow lies on the way."""
+    those above its ground. None where hardly any snow lies on the way."""
     x, spacing = case.positions(frame), case.spacing
     width = BIN * spacing
     if case.in_plan:
@@ -75,7 +78,9 @@ def profile(case, frame, centre=None, way=None):
         return _profile(r, x[:, 2], volume, spacing, lambda s: 2.0 * np.pi * np.maximum(s, width / 4) * width, "r")
     if way is not None:
         near, s, height = way.strip(x, width)
-        return _profile(s, height, volume[near], spacing, lambda s: 2.0 * width * width, "s") if near.any() else None
+        if near.sum() < ENOUGH or volume[near].sum() < STRAY * volume.sum():
+            return None
+        return _profile(s, height, volume[near], spacing, lambda s: 2.0 * width * width, "s")
     middle = float(np.average(x[:, 1], weights=volume))
     strip = np.abs(x[:, 1] - middle) < width
     return _profile(x[strip, 0], x[strip, 2], volume[strip], spacing, lambda s: 2.0 * width * width)
@@ -92,7 +97,7 @@ def _of_columns(case, frame, centre, way):
     else:
         near = np.abs(x[:, 1] - x[:, 1].mean()) < width
         s, height = x[near, 0], height[near]
-    if not near.any():
+    if near.sum() < min(ENOUGH, len(near)) or depth[near].sum() < STRAY * depth.sum():
         return None
     number = np.floor(s / width + 1e-4).astype(np.int64)
     first = number.min()
