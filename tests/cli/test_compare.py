@@ -66,3 +66,23 @@ def test_wrong_references(block, call, reference, expected):
     text = "{" + ", ".join(f"{key}={value!r}" for key, value in reference.items()) + "}"
     done = call("check", block, "--set", f"reference={text}")
     assert done.code == 2 and expected in done.err, done.err
+
+
+def test_runs_in_two_coordinate_systems_are_compared_but_for_their_places(two_runs, call, tmp_path, monkeypatch):
+    """Speeds, energies and cost have no place; profiles and fronts have."""
+    import pyproj
+
+    from snowmpm.io import Run
+
+    own = Run.provenance.func if hasattr(Run.provenance, "func") else Run.provenance.fget
+    codes = {"coarse": 32632, "fine": 31287}
+
+    def provenance(run):
+        return {**own(run), "crs": pyproj.CRS.from_epsg(codes[run.path.parent.name]).to_wkt()}
+
+    monkeypatch.setattr(Run, "provenance", property(provenance))
+    done = call("compare", *two_runs, "-o", tmp_path / "both.png")
+    assert done.code == 0, done.err
+    assert "coordinate systems differ (coarse: " in done.err and "no picture is drawn" in done.err
+    assert "fastest particle" in done.out and "profile" not in done.out and "front" not in done.out
+    assert not (tmp_path / "both.png").exists()

@@ -146,3 +146,18 @@ def test_profile_along_a_thalweg_that_bends(tmp_path):
     middle = (found[0].s > 0.5) & (found[0].s < 2.5)
     np.testing.assert_allclose(found[0].top[middle], 0.5, atol=0.05)
     assert found[0].along == "s" and Way.of(only(runs[0])[0].run) is None
+
+
+def test_stray_grains_are_no_profile():
+    """Two grains on the way of another run, and all the rest elsewhere."""
+    from types import SimpleNamespace
+
+    from snowmpm.comparison.profile import profile
+
+    way = SimpleNamespace(strip=lambda x, width: (x[:, 0] < 1.0, x[x[:, 0] < 1.0, 0], x[x[:, 0] < 1.0, 2]))
+    for near, there in ((2, False), (40, True)):
+        x = np.column_stack([np.r_[np.linspace(0.0, 0.9, near), np.full(400, 50.0)], np.zeros(400 + near),
+                             np.full(400 + near, 0.05)])
+        case = SimpleNamespace(positions=lambda frame, x=x: x, spacing=0.1, in_plan=False,
+                               volumes=lambda frame, x=x: np.full(len(x), 0.001))
+        assert (profile(case, None, way=way) is not None) == there

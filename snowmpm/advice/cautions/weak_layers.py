@@ -54,10 +54,3 @@ def another_grid(facts):
                       f" {own:g} of the scene's file, on which the softening of {layer.material} was chosen: the energy"
                       f" to break it goes with dx, so that {effect}",
                       f"solver.dx = {own:g}, or materials.{layer.material}.softening chosen anew")
-
-
-def before_a_run(facts):
-    """Cautions that a run prints before it starts, since it would show nothing."""
-    if facts.scene.solver.method == "mpm":
-        yield from cells_through_weak_layer(facts)
-        yield from another_grid(facts)
