@@ -63,7 +63,7 @@ def map_figure(run, name, *, observed=None, dpi=150):
     draw_raster(figure, axes, run, raster, name, _thin(run, raster))
     draw_built(axes, run)
     _draw_lines(axes, run, observed)
-    draw_frame(axes, run, f"{run.name}: {quantity(name).label}", lower, upper)
+    draw_frame(axes, run, f"{run.title}: {quantity(name).label}", lower, upper)
     draw_margin(figure, axes, run)
     return figure
 

@@ -76,7 +76,7 @@ def _document(run, view, folder, interactive, now):
         now.done += 1
         return section
 
-    return Document(view.title.replace("_", " "), _lead(run), [
+    return Document(run.title.replace("_", " "), _lead(run), [
         drawn("", lambda: [Numbers(_key_numbers(run)), *_first_map(run, folder), *_warnings(run)]),
         drawn("Pictures", lambda: [*_pictures(run, view, folder), *_film(run)]),
         drawn("To turn and move through", lambda: _turning(run, view, interactive)),

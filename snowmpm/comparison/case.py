@@ -10,6 +10,7 @@ import numpy as np
 from snowmpm.errors import InputError
 from snowmpm.io import Run
 from snowmpm.io.parameters import method_of, methods_of
+from snowmpm.io.scenario import HASH, scenario_of
 from snowmpm.methods import METHODS
 from snowmpm.schemes import TRANSFERS
 
@@ -134,6 +135,9 @@ def open_cases(paths):
 def _labels(paths):
     """Names of the run folders, with as many folders above as it takes to tell them apart."""
     folders = [Path(path) if Path(path).is_dir() or Path(path).suffix == "" else Path(path).parent for path in paths]
+    varied = [scenario_of(folder) for folder in folders]
+    if len(set(varied)) == len(varied) and all(HASH.fullmatch(Path(folder).resolve().name) for folder in folders):
+        return varied  # of one campaign: what varies there tells more than a hash
     parts = [Path(os.path.abspath(folder)).parts for folder in folders]
     for depth in range(1, max(map(len, parts)) + 1):
         labels = ["/".join(own[-depth:]) for own in parts]

@@ -21,6 +21,7 @@ from snowmpm.io.obstacles import Obstacle, read_obstacles
 from snowmpm.io.records import LONGEST, SUMMARY, Record, read_record
 from snowmpm.io.rows import units_of
 from snowmpm.io.saw_test import SawTest, read_saw_test
+from snowmpm.io.scenario import scenario_of
 from snowmpm.io.transaction import SnapshotFile
 from snowmpm.io.writer import read_hazard, read_provenance, run_file
 from snowmpm.quantities.table import OLD_NUMBERS, RENAMED, renamed
@@ -254,6 +255,12 @@ class Run(Glance):
     @property
     def name(self) -> str:
         return shown_line(self.provenance.get("scene_name") or self.path.parent.name, LONGEST)
+
+    @property
+    def title(self) -> str:
+        """Its name, and what tells it apart from other runs of the scene (`snowmpm.io.scenario`)."""
+        scenario = scenario_of(self.path.parent, self.name)
+        return f"{self.name}, {scenario}" if scenario else self.name
 
     @cached_property
     def terrain(self) -> Terrain | None:
