@@ -134,7 +134,8 @@ def _meant(schema, path, data, known):
 def _elsewhere(schema, word, path, data):
     """Keys of this name at other places of the schema: of the same top table, else of those that are there, else of
     all, the shortest of them."""
-    found = [place for place in _places(schema["title"], schema) if place[-1] == word and place != tuple(path)]
+    found = [place for place in _places(schema["title"], schema) if place[-1] == word and place != tuple(path)
+             and (0 not in place or place[0] in data or len(place) == 3)]
     for near in ((place for place in found if place[0] == path[0]), (place for place in found if place[0] in data)):
         if chosen := list(near):
             found = chosen

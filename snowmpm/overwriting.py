@@ -87,6 +87,18 @@ def guard_in(folder: str | os.PathLike[str], names: Iterable[str]) -> None:
     guard(*(Path(folder) / name for name in names))
 
 
+def adopt(folder: str | os.PathLike[str], names: Iterable[str]) -> None:
+    """`guard_in` of files that an earlier command wrote; where their folder has lost its list, such as in a copy, they
+    are listed as they are."""
+    folder = Path(folder)
+    if (folder / LIST).exists():
+        guard_in(folder, names)
+        return
+    for name in names:
+        if (folder / name).is_file():
+            note(folder / name)
+
+
 def note(path: str | os.PathLike[str], content: str | os.PathLike[str] | None = None) -> None:
     """Note that `path` is about to get the content of the file `content`, or was written as it is now.
 

@@ -97,7 +97,8 @@ FORBIDDEN = {
     "saw_test": PICTURES | {"h5py", "typer", "rich"},
 }
 # What a distribution is imported as, where the two names differ.
-IMPORT_NAMES = {"vtk": "vtkmodules", "pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr"}
+IMPORT_NAMES = {"vtk": "vtkmodules", "pyshp": "shapefile", "pillow": "PIL", "usd-core": "pxr",
+                "markdown-it-py": "markdown_it"}
 
 
 @functools.cache

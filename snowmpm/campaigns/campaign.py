@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snowmpm.annotations import Floats, PathLike
-from snowmpm.campaigns import answers
+from snowmpm.campaigns import answers, untrusted
 from snowmpm.campaigns.members import ONLY, Member, Plan, read_plan
 from snowmpm.campaigns.spec import CampaignFile, read_campaign
 from snowmpm.campaigns.stack import open_stack
@@ -113,7 +113,10 @@ class Campaign(Glance):
     def dimension(self) -> int:
         """Axes of the scene: in 2-D amounts are per metre of width."""
         path = self.plan.base(self.variant)
-        return 2 if tables(path.read_text(encoding="utf-8"), path).get("dimension") == 2 else 3
+        try:
+            return 2 if tables(untrusted.text_of(path), path).get("dimension") == 2 else 3
+        except (OSError, ValueError) as error:  # of what is no text, no TOML
+            raise untrusted.damaged(path, error) from None
 
     def values(self, name: str) -> Floats:
         """Values (runs,) of a column of the table; NaN of failed runs."""

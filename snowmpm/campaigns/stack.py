@@ -107,8 +107,23 @@ def open_stack(folder, variant, what="runs"):
         untrusted.require_plain_group(place)
     untrusted.require_plain_store(folder / STORE / variant / what)
     try:
-        return xarray.open_zarr(folder / STORE, group=f"{variant}/{what}", chunks=None, consolidated=False)
+        found = xarray.open_zarr(folder / STORE, group=f"{variant}/{what}", chunks=None, consolidated=False)
+        _require_whole(found, what)
+        return found
     except (FileNotFoundError, KeyError):
         return None
     except Exception as error:  # zarr and xarray raise many kinds for what is torn or foreign
         raise untrusted.damaged(folder / STORE / variant / what, error) from None
+
+
+def _require_whole(found, what):
+    """ValueError for a data set that lacks what this program writes."""
+    wanted = {"cell"} if what == "runs" else {"cell", "campaign", "scene", "meaning", "runs"}
+    if missing := sorted(wanted - set(found.attrs)):
+        raise ValueError(f"has no {', '.join(missing)}")
+    if not isinstance(found.attrs["cell"], int | float) or not {"x", "y"} <= set(found.dims):
+        raise ValueError("cell, x or y are missing or of another kind")
+    for name, one in found.data_vars.items():
+        if one.ndim < 2 or one.dims[-2:] != ("y", "x"):
+            raise ValueError(f"{name} is no map")
+        one.isel(dict.fromkeys(one.dims[:-2], 0)).load()  # a block of it, so that one that is cut off is met here

@@ -7,12 +7,13 @@ import json
 import math
 import os
 import re
+import stat
 import zipfile
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, field_validator
 
 from snowmpm.errors import InputError, shown_line
 from snowmpm.reading import budget as read_budget
@@ -26,7 +27,7 @@ MEMORY_PER_BYTE = 40.0
 CODECS = ("bytes", "zstd", "blosc", "gzip", "zlib", "lz4", "crc32c", "transpose")
 """Codecs of stored arrays that only compress numbers; "pickle" would run code."""
 
-NUMBERS = re.compile(r"[<>|]?[iufb][1248]|bool|u?int(8|16|32|64)|float(16|32|64)")
+NUMBERS = re.compile(r"[<>|]?[iuf][1248]|u?int(8|16|32|64)|float(16|32|64)")
 """Types of stored arrays."""
 
 METADATA = ("zarr.json", ".zarray", ".zgroup", ".zattrs", ".zmetadata")
@@ -36,6 +37,13 @@ MOST_METADATA = 1 << 20
 MOST_FILES = 2_000_000
 """Files of a store."""
 
+OF_THE_TABLE = ("run", "variant", "hash", "status", "reason")
+"""Columns of the table that are no numbers of a result."""
+
+TRUTHS = ("final", "saw_runs_to_the_end", "saw_stopped")
+"""Numbers of a result that are truth values."""
+
+Number = Annotated[float, Field(strict=False, allow_inf_nan=True)]
 Name = Annotated[str, Field(max_length=200, pattern=r"^[^/\\\x00]+$")]
 
 
@@ -58,9 +66,17 @@ class _Record(BaseModel):
 
     status: Literal["done", "failed"]
     reason: str
-    numbers: dict[Name, bool | float | int]
+    numbers: dict[Name, bool | Number]
     reasons: dict[Name, str] = {}
     work: dict[str, Any] = {}
+
+    @field_validator("numbers")
+    @classmethod
+    def _are_results(cls, numbers):
+        for name, value in numbers.items():
+            if name in OF_THE_TABLE or isinstance(value, bool) != (name in TRUTHS):
+                raise ValueError(f"{name} = {value}: not a number of a result")
+        return numbers
 
 
 _ROWS = TypeAdapter(list[_Row])
@@ -81,12 +97,22 @@ def record(path):
 def _json(path):
     path = Path(path)
     try:
-        read_budget.allow(path, MEMORY_PER_BYTE * path.stat().st_size, "its text")
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(text_of(path))
     except FileNotFoundError:
         return None
     except (OSError, ValueError, RecursionError) as error:
         raise damaged(path, error) from None
+
+
+def text_of(path):
+    """Text of a file that is one: a pipe or a device may have no end. Raises OSError, ValueError, InputError."""
+    path = Path(path)
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise InputError(f"{path}: is not a file")
+    size = path.stat().st_size
+    read_budget.allow(path, MEMORY_PER_BYTE * size, "its text")
+    with open(path, "rb") as file:
+        return file.read(size + 1).decode("utf-8")
 
 
 def _valid(check, data, path):
@@ -118,7 +144,7 @@ def maps(path, names):
         shape = found[names[0]].shape
         whole = (corner.shape == (2,) and np.isfinite(corner).all() and math.isfinite(cell) and cell > 0.0
                  and len(shape) == 2 and all(found[name].shape == shape and found[name].dtype.kind == "f"
-                                             for name in names if name in found))
+                                             for name in names))
     except InputError:
         raise
     except Exception as error:  # zipfile and NumPy raise many kinds for what is torn or foreign
@@ -174,8 +200,10 @@ def _check_array(path, data):
         name = codec.get("id", codec.get("name")) if isinstance(codec, dict) else codec
         if name is not None and name not in CODECS:
             raise InputError(f"{path}: codec {shown_line(repr(name), 60)}: must be one of {', '.join(CODECS)}")
-    chunks = data.get("chunks", ((data.get("chunk_grid") or {}).get("configuration") or {}).get("chunk_shape"))
+    grid = data.get("chunk_grid")
+    grid = grid.get("configuration") if isinstance(grid, dict) else None
+    chunks = data.get("chunks", grid.get("chunk_shape") if isinstance(grid, dict) else None)
     for sizes in (data.get("shape"), chunks):
-        if not isinstance(sizes, list) or not all(isinstance(n, int) and 0 <= n < 2**40 for n in sizes):
+        if not isinstance(sizes, list) or not all(isinstance(n, int) and 0 < n < 2**40 for n in sizes):
             raise damaged(path, "its shape")
     read_budget.allow(path, 8.0 * math.prod(map(float, chunks)), "a block of it")

@@ -8,7 +8,7 @@ import typer
 
 from snowmpm.cli.options import Json, Quiet, SceneName, Settings, setting_values
 from snowmpm.cli.table import print_facts, print_json
-from snowmpm.errors import InputError
+from snowmpm.errors import InputError, shown_line
 
 File = Annotated[str, typer.Argument(metavar="FILE", help="Campaign file (.toml), or the name of one of the library.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
@@ -133,7 +133,7 @@ def _tell(found):
     print_facts(f"{found.file.name}: {found.done} of {n} runs done" + (
         f", {len(found.failures)} failed" if found.failures else ""), {})
     for name, reason in list(found.failures.items())[:5]:
-        print(f"  failed: {name}: {reason}")
+        print(f"  failed: {shown_line(name, 200)}: {shown_line(reason, 500)}")
     if not samples_the_parameters(found.file):  # shares of the runs of a grid mean nothing
         for line in orders(found, shown_numbers(found)):
             print(f"  {line}")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Quiet, RunPath
 
 
@@ -43,6 +44,8 @@ def export(run: RunPath, output: Folder = None, kind: As = Kind.ply,
 
     opened = Run(run)
     folder = output or opened.path.with_name("export")
+    written = (one.name for one in folder.glob("*") if one.suffix in (".ply", ".glb", ".usdc", ".json"))
+    overwriting.guard_in(folder, written)
     names = [name.strip() for name in fields.split(",") if name.strip()] if fields is not None else None
     written = export_run(opened, folder, kind.value, surface=surface, fields=names, every=every, speed=speed, fps=fps)
     if not surface and "id" not in opened.field_names:

@@ -92,6 +92,7 @@ def new(
 
     told = []
     if like:
+        load_scene(like, setting_values(settings))  # before anything is copied
         text, copied = starts.copy_of(like, name, folder)
         told = [str(path) for path in copied]
     elif ground:

@@ -90,6 +90,8 @@ def run(
     if resume and (begun := _begun_with(folder, scene)):
         overrides = begun | overrides
         loaded = load_scene(scene, overrides)
+    if overwrite:
+        _tell_what_stays(folder, render)
     start_taichi(backend, threads)
     if fast or accurate:
         loaded = load_scene(scene, overrides | along_the_front(given, fast, accurate, quiet))
@@ -109,6 +111,14 @@ def run(
     film = draw(result, folder / "film.mp4", quiet=not told) if render else None
     if as_json:
         print_json({"run": str(result.path), **({"film": str(film)} if film else {}), **result.summary})
+
+
+def _tell_what_stays(folder, render):
+    """Warn of pictures and maps of the run that is replaced, which a new run does not make anew."""
+    made = ("film.mp4", "maps", "report.html", "report.pdf", "history.png", "saw_test.png", "stills.jpg", "export")
+    there = [name for name in made if (folder / name).exists() and not (render and name == "film.mp4")]
+    if there:
+        print(f"warning: {folder}: {', '.join(there)}: of the run that is replaced; make them anew", file=sys.stderr)
 
 
 def _begun_with(folder, scene):

@@ -2,6 +2,8 @@
 
 import io
 import json
+import os
+import shutil
 import time as clock
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +15,7 @@ import numpy as np
 from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.io import layout
-from snowmpm.io.archive import write_bytes
+from snowmpm.io.archive import create_new, write_bytes
 from snowmpm.io.contents import check_contents
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
@@ -89,6 +91,7 @@ class RunWriter:
         self._journal = Journal(self.path, durable)
         self._file = None
         try:
+            _unshare(self.path)
             with h5py.File(self.path, "r", locking=False) as h5:
                 check_contents(h5, self.path)
                 dimension, version = int(h5.attrs["dimension"]), int(h5.attrs["format_version"])
@@ -249,6 +252,15 @@ def run_file(path: PathLike) -> Path:
     """The run file meant by `path`: itself, or `run.vtkhdf` in a folder."""
     path = Path(path)
     return path if path.suffix in (".vtkhdf", ".hdf", ".h5") and not path.is_dir() else path / layout.RUN_FILE
+
+
+def _unshare(path):
+    """Give a run file that has other names too, as in a backup by links, bytes of its own before they change."""
+    if path.stat().st_nlink > 1:
+        part = path.with_name(path.name + ".part")
+        with create_new(part) as copy, open(path, "rb") as file:
+            shutil.copyfileobj(file, copy)
+        os.replace(part, path)
 
 
 def read_provenance(h5: h5py.File, path: PathLike = "run file") -> Record:

@@ -114,6 +114,8 @@ def _run(scene, folder, lock, progress, resume, overwrite, approve):
     saved = _saved(folder, scene) if resume else None
     if saved is None:
         overwriting.guard_in(folder, FILES)
+    else:
+        overwriting.adopt(folder, (layout.COMPANION_FILE, layout.SUMMARY_FILE))
     simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
     if saved is not None:
         checkpoint.take_over(simulation, saved)
@@ -177,7 +179,7 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
     if saved is None:
         # First, since an old checkpoint would not belong to the new run file
         checkpoints.clear()
-    overwriting.note_changing(*(folder / name for name in (*FILES[:3], *CHECKPOINTS)))
+    overwriting.note_changing(*(folder / name for name in (layout.RUN_FILE, *CHECKPOINTS)))
     if saved is None:
         (folder / KEPT).unlink(missing_ok=True)
         if simulation.model.taken:

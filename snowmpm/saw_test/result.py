@@ -167,7 +167,8 @@ def _of_crack(column, first, found):
                                   ("fracture_energy", start + D, values["fracture_energy"])):
         inside = own & (x > begin) & (x < column.tip - 2.0 * D) & np.isfinite(measured)
         found[name] = float(np.median(measured[inside])) if inside.any() else None
-    run = start + (STEADY + 1.0 + FREE_END) * D
+    # A bin more at either end: windows begin and end at bins
+    run = start + (STEADY + 1.0 + FREE_END) * D + 2.0 * column.width
     needs = {"crack_speed": run, "top_speed": run, "collapse_height": sawn + 4.0 * D + column.width,
              "fracture_energy": start + 3.0 * D + column.width}
     found["reasons"] = {name: _too_short(column, found, need) for name, need in needs.items() if found[name] is None}
@@ -196,6 +197,8 @@ def _speeds(column, passed, reached, start, end):
 
 def _too_short(column, found, need):
     """Why a number is not known that needs a crack up to `need` [m]."""
+    if found["runs_to_the_end"] and need <= column.length:
+        return f"{COLUMN_TOO_SHORT}: the crack did not run steadily over {need:.2f} of {column.length:.2f} m"
     if found["runs_to_the_end"]:
         return f"{COLUMN_TOO_SHORT}: needs {need:.2f} m, has {column.length:.2f} m"
     if found["stopped"]:

@@ -13,7 +13,8 @@ def short_column(facts):
     if test is None:
         return
     D, length, sawn = test.slab_thickness, test.length, _sawn(facts.scene)
-    critical = max(test.notch, min([*_critical_lengths(facts.scene), test.cut_length]))
+    width = test.resolution or 2.0 * facts.dx / (test.weak_layer.interface or 1)
+    critical = max(test.notch, min([*_critical_lengths(facts.scene), test.cut_length])) + 2.0 * width
     needs = {"crack speed": critical + (STEADY + 1.0 + FREE_END) * D,
              "collapse height": max(critical, sawn) + 4.0 * D, "fracture energy": critical + 3.0 * D}
     if critical > max(0.5 * length, length - 2.0 * D):
