@@ -80,6 +80,12 @@ def pipe(path):
     os.mkfifo(path)
 
 
+def cut_off(folder):
+    for path in folder.rglob("*"):
+        if path.is_file() and path.name != "zarr.json":
+            path.write_bytes(path.read_bytes()[:7])
+
+
 DAMAGES = {
     "hash that leads away": lambda folder: member(folder, hash="../../victim"),
     "hash of another length": lambda folder: member(folder, hash="a"),
@@ -106,8 +112,7 @@ DAMAGES = {
     "store of blocks without sizes": lambda folder: metadata(folder, chunk_grid={"name": "regular",
                                                                                 "configuration": [1]}),
     "store with a link": lambda folder: (folder / "maps.zarr" / "base" / "maps" / "more").symlink_to("/etc"),
-    "store cut off": lambda folder: [path.write_bytes(path.read_bytes()[:7]) for path in (
-        folder / "maps.zarr" / "base" / "maps" / "depth_probability").rglob("*") if path.is_file() and path.name != "zarr.json"],
+    "store cut off": lambda folder: cut_off(folder / "maps.zarr" / "base" / "maps" / "depth_probability"),
 }
 
 
