@@ -99,13 +99,14 @@ def _dem(spec, base_dir, dimension, box):
 
 
 def _holes(missing):
-    """Number of cells without data (rows, columns) that are not at the border of the raster, or joined to it: a raster
-    that was turned or cut to a valley has such corners."""
-    from scipy.ndimage import label  # slow to import
-
-    parts = label(missing)[0]
-    outer = np.unique(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
-    return int((missing & ~np.isin(parts, outer)).sum())
+    """Number of cells without data (rows, columns) that have data on both sides, along a row or a column: a raster that
+    was turned, or cut to a valley, has others at its border."""
+    there, amid = ~missing, np.zeros(missing.shape, bool)
+    for axis in (0, 1):
+        before = np.logical_or.accumulate(there, axis)
+        behind = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis), axis)
+        amid |= before & behind
+    return int((missing & amid).sum())
 
 
 def _tell(path, found):

