@@ -143,7 +143,7 @@ def test_precision_and_rate_reach_the_law(call):
         (("triaxial", *SLAB, "--pressure", "-5"), "triaxial: pressure = -5.0: must be >= 0"),
         (("triaxial", *SLAB, "--rate", "0"), "triaxial: rate = 0.0: must be > 0"),
         (
-            ("triaxial", "-m", "slab_release:weak_layer", "--pressure", "1e5"),
+            ("triaxial", "-m", "slab_release_resolved:weak_layer", "--pressure", "1e5"),
             "triaxial: the pressure of 100000 Pa cannot",
         ),
         (("triaxial", *SLAB, "-o", "empty.toml"), "must be a folder"),
