@@ -112,6 +112,8 @@ def note(path: str | os.PathLike[str], content: str | os.PathLike[str] | None = 
 
 def note_changing(*paths: str | os.PathLike[str]) -> None:
     """Note files, or folders, that the program changes in place: whatever they hold, they are its own."""
+    if _kept.get() is None:
+        return
     for path in map(Path, paths):
         _append(path, ANY)
 
