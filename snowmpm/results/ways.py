@@ -116,6 +116,8 @@ def straightened(line, cells):
     """A way (n, 2) over cells, without the turns that it owes to its few directions alone: straight where that takes no
     longer and climbs no more. Seen from its end or from its begin, whichever is shorter: around a corner only one of
     them lies close."""
+    if len(line) < 3:
+        return line
     slowness = _slowness(cells)
 
     def costs(a, b):

@@ -38,7 +38,7 @@ def reported(tmp_path_factory):
 
 def test_report_holds_settings_pictures_curves_and_how_to_make_it_again(reported):
     _, text = reported
-    for words in ("<h1>cut</h1>", "Settings", "anticrack_cam_clay", "snowmpm run scene.toml", "Over time.",
+    for words in ("<h1>cut", "Settings", "anticrack_cam_clay", "snowmpm run scene.toml", "Over time.",
                   "the weak layer as it fails, what lies over it cut away", 'class="viewer"', "Audit at the end"):
         assert words in text, words
     assert text.count("data:image/jpeg;base64,") >= 4 and "data:image/png;base64," in text
