@@ -144,7 +144,7 @@ def _elsewhere(schema, word, path, data):
     return [dotted(place) for place in found if len(place) == shortest][:MOST_PLACES]
 
 
-_PLACES = {}
+_PLACES: dict[str, list[tuple[str | int, ...]]] = {}
 
 
 def _places(title, schema):
