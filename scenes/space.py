@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag
 
 from snowmpm.errors import nearest_file
 from snowmpm.scenes.spec import Number, refuse
@@ -119,7 +119,7 @@ def by_type(*branches: Tag) -> Discriminator:
 
     def branch(value: Any) -> str:
         kinds = {
-            TABLE: isinstance(value, dict) or hasattr(value, "model_fields"),
+            TABLE: isinstance(value, dict | BaseModel),
             LIST: isinstance(value, list | tuple),
             TEXT: isinstance(value, str),
             NUMBER: isinstance(value, int | float),

@@ -120,19 +120,17 @@ def memory_of(run):
 def _local(distributed, options, workers, memory):
     """A cluster of processes of this machine. Raises SimulationError where they cannot be started."""
     resources = {"GPU": 1} if options.backend == "cuda" else None
-    for left in reversed(range(STARTS)):
+    reason = ""
+    for _ in range(STARTS):
         try:
             return distributed.LocalCluster(
                 n_workers=worker_count(options, workers, memory), threads_per_worker=1, processes=True,
                 memory_limit=max(int(memory_of(memory)), 2 * 2**30), dashboard_address="127.0.0.1:0", host="127.0.0.1",
                 resources=resources, silence_logs=50)
         except (RuntimeError, OSError, TimeoutError) as error:  # a worker died while it started
-            if not left:
-                text = (str(error).splitlines() or [type(error).__name__])[0]
-                raise SimulationError(f"no worker can be started here ({STARTS} tries: {text});\n--resume goes on where"
-                                      " it was") from None
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
             clock.sleep(1.0)
-    return None
+    raise SimulationError(f"no worker can be started here ({STARTS} tries: {reason});\n--resume goes on where it was")
 
 
 def slurm_options(options):
