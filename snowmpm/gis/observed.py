@@ -22,11 +22,9 @@ import shapely
 from snowmpm.errors import InputError
 from snowmpm.gis.outlines import affected, outline
 from snowmpm.quantities.classes import PRESSURES
+from snowmpm.quantities.thalweg import ahead_of
 from snowmpm.seeding.regions import read_regions
 from snowmpm.terrain.reference_system import ReferenceSystem
-
-STRAIGHT = 12
-"""Points of the thalweg over which the direction of its extension is taken, as in `snowmpm.results.hazard`."""
 
 STEP = 5.0
 """Spacing [m] of points along an outline for its reach along the thalweg."""
@@ -108,8 +106,7 @@ def compare(computed, observed, profile=None, reach=None):
 def _extended(line, *areas):
     """The thalweg (n, 2), extended straight beyond its end at the run-out, as far as the areas may reach."""
     low, high = np.reshape(shapely.total_bounds([*areas, shapely.LineString(line)]), (2, 2))
-    ahead = line[-1] - line[max(0, len(line) - 1 - STRAIGHT)]
-    return shapely.LineString([*line, line[-1] + np.linalg.norm(high - low) * ahead / np.linalg.norm(ahead)])
+    return shapely.LineString([*line, line[-1] + np.linalg.norm(high - low) * ahead_of(line)])
 
 
 def _reach(way, area):

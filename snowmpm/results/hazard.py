@@ -29,6 +29,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from snowmpm.quantities.classes import PRESSURES, classes_of
+from snowmpm.quantities.thalweg import ahead_of
 from snowmpm.results.ways import Cells, end_of, straightened, ways_down
 
 RUNOUT_SHARE = 0.99
@@ -53,9 +54,6 @@ FINE = 0.25
 
 DRY = 0.01
 """Share of the thalweg that smoothing may move out of the flow."""
-
-STRAIGHT = 12
-"""Points of the thalweg over which the direction of its extension is taken."""
 
 SHORT = 3.0
 """Length [map cells] up to which nothing is said to have moved."""
@@ -89,9 +87,7 @@ def thalweg(line, cell, inside, reach):
     """`Thalweg` of a line (n, 2) of map cells [m], smoothed, and extended straight by `reach` [m]; and its own length
     [m]. inside: function of plan positions (k, 2) -> whether they lie in the flow."""
     line = _smoothed_inside(line, cell, inside)
-    ahead = line[-1] - line[max(0, len(line) - 1 - STRAIGHT)]
-    ahead = ahead / np.linalg.norm(ahead)
-    longer = np.concatenate([line, line[-1] + cell * np.arange(1, int(reach / cell) + 2)[:, None] * ahead])
+    longer = np.concatenate([line, line[-1] + cell * np.arange(1, int(reach / cell) + 2)[:, None] * ahead_of(line)])
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(longer, axis=0), axis=1))])
     return Thalweg(longer, s), float(s[len(line) - 1])
 
