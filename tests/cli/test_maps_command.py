@@ -1,5 +1,6 @@
 """`snowmpm maps` and what `snowmpm info` says of an avalanche."""
 
+import csv
 import sys
 
 import numpy as np
@@ -92,6 +93,11 @@ def test_what_was_seen_is_scored(call, avalanche):
         assert words in " ".join(result.out.split()), result.out
     record = json.loads((avalanche / "maps" / "avalanche.json").read_text())
     assert record["observed"][0]["runout_difference"] == pytest.approx(40.0)
+    rows = {row["name"]: row for row in csv.DictReader((avalanche / "maps" / "avalanche.csv").open())}
+    assert float(rows["observed.affected_area.hit_area"]["value"]) == pytest.approx(6000.0)
+    assert rows["observed.affected_area.hit_area"]["unit"] == "m2"
+    assert float(rows["observed.affected_area.runout_difference"]["value"]) == pytest.approx(40.0)
+    assert rows["runout"]["resolution"] == "5" and "No hazard assessment" in rows["statement"]["value"]
     refused = call("maps", avalanche, "--observed", seen, "--pictures")
     assert refused.code == 2 and "--observed" in refused.err
     missing = call("maps", avalanche, "--observed", avalanche / "nothing.shp")
