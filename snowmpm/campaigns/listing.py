@@ -1,13 +1,12 @@
 """The runs of a campaign as a table for reading, and as curves over a parameter."""
 
-import itertools
 import math
 
 import numpy as np
 
 from snowmpm.campaigns.answers import is_saw_test, summary
 from snowmpm.campaigns.distributions import Choices
-from snowmpm.campaigns.table import WHY
+from snowmpm.campaigns.table import WHY, parts
 from snowmpm.campaigns.work import REFERENCE
 from snowmpm.io.saw_theories import FLAT, THEORIES
 from snowmpm.quantities.saw import BEFORE, REASONS, THEORY
@@ -98,12 +97,8 @@ def curves(campaign, name):
     numeric = numeric_parameters(campaign.file)
     across = max(numeric, key=lambda one: table[one].nunique())
     others = [one for one in parameters if one != across]
-    choices = itertools.product(*(list(dict.fromkeys(table[one])) for one in others))
     lines = []
-    for choice in choices:
-        own = table[np.logical_and.reduce([table[one] == value for one, value in zip(others, choice, strict=True)])
-                    if others else slice(None)].sort_values(across)
-        said = ", ".join(f"{one} {value}" for one, value in zip(others, choice, strict=True))
+    for said, own in parts(table, others, across):
         x = own[across].to_numpy(float)
         whole = own[WHOLE].fillna(False).to_numpy(bool) if WHOLE in own else np.ones(len(own), bool)
         lines.append((said or "computed", x, own[name].to_numpy(float), whole, False))

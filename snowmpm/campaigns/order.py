@@ -8,13 +8,13 @@ Differences that alternate, or that do not shrink, have no order. Against a refe
 ln |error| over ln h.
 """
 
-import itertools
 import math
 
 import numpy as np
 from scipy.optimize import brentq
 
 from snowmpm.campaigns.distributions import Choices
+from snowmpm.campaigns.table import parts
 
 KEY = "solver.dx"
 LEAST, MOST = 0.05, 8.0
@@ -64,10 +64,8 @@ def orders(campaign, names):
         return []
     others = [name for name in campaign.file.parameters if name != spacing]
     lines = []
-    for choice in itertools.product(*(list(dict.fromkeys(table[name])) for name in others)):
-        own = table[np.logical_and.reduce([table[name] == value for name, value in zip(others, choice, strict=True)])
-                    if others else slice(None)].sort_values(spacing, ascending=False)
-        where = ", ".join(f"{name} {value}" for name, value in zip(others, choice, strict=True))
+    for where, own in parts(table, others, spacing):
+        own = own[::-1]  # coarse to fine
         lines += [f"{where + ': ' if where else ''}{name}: {_words(own, spacing, name)}"
                   for name in names if name in own and not name.endswith("_error")]
     return lines

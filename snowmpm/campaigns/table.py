@@ -1,8 +1,12 @@
 """The table of a campaign: a row a run, with its parameters and every number of it. Parquet and CSV."""
 
 import io
+import itertools
+
+import numpy as np
 
 from snowmpm.campaigns.members import ONLY
+from snowmpm.campaigns.untrusted import TRUTHS
 from snowmpm.campaigns.work import read_record
 from snowmpm.draft import draft, write_text
 
@@ -10,8 +14,6 @@ FILE, CSV, WORK = FILES = "table.parquet", "table.csv", "work.csv"
 MISSING = "missing"
 WHY = "_reason"
 """End of the name of a column that says why a number of a saw test has no value."""
-TRUTHS = ("final", "saw_runs_to_the_end", "saw_stopped")
-"""Columns of truth values."""
 
 
 def rows_of(plan, records):
@@ -49,6 +51,14 @@ def frame_of(rows):
         if name in table:
             table[name] = table[name].astype("boolean")
     return table
+
+
+def parts(table, names, along):
+    """(words, rows) of each choice of the values of some columns, its rows in the order of the column `along`."""
+    for choice in itertools.product(*(list(dict.fromkeys(table[name])) for name in names)):
+        own = table[np.logical_and.reduce([table[name] == value for name, value in zip(names, choice, strict=True)])
+                    if names else slice(None)]
+        yield ", ".join(f"{name} {value}" for name, value in zip(names, choice, strict=True)), own.sort_values(along)
 
 
 def write_tables(plan, records):

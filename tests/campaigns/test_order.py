@@ -1,9 +1,12 @@
 """Order of convergence of a number over a grid of cells."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from snowmpm.campaigns.order import order, order_of_errors
+from snowmpm.campaigns.distributions import Choices
+from snowmpm.campaigns.order import order, order_of_errors, orders
 
 
 @pytest.mark.parametrize("p", [0.5, 1.0, 2.0, 3.0])
@@ -22,3 +25,25 @@ def test_what_has_no_order():
     assert order(h, [1.0, 1.0, 1.0]) is None and order(h[:2], [1.0, 2.0]) is None
     assert order(h, [1.0, np.nan, 2.0]) is None
     assert order_of_errors(h, [0.1, 0.2, 0.3]) is None and order_of_errors(h, [0.1, 0.0, 0.1]) is None
+
+
+def test_the_reference_stands_first_with_its_order_for_each_choice_of_the_others():
+    """Errors of 0.3 h^2 and 0.1 h for two transfers."""
+    from snowmpm.campaigns.listing import listing
+    from snowmpm.campaigns.table import frame_of
+
+    sizes, laws = (0.1, 0.4, 0.2), {"apic": lambda h: 0.3 * h**2, "flip": lambda h: 0.1 * h}
+    table = frame_of([{"dx": h, "transfer": name, "status": "done", "mass": 3.0, "max_speed": 1.0 + error(h),
+                       "reference_tip_deflection": 2.0 * (1.0 + error(h)), "reference_tip_deflection_error": error(h)}
+                      for name, error in laws.items() for h in sizes])
+    file = SimpleNamespace(parameters={
+        "dx": Choices(key="solver.dx", distribution="choices", values=sizes),
+        "transfer": Choices(key="solver.transfer", distribution="choices", values=tuple(laws))})
+    campaign = SimpleNamespace(table=table, dimension=2, file=file, values=lambda name: table[name].to_numpy(float))
+    assert listing(campaign, 10)[0].split()[:4] == ["dx", "transfer", "reference_tip_deflection",
+                                                    "reference_tip_deflection_error"]
+    told = orders(campaign, ["reference_tip_deflection", "max_speed"])
+    assert told == ["transfer apic: reference_tip_deflection: order 2 against the reference",
+                    "transfer apic: max_speed: order 2, towards 1",
+                    "transfer flip: reference_tip_deflection: order 1 against the reference",
+                    "transfer flip: max_speed: order 1, towards 1"]
