@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import snowmpm
+from snowmpm.overwriting import LIST
 from tests.support.same_runs import assert_same, assert_same_runs
 
 HERE = Path(__file__).parent
@@ -126,7 +127,7 @@ def test_killed_and_resumed(nursery, uninterrupted, tmp_path, method, resumes):
         assert_same_runs(folder, here)
         assert finished_frames(here, whole) == len(whole)
         assert {path.name for path in here.iterdir()} == {
-            "checkpoint.npz", "run.vtkhdf", "paraview.vtkhdf", "scene.toml", "summary.json"}
+            LIST, "checkpoint.npz", "run.vtkhdf", "paraview.vtkhdf", "scene.toml", "summary.json"}
         runs += 1
     print(f"{method}: {died.total()} kills, {resumed} resumed, {runs} runs that came to their end, all bitwise equal;"
           f" killed: {dict(died)}")
