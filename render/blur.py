@@ -3,18 +3,19 @@
 import numpy as np
 from scipy import ndimage
 
-FINE = 4.0  # px: standard deviation on the coarse picture, at the least
+FINE = 2.5  # px: standard deviation on the coarse picture, at the least; more for a filter that is cut shorter
 TRUNCATE = 4.0  # standard deviations: reach of the filter
 
 
 def blur(values, width, truncate=TRUNCATE):
     """`values` (height, width) convolved with a Gaussian of standard deviation `width` [px], mirrored at the borders.
 
-    Below 2 FINE it is `scipy.ndimage.gaussian_filter`. Above, means of blocks are blurred and interpolated linearly.
-    Both steps widen, and the Gaussian between is narrower for it, so that the variance is that of `width`.
+    Below 2 FINE, at the usual reach, it is `scipy.ndimage.gaussian_filter`. Above, means of blocks are blurred and
+    interpolated linearly. Both steps widen, and the Gaussian between is narrower for it, so that the variance is that
+    of `width`.
     """
     values = np.asarray(values, np.float32)
-    block = int(width / FINE)
+    block = int(width * truncate / (FINE * TRUNCATE))
     if block < 2:
         return ndimage.gaussian_filter(values, width, truncate=truncate)
     coarse = _block_means(values, block, int(np.ceil(truncate * width)))

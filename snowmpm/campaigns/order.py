@@ -6,19 +6,30 @@ With f(h) = f_0 + C h^p on spacings h_3 > h_2 > h_1 (Roache 1997, doi:10.1146/an
 
 Differences that alternate, or that do not shrink, have no order. Against a reference, the order is the slope of
 ln |error| over ln h.
-"""
 
-import math
+The interval of the value on the finest cells is the grid convergence index (Roache 1994, doi:10.1115/1.2910291),
+
+    f_1 +- F |f_2 - f_1| / ((h_2 / h_1)^p - 1)
+
+with F = 1.25 and the order that three grids show, 2 at most, which is that of the schemes, else F = 3 and p = 1. It is
+at least the resolution of the number on these cells (`quantities.resolution`).
+"""
 
 import numpy as np
 from scipy.optimize import brentq
 
 from snowmpm.campaigns.distributions import Choices
 from snowmpm.campaigns.table import parts
+from snowmpm.quantities.resolution import resolutions
+from snowmpm.quantities.table import quantity
 
 KEY = "solver.dx"
 LEAST, MOST = 0.05, 8.0
 """Orders that are looked for."""
+FORMAL = 2.0
+"""Order of the schemes at best: a higher one is chance."""
+SEEN, ASSUMED = 1.25, 3.0
+"""Factors of safety of the grid convergence index: with an order from three grids, and with one of 1."""
 
 
 def order(spacings, values):
@@ -40,6 +51,16 @@ def order(spacings, values):
     return float(p), float(f[2] - last * h[2] ** p / (h[1] ** p - h[2] ** p))
 
 
+def interval(spacings, values):
+    """Half width of the interval of the last of values (k,) on spacings (k,), coarse to fine; None of one grid."""
+    h, f = np.asarray(spacings, float)[-2:], np.asarray(values, float)[-2:]
+    if len(h) < 2 or not np.isfinite(f).all():
+        return None
+    found = order(spacings, values)
+    safety, p = (SEEN, min(found[0], FORMAL)) if found else (ASSUMED, 1.0)
+    return float(safety * abs(f[1] - f[0]) / ((h[0] / h[1]) ** p - 1.0))
+
+
 def order_of_errors(spacings, errors):
     """Order by relative errors (k,) against a reference; None where they do not shrink."""
     h, size = np.asarray(spacings, float), np.abs(np.asarray(errors, float))
@@ -50,34 +71,47 @@ def order_of_errors(spacings, errors):
 
 
 def grid_of_spacings(file):
-    """Name of the parameter of a `CampaignFile` that varies the spacing over three values or more; None without."""
+    """Name of the parameter of a `CampaignFile` that varies the spacing over two values or more; None without."""
     for name, one in file.parameters.items():
-        if one.keys == (KEY,) and isinstance(one, Choices) and len(one.values) >= 3:
+        if one.keys == (KEY,) and isinstance(one, Choices) and len(one.values) >= 2:
             return name
     return None
 
 
-def orders(campaign, names):
-    """Lines: of each of these numbers, for each choice of the other parameters, its order over the spacings."""
+def on_the_finest(campaign, names):
+    """Rows of what a grid of spacings says of these numbers, for each choice of the other parameters.
+
+    where: that choice, in words; number; spacing: the finest [m]; value on it, interval: half its width; order, None
+    where there is none; reference: whether it is against one.
+    """
     spacing, table = grid_of_spacings(campaign.file), campaign.table
     if spacing is None:
         return []
-    others = [name for name in campaign.file.parameters if name != spacing]
-    lines = []
+    others, rows = [name for name in campaign.file.parameters if name != spacing], []
     for where, own in parts(table, others, spacing):
         own = own[::-1]  # coarse to fine
-        lines += [f"{where + ': ' if where else ''}{name}: {_words(own, spacing, name)}"
-                  for name in names if name in own and not name.endswith("_error")]
+        h = own[spacing].to_numpy(float)
+        finest = {name: float(own[name].iloc[-1]) for name in (*names, "fall") if name in own}
+        known = resolutions(finest, h[-1])
+        for name in names:
+            if name not in own or name.endswith("_error") or len(own) < 2:
+                continue
+            values, errors = own[name].to_numpy(float), own.get(f"{name}_error")
+            half = interval(h, values)
+            found = order(h, values) if errors is None else [order_of_errors(h, errors.to_numpy(float))]
+            rows.append({"where": where, "number": name, "spacing": float(h[-1]), "value": float(values[-1]),
+                         "interval": half and max(half, known.get(name, 0.0)), "order": found[0] if found else None,
+                         "reference": errors is not None})
+    return rows
+
+
+def orders(campaign, names):
+    """`on_the_finest` in words, a line each."""
+    lines = []
+    for row in on_the_finest(campaign, names):
+        number = quantity(row["number"], dimension=campaign.dimension)
+        where = f"{row['where']}: " if row["where"] else ""
+        known = f"order {row['order']:.2g}" if row["order"] else "no order of convergence"
+        lines.append(f"{where}{number.label} {number.text(row['value'], row['interval'])} on cells of"
+                     f" {row['spacing']:g} m, {known}{' against the reference' if row['reference'] else ''}")
     return lines
-
-
-def _words(own, spacing, name):
-    h, values = own[spacing].to_numpy(float), own[name].to_numpy(float)
-    errors = own.get(f"{name}_error")
-    if errors is not None:
-        found = order_of_errors(h, errors.to_numpy(float))
-        return f"order {found:.2g} against the reference" if found else "no order: the errors do not shrink"
-    found = order(h, values)
-    if found is None:
-        return "no order: the differences do not shrink"
-    return f"order {found[0]:.2g}, towards {found[1]:.4g}" if math.isfinite(found[1]) else f"order {found[0]:.2g}"

@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm.campaigns import convergence
 from snowmpm.campaigns.answers import is_saw_test, samples_the_parameters, summary
 from snowmpm.campaigns.listing import curves, listing, numeric_parameters, shown_numbers
+from snowmpm.campaigns.order import orders
 from snowmpm.campaigns.probability import QUANTITIES
 from snowmpm.quantities.table import quantity
 from snowmpm.render.campaign_plot import (
@@ -82,6 +83,7 @@ def _numbers(campaign, folder, prefix):
         else:
             path = render_distribution(name, campaign.values(name), output, dimension=dimension)
             section.blocks.append(Picture(path, f"{quantity(name).label}: share of runs at or above"))
+    section.blocks.extend(Note(line, "good") for line in orders(campaign, names))
     rows = campaign.sensitivities.to_dict("records")
     for name in names:
         own = [row for row in rows if row["number"] == name]

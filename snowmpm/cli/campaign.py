@@ -118,9 +118,11 @@ def status(folder: Folder, as_json: Json = False):
 
 def _record(found):
     from snowmpm.campaigns.answers import summary
+    from snowmpm.campaigns.listing import shown_numbers
+    from snowmpm.campaigns.order import on_the_finest
 
     return {"folder": str(found.folder), "runs": len(found.members), "done": found.done, "failures": found.failures,
-            "numbers": summary(found.table)}
+            "numbers": summary(found.table), "grids": on_the_finest(found, shown_numbers(found))}
 
 
 def _tell(found):

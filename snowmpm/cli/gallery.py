@@ -30,14 +30,16 @@ def gallery(
     settings: Settings = None,
     backend: BackendOption = Backend.auto,
     threads: Threads = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that have a run in DIR.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that have a run in DIR, and replace pictures that"
+                                                                 " this command did not write.")] = False,
 ):
     """Draw pictures of library scenes, and write the page of all of them.
 
     A scene without a finished run is run first; an interrupted run is continued. Times, colours and camera are those of
     the scene's section [picture]. The caption of a picture names what --set changed.
     """
-    from snowmpm.cli.gallery_page import default_folder, draw_exhibit, write_page
+    from snowmpm import overwriting
+    from snowmpm.cli.gallery_page import PAGE, default_folder, draw_exhibit, write_page
     from snowmpm.scenes import library, load_scene
 
     folder = output or default_folder()
@@ -46,6 +48,7 @@ def gallery(
     for scene in chosen:
         if scene.name not in library():
             raise InputError(f"{scene.source}: not a scene of the library, and the gallery shows those only")
+    overwriting.guard_in(folder, [PAGE, *(f"{scene.name}.png" for scene in chosen)])
     for scene in counted(chosen, "gallery", "scenes"):
         run = _finished(scene, runs / scene.name, backend, threads, overwrite)
         print(draw_exhibit(scene, run, folder, settings))

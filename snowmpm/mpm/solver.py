@@ -120,7 +120,7 @@ class MpmSolver(Solver):
                 self._phases.fall(self, dt)
             pushed = self._act(dt)
             if self.boundary.basal:
-                self.boundary.basal.update(self.particles)
+                self.boundary.basal.update(self.particles, self.extremes.speed * dt)
             if self.sleep and self.sleep.all_asleep:
                 self.extremes, self.n_plastic = replace(self.extremes, speed=0.0, gradient=0.0, breaking=0), 0
             else:
@@ -382,7 +382,8 @@ class MpmSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        return {**super().state(), "surfaces": self.boundary.state(),
+        basal = self.boundary.basal
+        return {**super().state(), "surfaces": self.boundary.state(), **({"basal": basal.state()} if basal else {}),
                 "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
                 **({"sleep": self.sleep.state()} if self.sleep else {})}
 
@@ -396,5 +397,7 @@ class MpmSolver(Solver):
             self.sleep.restore(state["sleep"])
         self._rebuild_for_blocks()
         self.boundary.restore(state["surfaces"])
+        if self.boundary.basal:
+            self.boundary.basal.restore(state["basal"], self.particles)
         if self.grid.bodies:
             self.grid.bodies.totals[:] = state["between_bodies"]

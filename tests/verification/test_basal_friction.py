@@ -9,9 +9,12 @@ from snowmpm.errors import InputError
 from snowmpm.ground import LAWS
 from snowmpm.ground.states import stresses
 from snowmpm.scenes import Scene
+from snowmpm.stepping import basal_friction
+from snowmpm.stepping.basal_friction import BasalFriction
 
 G, DENSITY, THICK = 9.81, 250.0, 1.0
 VOELLMY = {"law": "voellmy", "mu": 0.25, "xi": 200.0}
+STICKY = {"law": "coulomb", "mu": 0.2, "tau0": 300.0}
 
 
 def scene(friction, angle, speed, length=12.0, dimension=2, dx=0.25, **changes):
@@ -87,7 +90,7 @@ def test_the_way_to_the_terminal_speed():
     assert speed(simulation) == pytest.approx(limit * np.tanh(3.0 / scale + np.arctanh(0.6)), rel=0.02)
 
 
-@pytest.mark.parametrize("spec", [VOELLMY, {"law": "coulomb", "mu": 0.2, "tau0": 300.0}], ids=lambda spec: spec["law"])
+@pytest.mark.parametrize("spec", [VOELLMY, STICKY], ids=lambda spec: spec["law"])
 def test_friction_stops_a_block_without_turning_it_back(spec):
     """On level ground: v = v_0 - a t for the dry part, and for Voellmy tan; then it lies still."""
     v0 = 3.0
@@ -126,9 +129,10 @@ def test_a_coefficient_and_coulomb_as_a_law_are_the_same_to_the_bit():
     np.testing.assert_array_equal(*(simulation.particles["velocity"] for simulation in runs))
 
 
-def test_a_continued_simulation_is_the_same_to_the_bit():
-    whole, second = (snowmpm.Simulation(scene(VOELLMY, 30.0, 5.0, length=4.0)) for _ in range(2))
-    for _ in range(30):
+@pytest.mark.parametrize("spec", [VOELLMY, STICKY], ids=lambda spec: spec["law"])
+def test_a_continued_simulation_is_the_same_to_the_bit(spec):
+    whole, second = (snowmpm.Simulation(scene(spec, 30.0, 5.0, length=4.0)) for _ in range(2))
+    for _ in range(31):
         whole.step()
     state = whole.state()
     second.restore(state)
@@ -136,6 +140,22 @@ def test_a_continued_simulation_is_the_same_to_the_bit():
         for _ in range(30):
             simulation.step()
     np.testing.assert_array_equal(*(simulation.particles["velocity"] for simulation in (whole, second)))
+
+
+@pytest.mark.parametrize(("spec", "share"), [(VOELLMY, 1.0), (STICKY, 0.5)], ids=["voellmy", "coulomb"])
+def test_depths_are_taken_anew_where_the_snow_has_moved(monkeypatch, spec, share):
+    """In every step for a law of the speed, else a quarter of a cell later at most; the ways are the same to 1e-3."""
+    taken, ends = [], []
+    take_in = BasalFriction._take_in
+    monkeypatch.setattr(BasalFriction, "_take_in", lambda *given: (taken.append(given), take_in(*given)))
+    for stale in (0.25, 0.0):
+        monkeypatch.setattr(basal_friction, "STALE", stale)
+        taken.clear()
+        simulation = snowmpm.Simulation(scene(spec, 30.0, 2.0, length=4.0))
+        run_to(simulation, 0.5)
+        assert len(taken) == simulation.solver.steps or (stale and len(taken) < share * simulation.solver.steps)
+        ends.append(simulation.particles["position"][:, 0].mean())
+    assert ends[0] == pytest.approx(ends[1], abs=1e-3 * (ends[1] - 5.0))
 
 
 def test_sph_refuses_them():
