@@ -30,8 +30,10 @@ def gallery(
     settings: Settings = None,
     backend: BackendOption = Backend.auto,
     threads: Threads = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Rerun scenes that have a run in DIR, and replace pictures that"
-                                                                 " this command did not write.")] = False,
+    overwrite: Annotated[
+        bool,
+        typer.Option("--overwrite", help="Rerun scenes that have a run in DIR, and replace pictures of other origin."),
+    ] = False,
 ):
     """Draw pictures of library scenes, and write the page of all of them.
 
