@@ -1,8 +1,16 @@
 """Help texts in which square brackets are square brackets: typer hands all texts to rich, which takes [...] as markup
-and prints nothing of it."""
+and prints nothing of it. And what is wrong with the words of a command, in one line like every other error."""
 
+import sys
+
+import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
+
+from snowmpm.errors import shown_lines
+
+UsageError = typer.BadParameter.__mro__[1]
+"""Of the click that typer brings with it, or stands on."""
 
 
 class PlainCommand(TyperCommand):
@@ -14,11 +22,26 @@ class PlainCommand(TyperCommand):
 
 
 class PlainGroup(TyperGroup):
-    """A group of commands whose texts have no markup."""
+    """A group of commands whose texts have no markup, and whose errors of usage are a line."""
 
     def __init__(self, *args, **options):
         super().__init__(*args, **options)
         _escape(self)
+
+    def main(self, *args, standalone_mode=True, **options):
+        try:
+            ended = super().main(*args, standalone_mode=False, **options)
+        except UsageError as error:
+            if not standalone_mode:
+                raise
+            if type(error).__name__ != "NoArgsIsHelpError":  # which has shown the help
+                where = f" ({error.ctx.command_path} --help)" if error.ctx else ""
+                said = error.format_message().replace("Value error, ", "").rstrip(".")
+                print(shown_lines(f"error: {said}{where}"), file=sys.stderr)
+            sys.exit(error.exit_code)
+        if standalone_mode:
+            sys.exit(ended if isinstance(ended, int) else 0)
+        return ended
 
 
 def _escape(command):

@@ -96,11 +96,14 @@ def run(
     if fast or accurate:
         loaded = load_scene(scene, overrides | along_the_front(given, fast, accurate, quiet))
     again = _command(scene, folder, backend, threads, {"--render": render, "--accept-cost": accept_cost}, live)
+    before = _ends_of(folder) if resume else None
     result = simulate(loaded, folder, resume, lines=lines, quiet=quiet, overwrite=overwrite,
                       accept_cost=accept_cost, again=again, page=live)
     told = not quiet and not as_json
     if told:
         simulated = f"{count(len(result))} frames, {result.times[-1]:.3f} s simulated"
+        if result.times[-1] == before:
+            simulated = f"nothing left to do: {simulated}"
         print(f"{simulated}{_ended(result)}{_wall(result)}: {result.path}")
     if told and (chosen := result.summary.get("friction_class")):
         print(f"friction {chosen}, chosen by the volume of the release")
@@ -119,6 +122,17 @@ def _tell_what_stays(folder, render):
     there = [name for name in made if (folder / name).exists() and not (render and name == "film.mp4")]
     if there:
         print(f"warning: {folder}: {', '.join(there)}: of the run that is replaced; make them anew", file=sys.stderr)
+
+
+def _ends_of(folder):
+    """Time at which the complete run in a folder ends [s], None without."""
+    from snowmpm.io import Run
+
+    try:
+        run = Run(folder)
+    except InputError:
+        return None
+    return run.times[-1] if run.complete else None
 
 
 def _begun_with(folder, scene):

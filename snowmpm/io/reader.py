@@ -315,7 +315,12 @@ def _with_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def _runs_near(path: PathLike) -> str:
-    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""."""
+    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""; of a scene,
+    the folder of its run, or how to make one."""
+    if Path(path).suffix == ".toml":
+        usual = Path("runs") / Path(path).stem
+        made = (usual / layout.RUN_FILE).exists()
+        return f"; did you mean {usual}?" if made else f": a scene, not a run; snowmpm run {path} makes one"
     folder = Path(path).parent
     runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
     return did_you_mean(str(Path(path)), runs)

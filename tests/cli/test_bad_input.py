@@ -114,12 +114,20 @@ def test_wrong_argument(refused, block, arguments, expected):
 
 @pytest.mark.parametrize(
     "arguments",
-    [("run",), ("walk",), ("run", "x", "--threads", "0"), ("run", "x", "--precision", "f16"), ("run", "x", "--no")],
+    [("run",), ("walk",), ("run", "x", "--threads", "0"), ("run", "x", "--precision", "f16"), ("run", "x", "--no"),
+     ("render", "x", "-o"), ("export", "x", "--as", "abc"), ("campaign", "walk"), ("info", "x", "y")],
 )
 def test_wrong_usage(call, arguments):
     result = call(*arguments)
-    assert result.code == 2
-    assert result.err
+    assert result.code == 2 and not result.out
+    assert result.err.startswith("error: ") and len(result.err.splitlines()) == 1, result.err
+
+
+def test_a_scene_is_no_run(refused, block, tmp_path):
+    assert "a scene, not a run; snowmpm run block.toml makes one" in refused("render", "block.toml")
+    (tmp_path / "runs" / "block").mkdir(parents=True)
+    (tmp_path / "runs" / "block" / "run.vtkhdf").touch()
+    assert "did you mean runs/block?" in refused("info", "block.toml")
 
 
 def scene(folder, kind="mesh", file="slope.stl", region=SQUARE):

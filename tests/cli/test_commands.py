@@ -70,6 +70,7 @@ def test_resume_takes_the_settings_of_the_run(call, block):
     assert (run.times[-1], run.scene["solver"]["dx"]) == (0.03, 0.2)
     assert run.provenance["settings"] == {"solver.dx": 0.2, "solver.precision": "f32", "end_time": 0.03}
     once_more = call("run", block, "--resume")
+    assert once_more.out.startswith("nothing left to do: ")
     assert once_more.code == 0, once_more.err
     other = call("run", block, "--resume", "--set", "solver.dx=0.1")
     assert (other.code, "solver.dx = 0.1: was 0.2" in other.err) == (2, True)
