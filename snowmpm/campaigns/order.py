@@ -12,7 +12,7 @@ The interval of the value on the finest cells is the grid convergence index (Roa
     f_1 +- F |f_2 - f_1| / ((h_2 / h_1)^p - 1)
 
 with F = 1.25 and the order that three grids show, 2 at most, which is that of the schemes, else F = 3 and p = 1. It is
-at least the resolution of the number on these cells (`quantities.resolution`).
+at least the resolution of the number on the cells of the maps (`quantities.resolution`).
 """
 
 import numpy as np
@@ -87,12 +87,13 @@ def on_the_finest(campaign, names):
     spacing, table = grid_of_spacings(campaign.file), campaign.table
     if spacing is None:
         return []
+    cell = _map_cell(campaign.example)
     others, rows = [name for name in campaign.file.parameters if name != spacing], []
     for where, own in parts(table, others, spacing):
         own = own[::-1]  # coarse to fine
         h = own[spacing].to_numpy(float)
         finest = {name: float(own[name].iloc[-1]) for name in (*names, "fall") if name in own}
-        known = resolutions(finest, h[-1])
+        known = resolutions(finest, cell or h[-1])
         for name in names:
             if name not in own or name.endswith("_error") or len(own) < 2:
                 continue
@@ -103,6 +104,12 @@ def on_the_finest(campaign, names):
                          "interval": half and max(half, known.get(name, 0.0)), "order": found[0] if found else None,
                          "reference": errors is not None})
     return rows
+
+
+def _map_cell(run):
+    """Side of the map cells [m] of the runs of a campaign, which all have the same; None without maps."""
+    raster = run.maps.get("peak_depth") if run else None
+    return raster.cell if raster is not None else None
 
 
 def orders(campaign, names):

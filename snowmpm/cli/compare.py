@@ -161,6 +161,7 @@ class Found:
 
 def _rows(found):
     """Rows of the table: (name, texts of each run, numbers of each run or None)."""
+    from snowmpm.io.published import resolution_of
     from snowmpm.io.status import cautions, status_of
     from snowmpm.quantities.table import NUMBERS, quantity
 
@@ -184,10 +185,12 @@ def _rows(found):
         if not all(map(math.isnan, values)):
             one = quantity(name, dimension=cases[0].run.dimension)
             yield one.label + words, [one.text(value) for value in values], values
+    known = [resolution_of(case.run) for case in cases]
     for one in NUMBERS:
         values = [case.run.hazard.get("numbers", {}).get(one.name, math.nan) for case in cases]
         if one.name in COMPARED and any(map(math.isfinite, values)):
-            yield one.label, [one.text(value) for value in values], values
+            texts = [one.text(value, own.get(one.name)) for value, own in zip(values, known, strict=True)]
+            yield one.label, texts, values
     yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
     if placed:
         yield from _profile_rows(found)

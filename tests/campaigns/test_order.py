@@ -39,7 +39,8 @@ def test_the_reference_stands_first_with_its_order_for_each_choice_of_the_others
     file = SimpleNamespace(parameters={
         "dx": Choices(key="solver.dx", distribution="choices", values=sizes),
         "transfer": Choices(key="solver.transfer", distribution="choices", values=tuple(laws))})
-    campaign = SimpleNamespace(table=table, dimension=2, file=file, values=lambda name: table[name].to_numpy(float))
+    campaign = SimpleNamespace(table=table, dimension=2, file=file, example=None,
+                               values=lambda name: table[name].to_numpy(float))
     assert listing(campaign, 10)[0].split()[:4] == ["dx", "transfer", "reference_tip_deflection",
                                                     "reference_tip_deflection_error"]
     told = orders(campaign, ["reference_tip_deflection", "max_speed"])
