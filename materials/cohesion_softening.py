@@ -11,7 +11,8 @@ the strength is cut off.
 from math import log
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 from .precision import by_precision
 

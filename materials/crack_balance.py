@@ -16,7 +16,7 @@ take all strain across and along the cracks, then after those of elastic materia
 import functools
 from typing import NamedTuple
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .crack_planes import DAMAGE, OPENING, PER_CRACK, elastic_stress, jump_strain, traction
 from .crack_return import crack_return

@@ -1,6 +1,6 @@
 """The planes of cracks within a particle: what is kept of one, its normal, how it moves, the traction on it."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .precision import by_precision
 from .symmetric import PAIRS, plus_isotropic, trace

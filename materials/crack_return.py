@@ -23,7 +23,7 @@ of which 1 over the root of the left side is concave: Newton's method from the r
 the solution without passing it. Both denominators grow with Δκ as long as no side snaps back: f_t/w_c < M/H, G/(Hβ²).
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .precision import by_precision
 

@@ -6,7 +6,7 @@ more than may stay, a new crack begins, and they do so anew.
 
 import functools
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .crack_balance import Cracks, Trial, crack_balance
 from .crack_planes import DAMAGE, NORMAL, OPENING, PER_CRACK, carried_along, elastic_stress, normal_of, traction

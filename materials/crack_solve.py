@@ -2,7 +2,7 @@
 
 import functools
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .crack_planes import DAMAGE, OPENING, PER_CRACK, elastic_stress, jump_strain, traction
 from .crack_return import crack_return

@@ -1,6 +1,6 @@
 """The update of elastic material with one crack, in closed form but for the jump of an opening crack."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .crack_planes import DAMAGE, NORMAL, OPENING, carried_along, normal_of, traction
 from .crack_return import crack_return

@@ -4,7 +4,8 @@ import functools
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .critical_state_return import (

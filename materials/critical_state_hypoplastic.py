@@ -4,8 +4,9 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from pydantic import Field, model_validator
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .hypoplastic import RateLaw

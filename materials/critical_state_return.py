@@ -1,6 +1,6 @@
 """Return map of the Cam-Clay family in (p, q): which surface, which way ζ goes, and the corners of both."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .ellipse import YIELD_TOLERANCE, return_to_ellipse
 from .hardening import hardening_value

@@ -3,7 +3,8 @@
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 from .hencky import hencky_strain, log_series, log_volume, strain_of_volume, trial_deviation
 from .law import REDO, Law

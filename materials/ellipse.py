@@ -20,7 +20,7 @@ divide by ∂y/∂p fail), for trial states however far away, and as p₀ → 0.
 where the normal becomes purely deviatoric (p = c), so there is always a bracket; Newton runs inside it.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .hardening import hardening_moved, hardening_slope, hardening_value
 from .precision import by_precision, larger, smaller

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike
 from pydantic import AfterValidator
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .law import NonNegative

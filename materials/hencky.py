@@ -16,7 +16,7 @@ squared. The choice is made per particle.
 
 from math import factorial
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .precision import by_precision, is_within
 from .series import (

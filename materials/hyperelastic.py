@@ -3,8 +3,9 @@
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .elastic import elastic_trial, small_elastic_trial

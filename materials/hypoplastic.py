@@ -4,9 +4,10 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .conventions import tensile_apex

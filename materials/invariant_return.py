@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .elastic import elastic_trial, small_elastic_trial
 from .hencky import deviation_of_small_strain, deviation_of_strain

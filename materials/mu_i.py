@@ -3,8 +3,9 @@
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from pydantic import model_validator
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, end_of

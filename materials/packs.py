@@ -15,7 +15,7 @@ the place of h and state.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .law import REDO
 

@@ -12,7 +12,7 @@ time. A function takes `prm: ti.template()`; without the annotation Taichi would
 would be lost.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @ti.func

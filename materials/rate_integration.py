@@ -17,7 +17,7 @@ sub-steps may be long. Bogacki and Shampine's pair of Runge-Kutta formulas, thir
 the error (Appl. Math. Lett. 2 (1989) 321, doi:10.1016/0893-9659(89)90079-7); the third-order result is kept.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .elastic import elastic_trial
 from .hencky import deviation_of_strain

@@ -7,7 +7,8 @@ a term waits for that of the one before, so long series are summed in two halves
 from math import factorial
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 from .precision import by_precision
 

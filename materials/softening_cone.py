@@ -3,8 +3,9 @@
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from pydantic import Field, model_validator
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .cohesion_softening import strength_left, strength_share

@@ -3,9 +3,10 @@
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike
 from pydantic import Field, PrivateAttr
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .critical_state_hypoplastic import (

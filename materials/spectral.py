@@ -6,7 +6,7 @@ hundred ns); kinematics near the identity never gets here. (`ti.sym_eig` is wron
 Laws in principal space decompose a deviator, where one eigenvalue always lies apart: that needs no sweeps.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .precision import by_precision
 from .symmetric import PAIRS, determinant, plus_isotropic, trace

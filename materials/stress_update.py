@@ -5,8 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike, NDArray
+
+from snowmpm.compiler import ti
 
 from .arrays import Array, Precision, Whole
 from .law import REDO, Law

@@ -14,7 +14,7 @@ denominator that is not positive: softening too steep for a unique answer), beyo
 longer than LONGEST_STEP, is left to the implicit return, at its first order.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .critical_state_return import ellipse_at
 from .elastic import elastic_trial

@@ -9,8 +9,9 @@ three-dimensional one. In plane strain axis 2 (zz) is the direction out of the p
 from typing import Any
 
 import numpy as np
-import taichi as ti
 from numpy.typing import ArrayLike, NDArray
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 

@@ -10,7 +10,7 @@ the gap g >= 0, a logarithmic volume strain as ln det f adds up:
 While grains do not touch, shear costs nothing and dilates nothing.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .law import StateVariable
 

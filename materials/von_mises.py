@@ -3,7 +3,8 @@
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .invariant_return import GENERAL, STRAIGHT, stress_of_invariants

@@ -3,8 +3,9 @@
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import taichi as ti
 from pydantic import Field
+
+from snowmpm.compiler import ti
 
 from .arrays import Array
 from .drucker_prager import DruckerPrager, DruckerPragerParameters, drucker_prager_update

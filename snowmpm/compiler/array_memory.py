@@ -8,10 +8,9 @@ import ctypes
 import math
 
 import numpy as np
-import taichi as ti
-from taichi.lang import impl
 
 from snowmpm.compiler import lifetime, patches
+from snowmpm.compiler.backend import impl, part, ti
 
 COPIES = ("_ndarray_from_numpy", "_ndarray_matrix_from_numpy", "_ndarray_to_numpy", "_ndarray_matrix_to_numpy")
 """How Taichi itself fills and copies arrays."""
@@ -39,7 +38,7 @@ def is_shared():
 
 
 def _install():
-    from taichi.lang import _ndarray, matrix
+    _ndarray, matrix = part("lang._ndarray"), part("lang.matrix")
 
     _taichis.update({name: vars(ti.Ndarray)[name] for name in COPIES})
     for name in COPIES:
@@ -57,10 +56,9 @@ def view(array):
 
     Raises EndedError for an array of a Taichi that was ended.
     """
-    from taichi.lang.util import to_numpy_type
 
     lifetime.check(lifetime.start_of(array), "this array")
-    shape, kind = tuple(array.arr.total_shape()), np.dtype(to_numpy_type(array.dtype))
+    shape, kind = tuple(array.arr.total_shape()), np.dtype(part("lang.util").to_numpy_type(array.dtype))
     address = impl.get_runtime().prog.get_ndarray_data_ptr_as_int(array.arr)
     # A ctypes array would need a type of its own for every length, which takes longer than all the rest
     return np.frombuffer(_memory(address, math.prod(shape) * kind.itemsize, WRITABLE), kind).reshape(shape)

@@ -1,9 +1,9 @@
 """Small tables for kernels."""
 
 import numpy as np
-import taichi as ti
 
 from snowmpm.compiler import array_memory, lifetime
+from snowmpm.compiler.backend import ti
 
 
 def int_array(values):

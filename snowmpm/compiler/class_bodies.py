@@ -6,9 +6,8 @@ scene. That takes a third of a second of a start (measured).
 
 import sys
 
-import taichi as ti
-
 from snowmpm.compiler import patches
+from snowmpm.compiler.backend import part, ti
 
 
 def _is_class_body(level_of_class_stackframe):
@@ -17,7 +16,7 @@ def _is_class_body(level_of_class_stackframe):
 
 
 def _install():
-    from taichi.lang import kernel_impl
+    kernel_impl = part("lang.kernel_impl")
 
     patches.replace("class_bodies", kernel_impl, "_inside_class", _is_class_body)
 

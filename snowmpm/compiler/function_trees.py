@@ -14,6 +14,7 @@ import linecache
 import textwrap
 
 from snowmpm.compiler import patches
+from snowmpm.compiler.backend import part
 
 _trees = {}
 """By code object, of functions that the kernel now compiled has called and that are not being gone through."""
@@ -122,8 +123,7 @@ def _visit(original):
 
 
 def _install():
-    from taichi.lang import kernel_impl
-    from taichi.lang.ast import ast_transformer_utils
+    kernel_impl, ast_transformer_utils = part("lang.kernel_impl"), part("lang.ast.ast_transformer_utils")
 
     context, builder = kernel_impl.ASTTransformerContext, ast_transformer_utils.Builder
     read, transform, visit = kernel_impl._get_tree_and_ctx, kernel_impl.transform_tree, builder.__call__

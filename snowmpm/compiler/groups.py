@@ -21,8 +21,7 @@ import itertools
 import linecache
 import types
 
-import taichi as ti
-
+from snowmpm.compiler.backend import ti
 from snowmpm.compiler.function_trees import source_of
 from snowmpm.compiler.launch import taichi_kernel
 

@@ -15,11 +15,9 @@ import operator
 from types import SimpleNamespace
 
 import numpy as np
-import taichi as ti
-from taichi.lang import impl
-from taichi.types import ndarray_type, primitive_types
 
 from snowmpm.compiler import lifetime, patches, relaunch
+from snowmpm.compiler.backend import impl, ti
 
 
 def taichi_kernel(function):
@@ -53,7 +51,8 @@ def _look():
 
     inner = nothing._primal
     inner.arguments[0].annotation, inner.return_type, inner.ensure_compiled
-    primitive_types.real_type_ids, primitive_types.integer_type_ids, ndarray_type.NdarrayType  # noqa: B018
+    types = ti.types.primitive_types
+    types.real_type_ids, types.integer_type_ids, ti.types.ndarray_type.NdarrayType  # noqa: B018
 
 
 class Launcher:
@@ -149,11 +148,11 @@ def _kind(array):
 
 
 def _setter(annotation):
-    if isinstance(annotation, ndarray_type.NdarrayType):
+    if isinstance(annotation, ti.types.ndarray_type.NdarrayType):
         return _set_array
-    if id(annotation) in primitive_types.real_type_ids:
+    if id(annotation) in ti.types.primitive_types.real_type_ids:
         return _set_real
-    if id(annotation) in primitive_types.integer_type_ids:
+    if id(annotation) in ti.types.primitive_types.integer_type_ids:
         return _set_integer
     return None
 

@@ -11,10 +11,8 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import taichi as ti
-from taichi.lang import impl
-
 from snowmpm.compiler import patches
+from snowmpm.compiler.backend import impl, part, ti
 from snowmpm.compiler.settings import compiling, runs
 from snowmpm.errors import EndedError
 
@@ -38,7 +36,7 @@ def watch_arrays():
 
 
 def _install():
-    from taichi.lang.matrix import MatrixNdarray, VectorNdarray
+    matrix = part("lang.matrix")
 
     impl._ti_core.Program.delete_ndarray  # noqa: B018 (used later: it must be there)
     make, replace = ti.Ndarray.__init__, functools.partial(patches.replace, "array_lifetime")
@@ -49,7 +47,7 @@ def _install():
 
     replace(ti.Ndarray, "_start", impl.get_runtime(), new=True)  # of arrays that were there before
     replace(ti.Ndarray, "__init__", made)
-    for kind in (ti.ScalarNdarray, VectorNdarray, MatrixNdarray):
+    for kind in (ti.ScalarNdarray, matrix.VectorNdarray, matrix.MatrixNdarray):
         replace(kind, "__del__", _free, new=True)
 
 

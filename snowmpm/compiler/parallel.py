@@ -23,9 +23,9 @@ k-th item:
 """
 
 import numpy as np
-import taichi as ti
 
 from snowmpm.compiler import runtime
+from snowmpm.compiler.backend import ti
 from snowmpm.compiler.settings import SPREAD
 
 CHUNKS_PER_THREAD = 12

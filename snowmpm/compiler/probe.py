@@ -12,13 +12,11 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import taichi as ti
-from taichi.lang import impl
 
 from snowmpm.compiler import launch, lifetime, patches
-from snowmpm.compiler.settings import NUMBERS, OWN, SPREAD
+from snowmpm.compiler.backend import impl, ti
+from snowmpm.compiler.settings import DTYPES, NUMBERS, OWN, SPREAD, working_precision
 from snowmpm.errors import InputError
-from snowmpm.materials.precision import DTYPES, working_precision
 
 FILE = "snowmpm_probe.txt"
 """In the folder of Taichi's compiled kernels: a line for each Taichi that passed."""

@@ -11,10 +11,9 @@ import math
 import weakref
 
 import numpy as np
-import taichi as ti
-from taichi.lang import impl
 
 from snowmpm.compiler import patches
+from snowmpm.compiler.backend import impl, ti
 
 
 def applied(start):

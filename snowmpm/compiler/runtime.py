@@ -8,18 +8,15 @@ import time as clock
 import warnings
 from pathlib import Path
 
-import taichi as ti
-from taichi.lang import impl
-
 from snowmpm.compiler import array_memory, lifetime, probe
+from snowmpm.compiler.backend import impl, ti
 from snowmpm.compiler.cache_folder import VARIABLE, cache_folder
-from snowmpm.compiler.settings import OWN, compiling, forget_threads, runs, started_here
+from snowmpm.compiler.settings import DTYPES, OWN, compiling, forget_threads, runs, started_here
+from snowmpm.compiler.settings import working_precision as precision
 from snowmpm.cores import available_cores
 from snowmpm.errors import InputError
-from snowmpm.materials import precision as floats
 
-DTYPES, precision = floats.DTYPES, floats.working_precision
-"""Taichi's and NumPy's float by name, "f32" or "f64", and the context in which kernels work with one of them."""
+__all__ = ["DTYPES", "precision", "start"]
 
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""

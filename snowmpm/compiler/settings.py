@@ -6,13 +6,14 @@ integers of 64 bits, keeps them for its own kernels; those here are compiled and
 """
 
 import functools
-import sys
 import threading
 
-import taichi as ti
-from taichi.lang import impl
+import numpy as np
 
-from snowmpm.materials import compilation
+from snowmpm.compiler.backend import impl, ti
+
+DTYPES = {"f32": (ti.f32, np.float32), "f64": (ti.f64, np.float64)}
+"""Taichi's and NumPy's float by name."""
 
 OWN = {"cfg_optimization": False}
 """What differs here from Taichi's defaults: this pass takes minutes for the longest kernels."""
@@ -21,7 +22,7 @@ SPREAD = 512
 """Iterations of a parallel loop that Taichi gives to a thread of a CPU at a time."""
 
 NUMBERS = {"default_fp": ti.f32, "default_ip": ti.i32, "default_up": ti.u32}
-"""Types of literals; the first one is another in `snowmpm.materials.precision.working_precision`."""
+"""Types of literals; the first one is another in `working_precision`."""
 
 OF_PROCESS = ("arch", "cpu_max_num_threads", "random_seed", "gpu_max_reg", "cuda_stack_limit",
               "saturating_grid_dim", "kernel_profiler", "num_compile_threads", "timeline", "use_llvm", "vk_api_version")
@@ -118,21 +119,23 @@ def _settings():
 
 
 def working_float():
-    """Taichi's float that kernels are compiled for now."""
+    """Taichi's float that kernels are compiled for now. Raises RuntimeError when Taichi has not been started: to
+    import a law must never start it."""
     return impl.get_runtime().default_fp
 
 
 class working_precision:
-    """Compile and launch kernels with `real`, ti.f32 or ti.f64, as the type of literals and of `float`.
+    """Compile and launch kernels with "f32" or "f64" as the type of literals and of `float`.
 
-    Taichi reads its default float when a kernel is compiled, not when it is started, so one process can serve both.
-    Raises RuntimeError when Taichi has not been started.
+    -> Taichi's and NumPy's float. Taichi reads its default float when a kernel is compiled, not when it is started, so
+    one process can serve both; one thread at a time. Raises RuntimeError when Taichi has not been started. A class, as
+    `compiling` is: each step enters it several times.
     """
 
-    __slots__ = ("_before", "_real", "_runtime", "_turn")
+    __slots__ = ("_before", "_floats", "_runtime", "_turn")
 
-    def __init__(self, real):
-        self._real, self._turn = real, compiling()
+    def __init__(self, name):
+        self._floats, self._turn = DTYPES[name], compiling()
 
     def __enter__(self):
         self._turn.__enter__()
@@ -140,11 +143,9 @@ class working_precision:
         if not runs(self._runtime):
             self._turn.__exit__()
             raise RuntimeError("Taichi is not running: call snowmpm.start() first")
-        self._before, self._runtime.default_fp = self._runtime.default_fp, self._real
+        self._before, self._runtime.default_fp = self._runtime.default_fp, self._floats[0]
+        return self._floats
 
     def __exit__(self, *error):
         self._runtime.default_fp = self._before
         self._turn.__exit__(*error)
-
-
-compilation.provide(sys.modules[__name__])

@@ -1,6 +1,6 @@
 """What the skeleton of wet snow bears at the ground, for friction: the weight less the pressure in its pores."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 EFFECTIVE, LOAD, DRAINED, BUOYANT, OVERBURDEN, WATER, NOW, LIGHTNESS = range(8)
 """Numbers of a column: effective stress at the ground [Pa] and W [Pa] as of the last step, whether its ground is

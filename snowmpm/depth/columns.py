@@ -1,9 +1,9 @@
 """The columns of snow of a depth-averaged flow."""
 
 import numpy as np
-import taichi as ti
 from scipy.ndimage import maximum_filter
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth import pore_pressure

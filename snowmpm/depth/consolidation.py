@@ -17,8 +17,7 @@ doi:10.1137/0714068).
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.bearing import BUOYANT, DRAINED, EFFECTIVE, LOAD, NOW, OVERBURDEN, WATER
 from snowmpm.depth.gather import LEAST_DEPTH

@@ -11,9 +11,9 @@ import functools
 import math
 
 import numpy as np
-import taichi as ti
 from scipy import sparse
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.gather import LEAST_DEPTH

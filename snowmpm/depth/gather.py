@@ -17,8 +17,7 @@ order for drags with v^2. A column that stops within a step goes as far as until
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
 from snowmpm.depth.bearing import BUOYANT, LIGHTNESS, LOAD, NOW, WATER, effective_stress

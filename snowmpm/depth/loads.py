@@ -11,8 +11,8 @@ the cells that its outline touches, means by volume; when the flow stops, the we
 
 import numpy as np
 import shapely
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.depth.plan_grid import MARGIN

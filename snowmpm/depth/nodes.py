@@ -24,8 +24,7 @@ far, it would let waves of two cells stand behind a shock.
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import strided, strides
 from snowmpm.depth.plan_grid import MARGIN, TILE

@@ -7,9 +7,8 @@ that of the map where it is smaller. Cells of a map as large as those of the gri
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 
 

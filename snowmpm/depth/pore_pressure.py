@@ -3,8 +3,8 @@
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.depth.bearing import BUOYANT, DRAINED, EFFECTIVE, LOAD, OVERBURDEN, PORE, WATER

@@ -8,8 +8,7 @@ depend on that number; on a GPU all add to the same nodes by atomics.
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunks, is_worker, worker
 from snowmpm.depth.plan_grid import MARGIN, TILE

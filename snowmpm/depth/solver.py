@@ -9,9 +9,8 @@ import math
 from dataclasses import asdict
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.depth import gather, scatter, two_phase

@@ -6,7 +6,7 @@ f in [-1/2, 1/2): offset of the place from its nearest node, in cells; node k of
 by the place, per cell.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @ti.func

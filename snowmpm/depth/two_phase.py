@@ -28,8 +28,8 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import strided, strides
 from snowmpm.depth.plan_grid import MARGIN, TILE

@@ -1,7 +1,6 @@
 """Cohesion of flowing snow in the dry part of the friction."""
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.precision import larger
 
 

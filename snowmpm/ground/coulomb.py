@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .cohesion import cohesive_stress
 from .law import FrictionLaw

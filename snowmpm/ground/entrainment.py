@@ -10,8 +10,9 @@ besides.
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-import taichi as ti
 from pydantic import Field
+
+from snowmpm.compiler import ti
 
 from .parametrised import Parametrised
 from .value import value

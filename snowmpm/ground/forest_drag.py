@@ -3,7 +3,7 @@
 import functools
 from typing import Any, NamedTuple
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 from .law import FrictionLaw
 

@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.precision import larger
 
 from .cohesion import cohesive_stress

@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple
 
-import taichi as ti
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
+
+from snowmpm.compiler import ti
 
 from .cohesion import cohesive_stress
 from .law import FrictionLaw

@@ -13,10 +13,9 @@ import functools
 import itertools
 
 import numpy as np
-import taichi as ti
 from scipy import sparse
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import keys_of

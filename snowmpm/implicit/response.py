@@ -16,9 +16,8 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.materials.symmetric import PAIRS
 from snowmpm.particles.response import response_functions

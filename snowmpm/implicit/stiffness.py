@@ -11,10 +11,9 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 from scipy import sparse
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker
 

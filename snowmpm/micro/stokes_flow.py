@@ -12,9 +12,8 @@ viscosity (Ginzburg et al. 2008, doi:10.4208/cicp.2008.3.427); with one relaxati
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.micro.lattice import PAIRS, VELOCITIES, WEIGHTS
 

@@ -23,8 +23,8 @@ stress (`mpm.contact.wall_contact`).
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, in_order, is_worker

@@ -1,7 +1,6 @@
 """The law of particles of water: none, since their pressure is that of `mixture.two_velocities`."""
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.elastic import Elastic, ElasticParameters
 from snowmpm.materials.law import NonNegative
 

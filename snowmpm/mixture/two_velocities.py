@@ -26,9 +26,8 @@ The step is explicit in the pressure, and follows waves in undrained snow, swell
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.mixture.phase_exchange import LEAST_POROSITY, PhaseExchange

@@ -29,9 +29,7 @@ added up over the blocks that know it, always in the same order. No thread write
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker

@@ -12,9 +12,8 @@ import functools
 from types import SimpleNamespace
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import SECOND, node_vector

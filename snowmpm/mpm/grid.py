@@ -11,8 +11,8 @@ What a node holds: `mpm.node`.
 from collections import defaultdict
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import Rows, int_array
 from snowmpm.compiler.parallel import chunk_bounds, most_workers
 from snowmpm.compiler.runtime import DTYPES

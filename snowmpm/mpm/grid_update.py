@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, worker
 from snowmpm.mpm.grid import TILE, tile_strides

@@ -8,8 +8,7 @@
 Eight single-precision numbers are one vector register of a CPU: a node of FLIP costs little more than one without.
 """
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.particles.blocks import EDGE
 from snowmpm.particles.store import LARGEST_INDEX
 

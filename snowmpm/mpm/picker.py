@@ -2,7 +2,7 @@
 
 import functools
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @functools.cache

@@ -6,8 +6,7 @@ Every method's part: `snowmpm.stepping.step_report`.
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.transfer.stencil import STENCILS
 from snowmpm.particles.blocks import EDGE

@@ -3,8 +3,7 @@
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.node import node_vector
 from snowmpm.mpm.report import report_functions

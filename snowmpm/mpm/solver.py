@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.errors import InputError
 from snowmpm.mpm.boundary import Boundary

@@ -16,8 +16,8 @@ Sums are those of whole numbers, which do not depend on their order: results are
 """
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import InputError

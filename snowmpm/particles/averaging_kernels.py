@@ -4,8 +4,7 @@ import functools
 from types import SimpleNamespace
 from typing import NamedTuple
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker

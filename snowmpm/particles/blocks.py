@@ -12,8 +12,8 @@ import functools
 import itertools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.particles.store import accessors

@@ -34,7 +34,8 @@ import functools
 from types import SimpleNamespace
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 CUT = 2
 """Place of the mark of a cut in the column, in units of dim."""

@@ -4,9 +4,8 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.particles.blocks import EDGE

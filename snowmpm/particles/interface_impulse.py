@@ -3,8 +3,8 @@
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import DTYPES

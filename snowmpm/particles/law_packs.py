@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.law import REDO
 from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack
 from snowmpm.particles.response import response_functions

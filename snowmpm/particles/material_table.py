@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.runtime import DTYPES
 
 AT_ONCE = 100_000

@@ -4,11 +4,10 @@ import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import taichi as ti
 from numpy.typing import NDArray
 
 from snowmpm.annotations import Floats
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.particles.blocks import EDGE

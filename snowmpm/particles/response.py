@@ -3,8 +3,7 @@
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.parameters import named
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.store import accessors

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.compiler.runtime import DTYPES

@@ -14,9 +14,8 @@ doi:10.1016/S0045-7825(98)00383-1). There is no stiffness, and no step limit of 
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 
 TOLERANCE = 1e-11

@@ -6,10 +6,9 @@ import platform
 from pathlib import Path
 
 import numpy as np
-import taichi
 
 from snowmpm import __version__
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.errors import InputError
 from snowmpm.io import Background, Run, RunWriter
 from snowmpm.io.archive import write_text
@@ -107,7 +106,7 @@ class Recorder:
     def _provenance(self):
         scene = self._simulation.scene
         spacing = scene.solver.spacing(scene.dimension)
-        return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, taichi.__version__)),
+        return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, ti.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,

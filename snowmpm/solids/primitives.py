@@ -4,7 +4,7 @@ Points are relative to the middle of the solid, along its axes. Distance > 0 out
 one of its limits. Lengths in any one unit.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 BOX, BALL, CYLINDER, SAMPLED = range(4)
 

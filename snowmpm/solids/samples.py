@@ -9,8 +9,8 @@ surface is smooth its error falls with the third power of the spacing, and plane
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.errors import InputError
 
 LARGEST = 16_000_000

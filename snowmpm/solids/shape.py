@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.errors import InputError
 from snowmpm.reading.named_files import existing

@@ -9,9 +9,8 @@ obstacle number o and the position x [cells] of a node, with `distance = distanc
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.solids.primitives import SAMPLED, primitive_distance
 from snowmpm.solids.samples import sampled_distance
 

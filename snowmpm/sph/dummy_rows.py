@@ -4,8 +4,8 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.runtime import DTYPES

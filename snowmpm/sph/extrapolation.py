@@ -23,8 +23,7 @@ A dummy of a surface that separates takes no part while its particles leave it w
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation

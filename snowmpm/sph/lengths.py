@@ -17,8 +17,7 @@ from both, since a sum of forces is antisymmetric, and conserves momentum, with 
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.sph.row_writing import LARGEST_GROWTH
 from snowmpm.sph.smoothing import KERNELS
 

@@ -6,7 +6,7 @@ what is made of it fade out.
 
 import functools
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 LEAST_DETERMINANT = {2: 0.02, 3: 0.005}
 """Of K; a corner of a body has about 0.2 and 0.1."""

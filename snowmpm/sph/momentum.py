@@ -23,8 +23,7 @@ Forces of each surface are summed apart, and it says what becomes of them (`surf
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import plain_compilation

@@ -16,8 +16,8 @@ so that float32 sees no number larger than a few blocks. No atomics: every pack 
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker, runs_serially

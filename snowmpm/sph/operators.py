@@ -21,8 +21,8 @@ larger, and growing with resolution.
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES, plain_compilation

@@ -3,7 +3,7 @@
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @functools.cache

@@ -9,8 +9,7 @@ strain. In the mirror of a side the shear strains across it change their sign.
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.particles.store import accessors

@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.particles.material_table import DENSITY
 from snowmpm.particles.response import response_functions

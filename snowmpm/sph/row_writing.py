@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.spectral import eigen
 
 LARGEST_GROWTH = 2.0

@@ -10,8 +10,7 @@ artificial stress, in the measure of S; D: stretching [m/s/cell]. Dummy particle
 
 from dataclasses import dataclass
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.errors import SimulationError
 from snowmpm.particles.store import INDEX_BITS

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, Real, grouped_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES

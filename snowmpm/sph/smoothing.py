@@ -13,7 +13,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
+
+from snowmpm.compiler import ti
 
 
 def _c2(s, t):

@@ -12,9 +12,8 @@ advanced from the same level, which is forward Euler and blows up.
 import math
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.parallel import runs_serially
 from snowmpm.materials.packs import LANES

@@ -10,8 +10,7 @@ the surfaces before it among them [m2/s2].
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.materials.packs import read_lane
 from snowmpm.stepping.contact_velocity import SEPARATE, STICK
 

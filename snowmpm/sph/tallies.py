@@ -4,8 +4,8 @@ Only packs that may meet a surface, or any where loads act, have a sum.
 """
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.particles.blocks import EDGE
 from snowmpm.sph.surface_forces import tally_width

@@ -22,8 +22,7 @@ K = I of a full neighbourhood, and has no inverse where there are too few (`mome
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.compiler.runtime import plain_compilation

@@ -15,7 +15,7 @@ tension makes grow.
 
 from types import SimpleNamespace
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 SOFTENING = 0.01
 """Share of h^2 that keeps the viscosity of a pair at rest on itself finite."""

@@ -16,10 +16,9 @@ Where the law does not depend on the speed, coefficients are found again when th
 import functools
 
 import numpy as np
-import taichi as ti
 from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter, uniform_filter
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.particles.blocks import EDGE

@@ -9,7 +9,7 @@ away, never reversed (Bardenhagen, Brackbill & Sulsky 2000, doi:10.1016/S0045-78
 holds back from leaving has no friction.
 """
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 OPEN, STICK, SLIP, SEPARATE = range(4)
 CODES = {"open": OPEN, "stick": STICK, "slip": SLIP, "symmetric": SLIP, "separate": SEPARATE}

@@ -3,8 +3,7 @@
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT, LARGE_STRAIN, SMALL_STRAIN
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING, STRAINED = range(11)

@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.structures.rod_motion import put, vector
 

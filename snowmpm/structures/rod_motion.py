@@ -2,8 +2,7 @@
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 
 STRAIGHT = 1e-12

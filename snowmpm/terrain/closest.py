@@ -1,6 +1,6 @@
 """Nearest point of a segment or a triangle, and on which of its parts it lies."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 FACE = 0  # inner points; corner k is 1 + k, in 3-D edge k (from corner k to k + 1) is 4 + k
 

@@ -3,9 +3,8 @@
 import functools
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.terrain import topology
 from snowmpm.terrain.nearest import facet_in_column, nearest_facet

@@ -1,7 +1,6 @@
 """The facet nearest to a point: of all facets, the search visits only the bins that can hold it."""
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.terrain.closest import closest_on_segment, closest_on_triangle
 
 ON_EDGE = 1e-9  # barycentric slack of the vertical line through a point: no gap between neighbouring facets

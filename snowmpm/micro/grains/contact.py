@@ -24,7 +24,7 @@ c_r = 2 damping sqrt(k_r m) R. A free rebound without damping takes pi sqrt(m / 
 
 from dataclasses import dataclass
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ zero but of grains that have sintered, until they part.
 import functools
 from typing import NamedTuple
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from snowmpm.micro.grains.contact import limited, turned
 

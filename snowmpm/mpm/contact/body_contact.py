@@ -15,8 +15,8 @@ gradient of Nairn 2013, doi:10.3970/cmes.2013.092.271).
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker

@@ -3,8 +3,8 @@
 from collections import defaultdict
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import Rows, int_array
 from snowmpm.compiler.parallel import chunk_bounds
 from snowmpm.mpm.contact.contact_node import N_TOTALS

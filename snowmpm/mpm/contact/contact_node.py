@@ -3,8 +3,7 @@
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.mpm.node import MASS, block_nodes
 from snowmpm.particles.blocks import EDGE
 

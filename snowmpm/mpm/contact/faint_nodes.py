@@ -8,8 +8,7 @@ contact (extended B-splines: Hoellig, Reif & Wipper 2001, doi:10.1137/S003614290
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.mpm.contact.contact_node import node_functions
 from snowmpm.mpm.contact.lines import REACH
 

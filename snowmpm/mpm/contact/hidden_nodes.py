@@ -6,8 +6,7 @@ the node counts as empty.
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.node import MARK, MASS, node_vector
 

@@ -14,8 +14,7 @@ doi:10.6028/jres.049.044). Before, nodes behind a smooth wall with hardly any sn
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions
 from snowmpm.mpm.contact.faint_nodes import extension_function

@@ -20,8 +20,8 @@ off, h the velocity of the node above the leader, d its distance. A velocity lin
 """
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.mpm.contact.lines import REACH, TILT

@@ -10,8 +10,8 @@ none, nor has a part of a structure, whose ends go on in the next part.
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import Rows
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker

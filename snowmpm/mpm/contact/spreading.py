@@ -16,8 +16,7 @@ impulse is in its second half.
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import SECOND, node_size
 from snowmpm.mpm.transfer.stencil import STENCILS

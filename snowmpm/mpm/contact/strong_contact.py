@@ -6,8 +6,8 @@ sought (`structures.quasi_newton`). Places are those of the begin of the step, a
 """
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.mpm.node import block_nodes, node_size
 from snowmpm.mpm.node_copy import copy_kernel

@@ -1,8 +1,8 @@
 """What snow meets: terrain, sides of the domain, obstacles, each with its way of contact and what it took."""
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.arrays import int_array, real_array
 from snowmpm.compiler.launch import own_launches
 from snowmpm.mpm.contact.contact_node import N_TOTALS

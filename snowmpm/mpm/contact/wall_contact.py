@@ -41,8 +41,7 @@ most of its snow below the surface (`PRESSED`).
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
 from snowmpm.mpm.contact.contact_node import N_TOTALS, node_functions

@@ -1,8 +1,8 @@
 """Where a surface at rest is at the nodes of the grid, kept for the node blocks near it."""
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.runtime import DTYPES
 from snowmpm.mpm.node_copy import copy_kernel
 from snowmpm.particles.blocks import EDGE

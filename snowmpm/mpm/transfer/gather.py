@@ -16,8 +16,7 @@ A CPU takes the particles of a block in packs (`gather_packs`), a GPU one a thre
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import in_order
 from snowmpm.mpm.dilation import even_functions

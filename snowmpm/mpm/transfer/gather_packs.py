@@ -7,8 +7,7 @@ block, in the order of its particles, so that no division of work changes a resu
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.compiler.runtime import plain_compilation

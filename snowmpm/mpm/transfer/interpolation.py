@@ -12,8 +12,7 @@ last one on leave partial sums on the way, and these add up to the moment.
 import functools
 from types import SimpleNamespace
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.mpm.grid import TILE
 from snowmpm.mpm.node import node_vector
 from snowmpm.mpm.transfer.stencil import STENCILS

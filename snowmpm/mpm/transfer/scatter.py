@@ -16,8 +16,7 @@ particles of a block in packs (`scatter_packs`), a GPU one a thread.
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.mpm.contact.spreading import spreading
 from snowmpm.mpm.grid import TILE

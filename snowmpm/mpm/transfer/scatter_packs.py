@@ -6,8 +6,7 @@ add it up one after the other, in their order, the numbers of a node in a regist
 
 import functools
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunks, is_worker
 from snowmpm.materials.packs import LANES, read_lane, read_matrix_lane, write_lane

@@ -18,8 +18,7 @@ over a box of b cells (`schemes.Basis`), whose second moment changes with x. Wit
 
 from dataclasses import dataclass
 
-import taichi as ti
-
+from snowmpm.compiler import ti
 from snowmpm.schemes import BASES
 
 
