@@ -12,14 +12,14 @@ def checked_pass(name, kind, dimension):
     """The name of a pass. Raises InputError for an unknown one, of a section, or into a file of a `kind` (its ending)
     that cannot hold it."""
     if name not in PASSES:
-        raise InputError.not_in("layer", name, PASSES)
+        raise InputError.not_in("pass", name, PASSES)
     if name != "picture" and dimension != 3:
-        raise InputError.at("layer", name, "is of a run in three dimensions")
+        raise InputError.at("pass", name, "is of a run in three dimensions")
     endings = {"transparent": (".png", ""), "depth": (".tif", "")}.get(name)
     if endings and kind not in endings:
-        raise InputError.at("layer", name, f"goes into a {endings[0]} file or a folder, not into a {kind} file")
+        raise InputError.at("pass", name, f"goes into a {endings[0]} file or a folder, not into a {kind} file")
     if kind == ".tif" and name != "depth":
-        raise InputError.at("output", kind, 'is for layer = "depth"')
+        raise InputError.at("output", kind, 'is for pass = "depth"')
     return name
 
 

@@ -29,12 +29,13 @@ def draft(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     path = Path(path)
     overwriting.guard(path)
-    part = path.with_name(f".{path.stem}.unfinished{path.suffix}")
+    part, made = path.with_name(f".{path.stem}.unfinished{path.suffix}"), False
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # A file of our own, before a writer opens it by its name: a link of that name would be written through
-        part.unlink(missing_ok=True)
-        os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        part, descriptor = overwriting.new_file(part)
+        os.close(descriptor)
+        made = True
         yield part
         overwriting.note(path, part)
         os.replace(part, path)
@@ -45,8 +46,9 @@ def draft(path: str | os.PathLike[str]) -> Iterator[Path]:
             raise
         raise OSError(*_reason(error, path), str(path)) from error
     finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
+        if made:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> Path:

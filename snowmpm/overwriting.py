@@ -8,6 +8,7 @@ and campaigns keep it. A function that is called from Python with the name of a 
 import contextlib
 import hashlib
 import os
+import stat
 from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
@@ -17,8 +18,8 @@ from snowmpm.errors import InputError
 LIST = ".snowmpm-files"
 """Hidden list of a folder of results."""
 
-ENDS = 1 << 20
-"""Bytes at either end of a file that its digest takes, with its size: those of a film or a checkpoint are many."""
+PIECE = 1 << 20
+"""Bytes of a file that are read at a time."""
 
 MOST = 1 << 20
 """Bytes of a list beyond which only the newest lines of each name are kept."""
@@ -28,6 +29,8 @@ KEPT = 2
 
 ANY = "*"
 """In place of a digest: a file that the program changes in place, such as a run file."""
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 _kept: ContextVar[bool | None] = ContextVar("kept", default=None)
 """Whether files of the user are kept; None where nobody has said."""
@@ -76,10 +79,30 @@ def guard(*paths: str | os.PathLike[str]) -> None:
     if not _kept.get():
         return
     for path in map(Path, paths):
+        _require_list(path.parent)
         # Resolved: a folder on the way may be missing now, and made before the file is written
         reason = _reason(path.parent.resolve() / path.name)
         if reason:
             raise InputError(f"{path}: {reason};\nchoose another place with -o, or replace it with --overwrite")
+
+
+def _require_list(folder: Path) -> None:
+    """Raise InputError where something else than a file has the name of the list of a folder."""
+    with contextlib.suppress(OSError):
+        if not stat.S_ISREG(os.lstat(folder / LIST).st_mode):
+            raise InputError(f"{folder / LIST}: is not a file of snowmpm; choose another place")
+
+
+def new_file(path: Path) -> tuple[Path, int]:
+    """(path, descriptor) of a new file of that name to be written to, or, where there is one of which nobody knows
+    whose it is, of its name with a number. Raises OSError."""
+    name, number = path, 0
+    while True:
+        try:
+            return name, os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        except FileExistsError:
+            number += 1
+            name = path.with_name(f"{path.stem}.{number}{path.suffix}")
 
 
 def guard_in(folder: str | os.PathLike[str], names: Iterable[str]) -> None:
@@ -143,6 +166,19 @@ def is_own(path: str | os.PathLike[str]) -> bool:
         return False
 
 
+def remove_own(folder: str | os.PathLike[str]) -> None:
+    """Remove the files of a folder that this program wrote and nobody changed since, and the folder if that is all."""
+    folder = Path(folder)
+    if folder.is_symlink() or not folder.is_dir():
+        return
+    with contextlib.suppress(OSError):
+        for path in [one for one in folder.iterdir() if is_own(one) and not one.is_dir()]:
+            path.unlink()
+        if [one.name for one in folder.iterdir()] in ([], [LIST]):
+            (folder / LIST).unlink(missing_ok=True)
+            folder.rmdir()
+
+
 def _reason(path: Path) -> str:
     """Why a path may not be replaced, or nothing."""
     try:
@@ -161,20 +197,21 @@ def _reason(path: Path) -> str:
 
 
 def _digest(path: Path) -> str:
-    size = path.stat().st_size
-    digest = hashlib.sha256(str(size).encode())
+    digest = hashlib.sha256()
     with open(path, "rb") as file:
-        digest.update(file.read(ENDS))
-        if size > ENDS:
-            file.seek(max(ENDS, size - ENDS))
-            digest.update(file.read(ENDS))
+        while piece := file.read(PIECE):
+            digest.update(piece)
     return digest.hexdigest()[:32]
 
 
 def _lines(folder: Path) -> list[tuple[str, str]]:
     """(digest, name) of what was written to a folder, in order."""
     try:
-        with open(folder / LIST, encoding="utf-8", errors="replace") as file:
+        # Of a folder from anybody: a pipe of that name would wait for a writer for ever
+        descriptor = os.open(folder / LIST, os.O_RDONLY | NO_LINK | getattr(os, "O_NONBLOCK", 0))
+        with open(descriptor, encoding="utf-8", errors="replace") as file:
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                return []
             rows = [line.rstrip("\n").partition(" ") for line in file.read(64 * MOST).split("\n")]
     except OSError:
         return []
@@ -187,7 +224,7 @@ def _append(path: Path, digest: str) -> None:
         return
     line = f"{digest} {path.name}\n".encode("utf-8", "replace")
     # In one write, so that several programs may do so at once; a link of that name is never followed
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK | getattr(os, "O_NONBLOCK", 0)
     descriptor = os.open(path.parent / LIST, flags, 0o666)
     try:
         os.write(descriptor, line)

@@ -97,9 +97,41 @@ def test_a_link_and_what_it_leads_to_are_kept(tmp_path):
     assert (tmp_path / "near.txt").is_symlink() and (tmp_path / "far.txt").read_text() == "far"
     (tmp_path / overwriting.LIST).unlink(missing_ok=True)
     (tmp_path / overwriting.LIST).symlink_to(tmp_path / "far.txt")
-    with pytest.raises(OSError):
+    with pytest.raises(InputError, match="is not a file of snowmpm"):
         write_text(tmp_path / "new.txt", "text")
     assert (tmp_path / "far.txt").read_text() == "far"
+    (tmp_path / overwriting.LIST).unlink()
+    os.mkfifo(tmp_path / overwriting.LIST)  # nobody writes to it
+    with pytest.raises(InputError, match="is not a file of snowmpm"):
+        write_text(tmp_path / "new.txt", "text")
+
+
+def test_an_edit_in_the_middle_of_a_large_file_is_kept(tmp_path):
+    """Of the same size, as an editor of rasters leaves it."""
+    with draft(tmp_path / "large.tif") as part:
+        part.write_bytes(bytes(5_000_000))
+    forget()
+    with open(tmp_path / "large.tif", "r+b") as file:
+        file.seek(2_500_000)
+        file.write(b"mine")
+    with pytest.raises(InputError, match="changed since"):
+        write_text(tmp_path / "large.tif", "text")
+
+
+def test_files_with_names_of_drafts_are_kept(tmp_path):
+    """Of whoever: of the user, or of a program that was killed."""
+    (tmp_path / ".page.unfinished.html").write_text("mine")
+    write_text(tmp_path / "page.html", "text")
+    assert (tmp_path / ".page.unfinished.html").read_text() == "mine" and (tmp_path / "page.html").read_text() == "text"
+    assert len(list(tmp_path.iterdir())) == 3
+    run = tmp_path / "run"
+    for name in ("run.vtkhdf.journal", "checkpoint.npz.part"):
+        run.mkdir(exist_ok=True)
+        (run / name).write_text("mine")
+        with pytest.raises(InputError, match=name):
+            snowmpm.run(load_scene(Path(__file__).parent / "resume" / "resumed.toml"), run)
+        assert [path.name for path in run.iterdir()] == [name] and (run / name).read_text() == "mine"
+        (run / name).unlink()
 
 
 def test_the_list_stays_short(tmp_path, monkeypatch):

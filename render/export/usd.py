@@ -10,6 +10,8 @@ from snowmpm.draft import draft
 from snowmpm.errors import InputError
 from snowmpm.stages import counted
 
+HELD = 1e-3
+"""Share of the time between two samples in which points without numbers jump from one to the other."""
 WIDE = ("u4", "i8", "u8")
 """Whole numbers that 32 bits with a sign do not hold."""
 COLOURS = {"snow": (0.95, 0.97, 1.0), "ground": (0.45, 0.42, 0.38), "obstacle": (0.35, 0.35, 0.4)}
@@ -53,6 +55,10 @@ def _write(stage, sequence, times):
         shape = sequence.snow(i)
         snow = snow or _Part(stage, "/run/snow", shape, "snow", sequence.speed, sequence.units)
         snow.set(shape, times[k])
+        if not sequence.identified and k + 1 < len(times):
+            # Programs go from one sample to the next point by point, and these are other particles: nothing moves
+            # until the next sample. An array that is written twice is stored once
+            snow.set(shape, times[k + 1] - HELD * (times[k + 1] - times[k]))
         for name, one in sequence.obstacles(i).items():
             if name not in obstacles:
                 obstacles[name] = _Part(stage, f"/run/{_identifier(name)}", one, "obstacle")

@@ -150,7 +150,7 @@ def calibrate_campaign(file, folder, *, scheduler=None, workers=None, resume=Fal
 
 def _calibrated(file, folder, where, again, say):
     scheduler, workers = where
-    overwriting.guard_in(folder, ("posterior.csv", "forecast.toml"))
+    overwriting.guard_in(folder, ("posterior.csv", "posterior.png", "forecast.toml"))
     plan, surveys = _prepared(file, folder, workers, again)
     file, observation = plan.file, Observation(file)
     names = list(file.parameters)

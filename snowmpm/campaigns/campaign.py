@@ -46,6 +46,7 @@ class Campaign(Glance):
 
     def __init__(self, folder: PathLike, variant: str | None = None) -> None:
         self.folder = Path(folder)
+        untrusted.require_no_links(self.folder)
         if not (self.folder / FILE).is_file():
             raise InputError(f"{folder}: no campaign here ({FILE} is missing)")
         self.file = read_campaign(self.folder / FILE)

@@ -4,6 +4,7 @@ Each has `quantile(u)`: the value below which the share u of all values lies (in
 is made of shares, so that it knows no distributions.
 """
 
+import json
 import math
 from typing import Annotated, Any, Literal
 
@@ -42,6 +43,10 @@ class Parameter(Spec):
         """Shares of the values of a grid: the ends included where there are any."""
         n = self.levels
         return np.arange(n) / (n - 1.0) if self.bounded else (np.arange(n) + 0.5) / n
+
+    def allows(self, value: Any) -> bool:
+        """Whether this may be a value of it, as read from a file."""
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
     def quantile(self, u: float) -> Any:
         """Value at the share u, from 0 to 1."""
@@ -175,6 +180,9 @@ class Choices(Parameter):
         if self.weights is not None and len(self.weights) != len(self.values):
             raise refuse(f"must be {len(self.values)} numbers, one a value", "weights", self.weights)
         return self
+
+    def allows(self, value: Any) -> bool:
+        return any(type(value) is type(one) and value == one for one in json.loads(json.dumps(self.values)))
 
     def _steps(self):
         weights = np.asarray(self.weights or np.ones(len(self.values)), float)

@@ -49,7 +49,7 @@ def campaign(scene: PathLike, parameters: Mapping[str, Mapping[str, Any]], folde
 
 
 def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, resume: bool = False,
-            lock: FolderLock | None = None):
+            lock: FolderLock | None = None, retry: bool = False):
     """(`Plan`, `Forecast`) of a campaign, whose files are written to its folder once all is checked. Raises InputError
     for bad input, a folder that holds another campaign or files of somebody else, and more than the disk holds; then
     nothing is written."""
@@ -85,6 +85,8 @@ def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, re
             lock.make()
         staged.commit(folder, read)
     plan = Plan(file, folder, members)
+    if retry:
+        forget_failed(plan)
     done = done_of(plan)
     left = {variant: sum(member.variant == variant and member.hash not in done for member in plan.members)
             for variant in plan.variants}
@@ -93,7 +95,7 @@ def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, re
 
 def names_of(file: CampaignFile) -> list[str]:
     """Names of the files that a campaign keeps in its folder, beside those of its runs."""
-    tables = (answers.SENSITIVITY, answers.CONVERGENCE)
+    tables = (answers.SENSITIVITY, answers.CONVERGENCE, "report.html")
     variants = [f"{variant}_{name}" for variant in file.variants for name in tables]
     bases = [base_file("", variant).name for variant in file.variants or (ONLY,)]
     return [FILE, PLAN, *bases, *table.FILES, *tables, *variants, STORE]
@@ -139,11 +141,13 @@ def done_of(plan):
 
 
 def run_campaign(file: CampaignFile, folder: PathLike, *, scheduler: str | None = None, workers: int | None = None,
-                 resume: bool = False, say: Callable[[str], None] = silent, patience: float = PATIENCE) -> Campaign:
-    """Run a campaign from its file; -> `Campaign`. say: called with lines of text, what is told while it runs;
-    patience: seconds to wait for a scheduler that is gone. Otherwise as `campaign`."""
+                 resume: bool = False, retry: bool = False, say: Callable[[str], None] = silent,
+                 patience: float = PATIENCE) -> Campaign:
+    """Run a campaign from its file; -> `Campaign`. retry: runs that failed are done once more; say: called with lines
+    of text, what is told while it runs; patience: seconds to wait for a scheduler that is gone. Otherwise as
+    `campaign`."""
     with FolderLock(folder) as lock, overwriting.keeping():
-        plan, expected = prepare(file, folder, workers, resume, lock)
+        plan, expected = prepare(file, folder, workers, resume, lock, retry)
         say(expected.words)
         write_own_file(plan.folder, file)
         overwriting.note_changing(plan.folder / STORE)
@@ -220,13 +224,12 @@ def own_data(file):
     return data
 
 
-def forget_failed(folder: PathLike) -> int:
+def forget_failed(plan: Plan) -> int:
     """Forget the runs that failed, so that they are done once more; -> their number."""
-    found = Campaign(folder)
-    failed = {name for name, record in found.records.items() if record["status"] == "failed"}
-    for member in found.plan.members:
+    failed = {name for name, record in table.records_of(plan).items() if record["status"] == "failed"}
+    for member in plan.members:
         if member.hash in failed:
-            (found.plan.results(member) / RECORD).unlink(missing_ok=True)
+            (plan.results(member) / RECORD).unlink(missing_ok=True)
     return len(failed)
 
 

@@ -32,7 +32,9 @@ def shown_numbers(campaign):
     varied = [row[0] for row in summary(table) if row[3] > row[1]]
     first = [*(name for name in table.columns if name.startswith(REFERENCE)),
              *(SAW_SHOWN if is_saw_test(table) else (*SHOWN, *PLAIN))]
-    return [name for name in dict.fromkeys((*first, *varied)) if name in varied][: len(SHOWN)] if varied else []
+    of_others = ("_resolution", "_spread")
+    return [name for name in dict.fromkeys((*first, *varied)) if name in varied and not name.endswith(of_others)
+            ][: len(SHOWN)] if varied else []
 
 
 def numeric_parameters(file):
@@ -61,7 +63,9 @@ def listing(campaign, most):
     """Lines of the table for reading, with units; of saw tests those that did not run to the end are marked."""
     names, table = listed(campaign), campaign.table
     inputs = set(campaign.file.parameters)
-    records = table[:most].to_dict("records")
+    theories = {column: np.where(_applies(table, column), table[column].to_numpy(float), np.nan)
+                for name in SAW_SHOWN for column in theories_of(name) if column in names}
+    records = table.assign(**theories)[:most].to_dict("records")
     rows = [[_text(row.get(name), 6 if name in inputs else 4, row.get(f"{name}{WHY}")) for name in names]
             for row in records]
     marks = [MARK if row.get(WHOLE) is False else "" for row in records]

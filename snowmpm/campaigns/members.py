@@ -274,5 +274,8 @@ def read_plan(folder, file):
         if member.variant not in variants or set(member.values) != set(file.parameters):
             raise InputError(f"{path}: run {member.run} of {member.variant}: not of this campaign, which has"
                              f" {', '.join(file.parameters)}")
+        for name, value in member.values.items():
+            if not file.parameters[name].allows(value):
+                raise untrusted.damaged(path, f"run {member.run}: {name} = {value!r}: not a value of this campaign")
     return Plan(file, folder, members)
 

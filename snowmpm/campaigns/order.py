@@ -26,6 +26,8 @@ from snowmpm.quantities.table import quantity
 KEY = "solver.dx"
 LEAST, MOST = 0.05, 8.0
 """Orders that are looked for."""
+OF_OTHERS = ("_resolution", "_spread")
+"""Ends of the names of numbers that say to what others are known."""
 FORMAL = 2.0
 """Order of the schemes at best: a higher one is chance."""
 SEEN, ASSUMED = 1.25, 3.0
@@ -81,8 +83,9 @@ def grid_of_spacings(file):
 def on_the_finest(campaign, names):
     """Rows of what a grid of spacings says of these numbers, for each choice of the other parameters.
 
-    where: that choice, in words; number; spacing: the finest [m]; value on it, interval: half its width; order, None
-    where there is none; reference: whether it is against one.
+    where: that choice, in words; number; spacing: the finest on which it has a value [m]; value on it; interval: half
+    its width, None of one grid; grids: that have a value, of so many; order, None where there is none; reference:
+    whether it is against one.
     """
     spacing, table = grid_of_spacings(campaign.file), campaign.table
     if spacing is None:
@@ -91,19 +94,27 @@ def on_the_finest(campaign, names):
     others, rows = [name for name in campaign.file.parameters if name != spacing], []
     for where, own in parts(table, others, spacing):
         own = own[::-1]  # coarse to fine
-        h = own[spacing].to_numpy(float)
-        finest = {name: float(own[name].iloc[-1]) for name in (*names, "fall") if name in own}
-        known = resolutions(finest, cell or h[-1])
         for name in names:
-            if name not in own or name.endswith("_error") or len(own) < 2:
+            if name not in own or name.endswith(("_error", *OF_OTHERS)) or len(own) < 2:
                 continue
-            values, errors = own[name].to_numpy(float), own.get(f"{name}_error")
-            half = interval(h, values)
+            there = own[np.isfinite(own[name].to_numpy(float))]
+            errors, h, values = there.get(f"{name}_error"), *(there[key].to_numpy(float) for key in (spacing, name))
+            if not len(h):
+                continue
             found = order(h, values) if errors is None else [order_of_errors(h, errors.to_numpy(float))]
             rows.append({"where": where, "number": name, "spacing": float(h[-1]), "value": float(values[-1]),
-                         "interval": half and max(half, known.get(name, 0.0)), "order": found[0] if found else None,
-                         "reference": errors is not None})
+                         "interval": _interval(there, name, h, values, cell), "grids": len(h), "of": len(own),
+                         "order": found[0] if found else None, "reference": errors is not None})
     return rows
+
+
+def _interval(rows, name, h, values, cell):
+    """`interval`, and at least what the number is known to on the finest cells; None of one grid."""
+    half, finest = interval(h, values), rows.iloc[-1]
+    own = [finest.get(f"{name}{end}", np.nan) for end in OF_OTHERS]
+    about = {one: float(finest[one]) for one in (name, "runout", "fall") if one in rows}
+    known = [resolutions(about, cell or h[-1]).get(name, 0.0), *(float(one) for one in own if np.isfinite(one))]
+    return None if half is None else max(half, *known)
 
 
 def _map_cell(run):
@@ -119,6 +130,9 @@ def orders(campaign, names):
         number = quantity(row["number"], dimension=campaign.dimension)
         where = f"{row['where']}: " if row["where"] else ""
         known = f"order {row['order']:.2g}" if row["order"] else "no order of convergence"
+        known += " against the reference" if row["reference"] else ""
+        known = "no interval of one grid" if row["interval"] is None else known
+        some = f" ({row['grids']} of {row['of']} grids have a value)" if row["grids"] < row["of"] else ""
         lines.append(f"{where}{number.label} {number.text(row['value'], row['interval'])} on cells of"
-                     f" {row['spacing']:g} m, {known}{' against the reference' if row['reference'] else ''}")
+                     f" {row['spacing']:g} m, {known}{some}")
     return lines

@@ -99,7 +99,7 @@ def _numbers(campaign, folder, prefix):
 
 def _convergence(campaign, folder, prefix):
     section, rows = Section("Are these enough runs?", []), campaign.convergence.to_dict("records")
-    if len(rows) < 3:
+    if len(rows) < 3 or not samples_the_parameters(campaign.file):
         return section
     section.blocks.append(Picture(render_convergence(rows, folder / f"{prefix}convergence.png"),
                                   "How the maps change with the number of runs"))

@@ -31,7 +31,7 @@ def _key_and_values(setting):
         found = tables(f"values = [{text}]", f"{key} = {text}")["values"]
     except TOMLDecodeError:  # words without quotes
         found = [part.strip() for part in text.split(",")]
-    if len(set(map(repr, found))) < len(found):
+    if len({float(value) if type(value) in (int, float) else repr(value) for value in found}) < len(found):
         raise InputError(f"{setting}: the same value twice")
     return key.strip(), found
 

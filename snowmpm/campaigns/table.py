@@ -5,9 +5,10 @@ import itertools
 
 import numpy as np
 
+from snowmpm.campaigns import untrusted
 from snowmpm.campaigns.members import ONLY
 from snowmpm.campaigns.untrusted import TRUTHS
-from snowmpm.campaigns.work import read_record
+from snowmpm.campaigns.work import RECORD, read_record
 from snowmpm.draft import draft, write_text
 
 FILE, CSV, WORK = FILES = "table.parquet", "table.csv", "work.csv"
@@ -38,6 +39,9 @@ def records_of(plan):
     found = {}
     for member in plan.members:
         if member.hash not in found and (record := read_record(plan.results(member))) is not None:
+            taken = set(record["numbers"]) & set(plan.file.parameters)
+            if taken:
+                raise untrusted.damaged(plan.results(member) / RECORD, f"{min(taken)}: is a parameter, not a result")
             found[member.hash] = record
     return found
 

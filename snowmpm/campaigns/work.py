@@ -10,7 +10,6 @@ import errno
 import io
 import json
 import os
-import shutil
 import socket
 import time as clock
 import warnings
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from snowmpm import overwriting
 from snowmpm.campaigns import untrusted
 from snowmpm.draft import FULL, draft, write_text
 from snowmpm.errors import InputError, SimulationError, WriteError, shown_line
@@ -101,7 +101,7 @@ def _done(job, results, started):
     except Exception as error:  # a fault of the program in one run must not stop the others
         record, resumed, timing = _failed(f"{type(error).__name__}: {error}"), False, {}
     if record["status"] == "done" and job.keep != "runs":
-        shutil.rmtree(job.run, ignore_errors=True)
+        overwriting.remove_own(job.run)
     record["work"] = {**timing, **_where(started), "resumed": resumed}
     write_text(results / RECORD, json.dumps(record, indent=1))
     return record

@@ -73,23 +73,21 @@ def _print_rows(found):
 
 
 def _conduct(file, output, workers, scheduler, again, quiet, as_json):
-    from snowmpm.campaigns.launch import forget_failed, raise_if_all_failed, run_campaign
+    from snowmpm.campaigns.launch import raise_if_all_failed, run_campaign
     from snowmpm.campaigns.report import write_pictures
 
     resume, retry, patience = again
     if retry and not resume:
         raise InputError("--retry-failed goes with --resume")
     folder = output or Path("campaigns") / file.name
-    if retry:
-        forget_failed(folder)
 
     def say(text):
         if not quiet:
             print(text, file=sys.stderr)
 
     try:
-        found = run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume, say=say,
-                             patience=patience)
+        found = run_campaign(file, folder, scheduler=scheduler, workers=workers, resume=resume, retry=retry,
+                             say=say, patience=patience)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted; --resume does the runs that are missing in {folder}") from None
     raise_if_all_failed(found)

@@ -44,12 +44,15 @@ def export(run: RunPath, output: Folder = None, kind: As = Kind.ply,
 
     opened = Run(run)
     folder = output or opened.path.with_name("export")
-    written = (one.name for one in folder.glob("*") if one.suffix in (".ply", ".glb", ".usdc", ".json"))
+    written = (one.name for one in folder.glob("*")
+               if one.suffix in (".ply", ".glb", ".usdc") or one.name == "sequence.json")
     overwriting.guard_in(folder, written)
     names = [name.strip() for name in fields.split(",") if name.strip()] if fields is not None else None
     written = export_run(opened, folder, kind.value, surface=surface, fields=names, every=every, speed=speed, fps=fps)
     if not surface and "id" not in opened.field_names:
-        print('note: the run did not record "id" (output.fields): nothing tells which particle is which from frame to'
-              " frame", file=sys.stderr)
+        held = kind.value == "usd"
+        what = "USD holds each frame until the next" if held else "their order changes from frame to frame"
+        print(f'note: the run did not record "id" (output.fields), so that nothing tells particles apart: {what}',
+              file=sys.stderr)
     if not quiet:
         print(written[0] if len(written) == 1 else f"{folder}: {len(written)} files, {written[0].name} first")

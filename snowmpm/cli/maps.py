@@ -85,9 +85,17 @@ def maps(run: RunPath, output: Folder = None, pictures: Pictures = False, observ
 
 def _names(run, over_time):
     """Names of the files that the command writes."""
+    from snowmpm.io.flow_maps import NAMES, moments
+
     rasters = [f"{name}{ending}" for name in run.maps for ending in (".tif", ".qml", ".png")]
-    films = [f"{name}.{over_time}" for name in run.maps] if over_time else []
-    return [*rasters, *films, *FIXED]
+    if not over_time:
+        return [*rasters, *FIXED]
+    films = [f"{name}.{over_time}" for name in NAMES]
+    return [*rasters, *films, *(_moment(name, i) for i, *_ in moments(run) for name in NAMES), *FIXED]
+
+
+def _moment(name, i):
+    return f"over_time/{name}_{i:05d}.tif"
 
 
 def _observed(run, path, pictures):
@@ -167,7 +175,7 @@ def _moments(run, folder):
     for i, begin, end in counted(times, "writing GeoTIFFs over time", "times"):
         values = found.at(i)
         for name in NAMES:
-            one, file = quantity(name), f"over_time/{name}_{i:05d}.tif"
+            one, file = quantity(name), _moment(name, i)
             raster = Map(values[name], place.x0, place.y0, place.cell, one.unit)
             write_geotiff(folder / file, raster, run.origin, crs, f"{one.label} [{one.unit}] at t = {begin:g} s",
                           {"run": run.name, "time": begin, "definition": one.definition})

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from snowmpm import overwriting
 from snowmpm.cli.options import Backend, BackendOption, Threads
 from snowmpm.study import STUDIES, open_study
 
@@ -32,6 +33,7 @@ def study(
 
     module = open_study(name)
     folder = output or Path("runs") / f"study_{name.replace('-', '_')}"
+    overwriting.guard(*folder.glob(f"{name.partition('-')[0]}*.*"))
     start_taichi(backend, threads)
     for path in module.study(folder, quick=quick, only=tuple(only or ()), say=_say):
         print(path)

@@ -54,7 +54,7 @@ def write_text(path, text):
 def _replacement(path, keep=None):
     """Context: a file that replaces `path` once all is written; the old one moves to `keep` if given."""
     overwriting.guard(path, *([keep] if keep else []))
-    part = path.with_name(path.name + ".part")
+    part = part_of(path)
     try:
         with create_new(part) as file:
             yield file
@@ -73,6 +73,11 @@ def _replacement(path, keep=None):
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         raise
     sync_folder(path.parent)
+
+
+def part_of(path):
+    """Path of a file that is written in place of `path`."""
+    return Path(path).with_name(Path(path).name + ".part")
 
 
 def create_new(path):

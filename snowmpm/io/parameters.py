@@ -33,6 +33,8 @@ def friction_of(run):
     if not isinstance(friction, dict):
         return "friction of own numbers, not calibrated"
     chosen = run.summary.get("friction_class") or friction.get("card")
+    if chosen and run.summary.get("friction_doubts"):
+        return f"friction of the card {chosen}, outside the range of its calibration"
     if chosen:
         return f"friction as calibrated for the card {chosen}"
     begun = f", from {friction['began_with']}" if friction.get("began_with") else ""

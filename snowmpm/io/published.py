@@ -14,4 +14,6 @@ def statement(run):
 def resolution_of(run):
     """{name: resolution} of the numbers of hazard mapping of a `Run`; {} without maps."""
     raster = run.maps.get("peak_depth")
-    return resolutions(run.hazard.get("numbers", {}), raster.cell) if raster is not None else {}
+    if raster is None:
+        return {}
+    return resolutions(run.hazard.get("numbers", {}), max(raster.cell, float(run.provenance.get("dx") or 0.0)))

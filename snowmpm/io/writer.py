@@ -15,7 +15,7 @@ import numpy as np
 from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.io import layout
-from snowmpm.io.archive import create_new, write_bytes
+from snowmpm.io.archive import create_new, part_of, write_bytes
 from snowmpm.io.contents import check_contents
 from snowmpm.io.journal import Journal
 from snowmpm.io.obstacles import append_loads, append_poses, create_obstacles, keep_obstacles
@@ -257,7 +257,7 @@ def run_file(path: PathLike) -> Path:
 def _unshare(path):
     """Give a run file that has other names too, as in a backup by links, bytes of its own before they change."""
     if path.stat().st_nlink > 1:
-        part = path.with_name(path.name + ".part")
+        part = part_of(path)
         with create_new(part) as copy, open(path, "rb") as file:
             shutil.copyfileobj(file, copy)
         os.replace(part, path)

@@ -35,13 +35,19 @@ class Quantity:
         """A value with its unit: 1970 m, 27.3 m/s, 12.4 kPa; with the resolution to which it is known: 1970 ± 5 m."""
         if not resolution or value is None or not math.isfinite(value):
             return written(value, self.unit, self.decimals)
-        places = max(0, -math.floor(math.log10(resolution)))
-        number = f"{round(value, -math.floor(math.log10(resolution))) + 0.0:.{places}f}"
-        if self.decimals is None and abs(value) >= 1e4 and not places:
+        scaled, unit = _scaled(float(value), self.unit)
+        resolution = resolution * (scaled / value if value else 1.0)
+        place = math.floor(math.log10(resolution))
+        number = f"{round(scaled, -place) + 0.0:.{max(0, -place)}f}"
+        if self.decimals is None and abs(scaled) >= 1e4 and place >= 0:
             number = grouped(number)
-        shown = written(0.0, self.unit).removeprefix("0").strip()
-        known = f"{float(f'{resolution:.1g}'):g}"
-        return f"{number} ± {known}{shown if shown == '°' else f' {shown}'}".rstrip()
+        known, shown = float(f"{resolution:.1g}"), _SHOWN.get(unit, unit)
+        half = grouped(known) if known >= 1e4 else f"{known:g}"
+        return f"{number} ± {half}{'' if shown == '°' else ' '}{shown}".rstrip()
+
+
+_SHOWN = {"1": "", "m2": "m²", "m3": "m³", "degrees": "°", "kg/m3": "kg/m³", "m/s2": "m/s²"}
+"""Units as they are printed."""
 
 
 def written(value, unit="1", decimals=None):
@@ -55,7 +61,7 @@ def written(value, unit="1", decimals=None):
         return "-"
     value, unit = _scaled(float(value), unit)
     number = f"{value:.{decimals}f}" if decimals is not None else digits(value)
-    shown = {"1": "", "m2": "m²", "m3": "m³", "degrees": "°", "kg/m3": "kg/m³", "m/s2": "m/s²"}.get(unit, unit)
+    shown = _SHOWN.get(unit, unit)
     return f"{number}{'' if shown == '°' else ' '}{shown}".strip()
 
 

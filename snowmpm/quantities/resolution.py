@@ -1,9 +1,9 @@
 """To what a published number of hazard mapping is known: its resolution, and its digits.
 
 Places and lengths are known to half a map cell; heights to what the ground falls over that; the travel angle to what
-both make of it; areas to half a cell for each cell of their rim, of which about half lie too far out and half too far
-in; times to half the interval of the frames. Peaks of depth, speed and pressure have no such resolution: what they are
-good for only a second grid tells.
+both make of it; areas to half a cell all along their rim, taken as that of a square, since flow that is painted on
+cells is wider than it is; times to half the interval of the frames. Peaks of depth, speed and pressure have no such
+resolution: what they are good for only a second grid tells.
 """
 
 import math
@@ -27,8 +27,7 @@ def resolutions(numbers: Mapping[str, float], cell: float) -> dict[str, float]:
         found["travel_angle"] = math.degrees(both / (1.0 + steepness**2))
     for name, value in numbers.items():
         if name != "release_area" and "area" in name.split("_") and value > 0.0:
-            rim = 4.0 * math.sqrt(value) / cell
-            found[name] = cell**2 * max(1.0, 0.5 * math.sqrt(rim))
+            found[name] = max(cell**2, 2.0 * cell * math.sqrt(value))
     return {name: value for name, value in found.items() if value > 0.0}
 
 

@@ -12,8 +12,9 @@ from snowmpm import overwriting
 from snowmpm.annotations import PathLike
 from snowmpm.errors import InputError, SimulationError, WriteError
 from snowmpm.io import FolderLock, Run, checkpoint, layout
-from snowmpm.io.archive import write_text
+from snowmpm.io.archive import part_of, write_text
 from snowmpm.io.checkpoint import Checkpoints
+from snowmpm.io.journal import journal_path
 from snowmpm.io.writer import run_file
 from snowmpm.running.interruption import Interruption
 from snowmpm.running.recorder import Recorder
@@ -30,6 +31,8 @@ SCENE = "scene.toml"
 CHECKPOINTS = (checkpoint.FILE, checkpoint.previous(checkpoint.FILE).name)
 FILES = (layout.RUN_FILE, layout.COMPANION_FILE, layout.SUMMARY_FILE, SCENE, KEPT, *CHECKPOINTS)
 """Files of a run folder."""
+PASSING = (journal_path(layout.RUN_FILE).name, *(part_of(name).name for name in FILES))
+"""Files that are there while others are written, and after a kill."""
 
 PROGRESS_INTERVAL = 0.2
 """Seconds of wall time between progress reports."""
@@ -113,9 +116,9 @@ def _run(scene, folder, lock, progress, resume, overwrite, approve):
     phases = Phases()
     saved = _saved(folder, scene) if resume else None
     if saved is None:
-        overwriting.guard_in(folder, FILES)
+        overwriting.guard_in(folder, (*FILES, *PASSING))
     else:
-        overwriting.adopt(folder, (layout.COMPANION_FILE, layout.SUMMARY_FILE))
+        overwriting.adopt(folder, (layout.COMPANION_FILE, layout.SUMMARY_FILE, *PASSING))
     simulation = Simulation(scene, resumed=folder if resume else None, approve=None if resume else approve)
     if saved is not None:
         checkpoint.take_over(simulation, saved)
@@ -179,7 +182,7 @@ def _record(simulation, folder, checkpoints, saved, phases, progress):
     if saved is None:
         # First, since an old checkpoint would not belong to the new run file
         checkpoints.clear()
-    overwriting.note_changing(*(folder / name for name in (layout.RUN_FILE, *CHECKPOINTS)))
+    overwriting.note_changing(*(folder / name for name in (layout.RUN_FILE, *CHECKPOINTS, *PASSING)))
     if saved is None:
         (folder / KEPT).unlink(missing_ok=True)
         if simulation.model.taken:

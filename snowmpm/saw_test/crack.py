@@ -116,9 +116,10 @@ class CrackRecord:
             yield (f"the weak layer has broken over {broken:.0%} of the column before the saw begins: its weight or its"
                    " ends overload it")
         elif worn > WORN:
+            ends = "" if self._scene.saw_test.ends == "vertical" else "vertical ends, "
             yield (f"the weak layer has lost {worn:.0%} of its strength at x = {place:.2f} m before the saw begins: the"
-                   " critical length of a cut there is too short; vertical ends, a gentler slope or a lighter slab load"
-                   " it less")
+                   f" critical length of a cut there is too short; {ends}a gentler slope or a lighter slab load it"
+                   " less")
 
     def watch(self):
         """After a step."""

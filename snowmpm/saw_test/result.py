@@ -92,6 +92,12 @@ class Column:
         return float(self.values["saw"][-1])
 
     @property
+    def sawn(self):
+        """Whether the saw had begun, and stood still when the record ended."""
+        saw = self.values["saw"]
+        return bool(saw[-1] > saw[0] and saw[-1] - saw[max(-2, -len(saw))] < 0.5 * self.saw_speed * self.row)
+
+    @property
     def far_end(self):
         """Place beyond which a crack has come to the far end [m]."""
         return float(self.x[-1]) - min(self.D, END * self.length)
@@ -216,6 +222,8 @@ def _why_none(column, late):
         return f"{COLUMN_TOO_SHORT}: the slab broke the rest of it{at}, before a crack had room to run by itself"
     if _on_its_way(column):
         return f"{RUN_TOO_SHORT}: the crack, at {column.tip:.2f} m, was on its way when the run ended"
+    if not column.sawn:
+        return f"{RUN_TOO_SHORT}: the saw, at {column.cut:.2f} m, had not come to its end when the run ended"
     return f"{NOT_HAPPENED}: no crack ran by itself, with a cut of {column.cut:.2f} m"
 
 

@@ -143,7 +143,7 @@ def test_a_failing_run_stops_no_other(site, tmp_path):
     assert np.isnan(found.stack.peak_depth.values[1]).all() and found.maps.attrs["runs"] == 1
     again = run_campaign(file, tmp_path / "one", resume=True, say=said.append)
     assert again.table.equals(found.table)
-    assert forget_failed(found.folder) == 1 and len(records_of(found.plan)) == 1
+    assert forget_failed(found.plan) == 1 and len(records_of(found.plan)) == 1
 
 
 def test_resume_does_what_is_missing(site, tmp_path):

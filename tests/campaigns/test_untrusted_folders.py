@@ -86,7 +86,25 @@ def cut_off(folder):
             path.write_bytes(path.read_bytes()[:7])
 
 
+def away(folder, name):
+    """A folder of it lies elsewhere, behind a link."""
+    (folder / name).rename(folder.with_name("victim"))
+    (folder / name).symlink_to(folder.with_name("victim"))
+
+
+def value(folder, wrong):
+    rows = json.loads((folder / "plan.json").read_text())
+    member(folder, values={**rows[0]["values"], next(iter(rows[0]["values"])): wrong})
+
+
 DAMAGES = {
+    "value that is no number": lambda folder: value(folder, "abc"),
+    "value that is a list": lambda folder: value(folder, [1, 2]),
+    "value that is none": lambda folder: value(folder, None),
+    "value not finite": lambda folder: value(folder, float("nan")),
+    "record with a parameter": lambda folder: numbers(record(folder), mu=7.0),
+    "results elsewhere": lambda folder: away(folder, "results"),
+    "runs elsewhere": lambda folder: away(folder, "runs"),
     "hash that leads away": lambda folder: member(folder, hash="../../victim"),
     "hash of another length": lambda folder: member(folder, hash="a"),
     "values of another campaign": lambda folder: member(folder, values={"other": 1.0}),
@@ -122,6 +140,33 @@ def test_what_we_would_not_have_written_is_refused(copied, damage):
     with pytest.raises(InputError) as refused:
         read(copied)
     assert str(refused.value).count("\n") <= 1
+
+
+def test_a_refused_retry_forgets_no_run_that_failed(copied):
+    """Another campaign, or the same in a folder that another program works in."""
+    changed(record(copied), status="failed", reason="by hand")
+    other = small_file(runs=1, design="random", parameters={
+        "mu": {"key": "terrain.friction.mu", "distribution": "uniform", "low": 0.4, "high": 0.5}})
+    with pytest.raises(InputError, match="is not that of the campaign in"):
+        prepare(other, copied, 1, resume=True, retry=True)
+    assert record(copied).is_file()
+    more = small_file(runs=2, design="random")
+    plan, _ = prepare(more, copied, 1, resume=True, retry=True)
+    assert not list(copied.glob("results/*/record.json")) and len(plan.members) == 2
+
+
+def test_a_run_that_is_not_kept_takes_no_file_of_the_user_with_it(tmp_path):
+    file = small_file(runs=2, design="random", keep="results")
+    plan, _ = prepare(file, tmp_path / "one", 1)
+    write_own_file(tmp_path / "one", file)
+    plan.write()
+    kept, removed = (job_of(plan, one) for one in plan.members)
+    os.makedirs(kept.run)
+    (tmp_path / "one" / "runs" / kept.hash / "notes.txt").write_text("mine")
+    for job in (kept, removed):
+        assert work(job)["status"] == "done"
+    left = {path.name for path in (tmp_path / "one" / "runs" / kept.hash).iterdir()}
+    assert left == {"notes.txt", ".snowmpm-files"} and not os.path.exists(removed.run)
 
 
 def test_maps_of_a_run_that_are_none(copied):

@@ -18,7 +18,7 @@ def test_places_and_lengths_are_known_to_half_a_cell():
     steep = 1088.2 / 1923.4
     by_hand = math.degrees(math.atan((1088.2 + known["fall"]) / 1923.4)) - math.degrees(math.atan(steep))
     assert known["travel_angle"] == pytest.approx(math.sqrt(2.0) * by_hand, rel=0.01)
-    assert known["affected_area"] == pytest.approx(100.0 * 0.5 * math.sqrt(4.0 * 500.0 / 10.0))
+    assert known["affected_area"] == pytest.approx(4.0 * 500.0 * 5.0)
     assert not {"release_area", "largest_flow_speed"} & known.keys()
     found = published(numbers, 10.0)
     assert (found["runout_x"], found["runout"], found["largest_flow_speed"]) == (600685.0, 1923.0, 41.23)
@@ -31,3 +31,6 @@ def test_digits_follow_the_resolution():
     assert quantity("runout").text(1923.4, 5.0) == "1923 ± 5 m" and quantity("runout").text(1923.4) == "1923 m"
     assert quantity("travel_angle").text(29.4712, 0.12) == "29.5 ± 0.1°"
     assert quantity("runout_x").text(600685.31, 20.0) == "600690 ± 20 m"
+    assert quantity("largest_flow_pressure").text(331800.0, 1.2e5) == "300 ± 100 kPa"
+    assert quantity("affected_area").text(93500.0, 1.3e4) == "90\u202f000 ± 10\u202f000 m²"
+    assert quantity("moving_share").text(0.1234, 0.02) == "12 ± 2 %"

@@ -131,6 +131,24 @@ def test_usd_points_keep_their_ids_and_order(shuffled, tmp_path):
     assert str(field.GetTypeName()) == "int[]"
 
 
+def test_usd_points_without_numbers_hold_until_the_next_sample(tmp_path):
+    """A program that goes from one sample to the next point by point must not mix two particles."""
+    Usd = pytest.importorskip("pxr.Usd")
+    from pxr import UsdGeom
+
+    from snowmpm.io import RunWriter
+
+    points, rng = np.random.default_rng(2).random((40, 3)), np.random.default_rng(3)
+    with RunWriter(tmp_path / "run", provenance={"particle_spacing": 0.1}) as writer:
+        for time in (0.0, 1.0, 2.0):
+            writer.frame(time, at(points[rng.permutation(40)], 0.01 * time), {"density": np.ones(40)})
+    (path,) = export_run(Run(tmp_path / "run"), tmp_path / "out", "usd", fps=10.0)
+    snow = UsdGeom.Points(Usd.Stage.Open(str(path)).GetPrimAtPath("/run/snow")).GetPointsAttr()
+    for code, time in ((3.3, 0.0), (9.9, 0.0), (15.0, 1.0), (20.0, 2.0)):
+        found, wanted = (np.array(sorted(map(tuple, one))) for one in (snow.Get(code), at(points, 0.01 * time)))
+        np.testing.assert_allclose(found, wanted, atol=1e-6)
+
+
 @pytest.mark.parametrize("kind", ["ply", "gltf"])
 def test_files_keep_one_order_of_the_particles(kind, shuffled, tmp_path):
     run, points = shuffled

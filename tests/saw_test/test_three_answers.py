@@ -57,8 +57,9 @@ def test_a_crack_that_pauses_on_a_short_column_does_not_run_by_itself():
     (lambda: record(lambda at: max(at - 0.1, 0.0) / SAW if at < 1.1 else np.nan), NOT_HAPPENED),
     (lambda: record(runaway, length=1.0, n=20, until=0.165, saw_to=0.8), RUN_TOO_SHORT),
     (lambda: record(runaway, until=0.17), RUN_TOO_SHORT),
+    (lambda: record(lambda at: np.nan, until=0.08, saw_to=0.4), RUN_TOO_SHORT),
     (lambda: {**record(runaway), "broken_at_rest": np.ones(240)}, VOID),
-], ids=["uncut", "stops on 1 m", "follows the saw", "on its way, 1 m", "on its way, 6 m", "void"])
+], ids=["uncut", "stops on 1 m", "follows the saw", "on its way, 1 m", "on its way, 6 m", "sawing", "void"])
 def test_no_critical_length(record_of, reason):
     result = found(record_of())
     assert result["critical_length"] is None and begins(result, "critical_length") == reason

@@ -2,9 +2,11 @@
 
 from snowmpm.advice.cautions.caution import Caution, rule
 from snowmpm.saw_test.prediction import uncounted_by_theories
-from snowmpm.saw_test.strength import overloaded
+from snowmpm.saw_test.strength import loads, overloaded
 
 CURE = "a gentler saw_test.slope_angle, a lighter slab or a stronger layer stands"
+NEARLY = 0.9
+"""Share of its strength at which a layer wears before it is cut: near the free ends of a column loads are larger."""
 CURE_OF_END = 'saw_test.ends = "vertical", or a gentler slope'
 
 
@@ -19,7 +21,13 @@ def uncounted_load(facts):
 @rule("mpm", "sph")
 def overloaded_layer(facts):
     """A layer that yields under the weight of the snow above it on the given slope."""
-    for load in overloaded(facts.scene):
+    failing = overloaded(facts.scene)
+    for load in loads(facts.scene) if facts.scene.saw_test and not failing else ():
+        if load.share > NEARLY:
+            yield Caution("", "saw_test.slope_angle", f"weight and slope put {load.share:.0%} of the shear that"
+                          f" {load.layer} (materials.{load.material}) bears on its foot, and more near the ends: it is"
+                          " worn before the saw comes", CURE)
+    for load in failing:
         if load.at_end:
             yield Caution("", "saw_test.ends", str(load), CURE_OF_END)
         else:
