@@ -38,8 +38,9 @@ class Quantity:
         scaled, unit = _scaled(float(value), self.unit)
         resolution = resolution * (scaled / value if value else 1.0)
         place = math.floor(math.log10(resolution))
-        number = f"{round(scaled, -place) + 0.0:.{max(0, -place)}f}"
-        if self.decimals is None and abs(scaled) >= 1e4 and place >= 0:
+        value = round(scaled, -place) + 0.0
+        number = f"{value:.{max(0, -place)}f}"
+        if self.decimals is None and abs(value) >= 1e4 and place >= 0:
             number = grouped(number)
         known, shown = float(f"{resolution:.1g}"), _SHOWN.get(unit, unit)
         half = grouped(known) if known >= 1e4 else f"{known:g}"

@@ -40,7 +40,7 @@ def test_maps_are_written_and_numbers_said(call, avalanche):
     assert written == {*(f"{name}.{kind}" for name in names for kind in ("tif", "qml", "png")), "thalweg.png",
                        *(f"avalanche.{kind}" for kind in ("gpkg", "qgs", "csv", "json")), "areas.csv"}
     assert "no avalanche.geojson: the terrain names no coordinate system" in result.out
-    for words in ("run-out 230 ± 5 m", "travel angle 21.8 ± 0.6°", "9600 ± ", "600255 ± 5 m",
+    for words in ("run-out 230 ± 5 m", "travel angle 21.8 ± 0.6°", "10 000 ± 2000 m²", "600255 ± 5 m",
                   "NOT FINAL: Whether the snow is at rest is not known"):
         assert words in " ".join(result.out.split()), result.out
 
