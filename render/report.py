@@ -19,6 +19,7 @@ from snowmpm.io.published import resolution_of, statement
 from snowmpm.io.remarks import remarks
 from snowmpm.io.status import status_of
 from snowmpm.quantities.quantity import written
+from snowmpm.quantities.resolution import rounded
 from snowmpm.quantities.table import IMPACT, quantity
 from snowmpm.render import page
 from snowmpm.render.document import (
@@ -255,8 +256,11 @@ def _last_row(run):
 
 
 def _table(values, units=None, dimension=3, known=None):
-    """Values by quantity name as a table that leads to their definitions. known: {name: resolution} of some."""
+    """Values by quantity name as a table that leads to their definitions. known: {name: resolution} of numbers of
+    hazard mapping, which are rounded as in files."""
     named = {name: quantity(name, (units or {}).get(name, ""), dimension) for name in values}
+    if known is not None:
+        values = {name: rounded(value, known.get(name)) for name, value in values.items()}
     return Table({one.label: one.text(values[name], (known or {}).get(name)) for name, one in named.items()},
                  {one.label: one for one in named.values()})
 

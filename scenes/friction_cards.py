@@ -13,6 +13,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from snowmpm.errors import InputError, nearest
 from snowmpm.ground import FrictionLaw, GroundLaw
+from snowmpm.quantities.quantity import written
+from snowmpm.quantities.resolution import rounded
 from snowmpm.scenes.friction import BY_VOLUME, ByVolume
 from snowmpm.scenes.messages import describe, shown
 from snowmpm.scenes.spec import Number, Positive, Spec, refuse
@@ -32,8 +34,8 @@ class Band(Spec):
 
     def said(self, unit: str) -> str:
         """The band in words."""
-        parts = [f"from {self.least:g} {unit}"] if self.least is not None else []
-        return " ".join([*parts, *([f"below {self.below:g} {unit}"] if self.below is not None else [])])
+        parts = [f"from {written(self.least, unit)}"] if self.least is not None else []
+        return " ".join([*parts, *([f"below {written(self.below, unit)}"] if self.below is not None else [])])
 
 
 class FrictionCard(Spec):
@@ -78,7 +80,8 @@ class FrictionCard(Spec):
         lowest = runout_altitude if ground is None or runout_altitude is not None else ground[0]
         high = lowest is not None and self.any_volume_above is not None and lowest >= self.any_volume_above
         if volume is not None and volume not in self.volume and not high:
-            found.append(f"the release has {volume:.4g} m3, and the class is for a volume {self.volume.said('m3')}")
+            found.append(f"the release has {written(rounded(volume), 'm3')}, and the class is for a volume"
+                         f" {self.volume.said('m3')}")
         if lowest is not None and lowest not in self.runout_altitude:
             rests = "the flow rests at" if runout_altitude is not None else "no ground lies below"
             found.append(f"{rests} {lowest:.0f} m, and the class is for a run-out {self.runout_altitude.said('m')}")

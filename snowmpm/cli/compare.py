@@ -163,6 +163,7 @@ def _rows(found):
     """Rows of the table: (name, texts of each run, numbers of each run or None)."""
     from snowmpm.io.published import resolution_of
     from snowmpm.io.status import cautions, status_of
+    from snowmpm.quantities.resolution import rounded
     from snowmpm.quantities.table import NUMBERS, quantity
 
     cases = [one.case for one in found]
@@ -189,7 +190,8 @@ def _rows(found):
     for one in NUMBERS:
         values = [case.run.hazard.get("numbers", {}).get(one.name, math.nan) for case in cases]
         if one.name in COMPARED and any(map(math.isfinite, values)):
-            texts = [one.text(value, own.get(one.name)) for value, own in zip(values, known, strict=True)]
+            texts = [one.text(rounded(value, own.get(one.name)), own.get(one.name))
+                     for value, own in zip(values, known, strict=True)]
             yield one.label, texts, values
     yield "status", [status_of(case.run).short if cautions(case.run) else "final" for case in cases], None
     if placed:

@@ -37,6 +37,7 @@ def print_avalanche(run):
     """Print the numbers of hazard mapping, if the run has them, and whether they are final."""
     from snowmpm.io.published import resolution_of
     from snowmpm.io.status import status_of
+    from snowmpm.quantities.resolution import rounded
     from snowmpm.quantities.table import quantity
 
     if run.hazard:
@@ -45,7 +46,7 @@ def print_avalanche(run):
         facts = {"friction": f"{chosen}, by the volume of the release"} if chosen else {}
         known = resolution_of(run)
         for name, value in run.hazard["numbers"].items():
-            facts[quantity(name).label] = quantity(name).text(value, known.get(name))
+            facts[quantity(name).label] = quantity(name).text(rounded(value, known.get(name)), known.get(name))
         print_facts(f"\navalanche, {status.text}", facts)
         print("  (what each of them means: snowmpm maps --definitions)")
 
