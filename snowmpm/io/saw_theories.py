@@ -31,8 +31,8 @@ THEORIES = (
            " it; or the saw is too fast for the crack to begin at the cut of a slow one"),
     Theory("critical_length", "critical_length_strength", "shear strength (Gaume 2017)",
            "it knows shear failure alone: on gentle slopes the weak layer collapses under normal stress first",
-           "on steep slopes its length goes to zero as the load comes near the strength; nor does it know which way the saw"
-           " goes: downslope, bending works against the shear"),
+           "on steep slopes its length goes to zero as the load comes near the strength; nor does it know which way the"
+           " saw goes: downslope, bending works against the shear"),
     Theory("critical_length", "critical_length_weac", "energy, elastic weak layer (WEAC)",
            "WEAC's weak layer bears any stress until its energy is used up; this one yields before, at its strength",
            "the saw may be too fast for the crack to begin at the cut of a slow one"),
