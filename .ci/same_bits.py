@@ -2,10 +2,11 @@
 
     python .ci/same_bits.py OLD NEW [--steps 60] [--only TEXT]
 
-OLD and NEW are folders of the repository (a second one: `git worktree add ../old main`). Library scenes by both
-methods, coarse, and a column of every law run for some steps from each folder, in a process of their own. A table shows
-the hash of positions, velocities, stresses and states; the exit code is 1 where one differs. Hashes depend on the
-machine, so none is kept.
+OLD and NEW are folders of the repository (a second one: `git worktree add ../old main`). All methods, both precisions,
+a column of every law and a scene of every optional feature, coarse, run for some steps from each folder, in a process
+of its own; each case runs a second time from its state half-way. A table shows what differs of the public fields of the
+particles, the audit and the time; the exit code is 1 where something does. Hashes depend on the machine, so none is
+kept.
 """
 
 import argparse
@@ -17,6 +18,8 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+DOCS, TESTS = (Path(__file__).resolve().parents[1] / name for name in ("docs", "tests"))
 
 COLUMN = {"solver.dx": 0.02, "initial.stress": "none"}
 SOIL = {"density": 1500.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
@@ -35,11 +38,17 @@ MATERIALS = {
         **SOIL, "poisson_ratio": 0.0, "reference_pressure": 5e3, "friction_angle": 30.0, "least_void_ratio": 0.5,
         "void_ratio": 0.7, "critical_void_ratio_limit": 0.55, "critical_void_ratio_drop": 0.25, "density_effect": 0.2},
 }
+VALLEY = {"solver.dx": 20.0}
 CASES = {
     "slab_release_2d": ("slab_release_2d", {"solver.dx": 0.2}),
     "column_collapse_2d": ("column_collapse_2d", {"solver.dx": 0.02}),
+    "column_collapse_2d double": ("column_collapse_2d", {"solver.dx": 0.02, "solver.precision": "f64"}),
     "column_collapse_2d sph": ("column_collapse_2d", {"solver.dx": 0.02, "solver.method": "sph"}),
+    "column_collapse_2d sph double": ("column_collapse_2d", {
+        "solver.dx": 0.02, "solver.method": "sph", "solver.precision": "f64"}),
     "column_collapse_3d": ("column_collapse_3d", {"solver.dx": 0.04}),
+    "column_collapse_3d aflip cubic": ("column_collapse_3d", {
+        "solver.dx": 0.06, "solver.transfer": "aflip", "solver.kernel": "cubic"}),
     "sand_between_plates": ("sand_between_plates", {"solver.dx": 0.02}),
     "sand_between_plates sph": ("sand_between_plates", {"solver.dx": 0.02, "solver.method": "sph"}),
     **{kind: ("column_collapse_2d", {**COLUMN, "materials.sand": {"kind": kind, **numbers}})
@@ -49,26 +58,80 @@ CASES = {
         "materials.sand": {"kind": "cohesive_cam_clay", **MATERIALS["cohesive_cam_clay"]}}),
     "cohesive_cam_clay substepped": ("column_collapse_2d", {**COLUMN, "materials.sand": {
         "kind": "cohesive_cam_clay", "return_map": "substepped", **MATERIALS["cohesive_cam_clay"]}}),
+    "depth-averaged": ("avalanche_depth_averaged", VALLEY),
+    "depth-averaged double": ("avalanche_depth_averaged", {**VALLEY, "solver.precision": "f64"}),
+    "depth-averaged with water": ("slushflow", VALLEY),
+    "depth-averaged, two phases": (DOCS / "dam_break_two_phases.toml", {"solver.dx": 2.0}),
+    "forest, deposition, snow cover": ("avalanche_depth_averaged", {
+        **VALLEY, "terrain.deposition": {"law": "stopped", "time": 0.5},
+        "terrain.entrainment": {"law": "rate", "growth_rate": 0.01, "thickness": 0.3, "density": 150.0},
+        "terrain.forest": [{"name": "larches", "region": {"x": [600200.0, 600500.0], "y": [200100.0, 200400.0]},
+                            "drag": 0.02, "detrainment": 60.0}]}),
+    "bodies that part": ("slab_release_2d", {
+        "solver.dx": 0.2, "bodies.2.contact": "separate", "initial.stress": "geostatic"}),
+    "implicit": (DOCS / "terzaghi_column.toml", {"solver.dx": 0.1}),
+    "implicit, poroelastic": (DOCS / "poroelastic_cantilever.toml", {"solver.dx": 0.1}),
+    "interface": ("slab_release", {"solver.dx": 1.0}),
+    "saw test": ("pst_2d", {"solver.dx": 0.05, "saw_test.length": 2.0}),
+    "avalanche on a raster": ("avalanche_on_raster", {"solver.dx": 3.0}),
+    "moving obstacles": ("oedometer", {}),
+    "rigid bodies": ("boulders_2d", {"solver.dx": 0.4}),
+    "wall of blocks": ("block_wall_2d", {}),
+    "structure": ("fence_2d", {"solver.dx": 0.2}),
+    "structure, strong coupling": ("flexible_wall_2d", {"structures.0.coupling": "strong"}),
+    "loads on surfaces, damping": (DOCS / "membrane_test.toml", {"solver.dx": 0.025}),
+    "mean volumes of cells": (DOCS / "sensitive_clay.toml", {"solver.dx": 1.0}),
+    "pore water": (TESTS / "water" / "soaked_slope.toml", {}),
+    "two velocities": ("slush_dam_2d", {"solver.dx": 0.1}),
+    "seepage": (DOCS / "rockfill_dam.toml", {"solver.dx": 0.1}),
+    "sleeping": ("column_collapse_2d", {"solver.dx": 0.02, "solver.sleeping": 0.05}),
+    "means over a length": ("column_collapse_2d", {**COLUMN, "materials.sand": {
+        **SOIL, "kind": "softening_cone", "cohesion": 500.0, "residual_cohesion": 50.0, "softening_strain": 0.1,
+        "friction_angle": 20.0, "nonlocal_length": 0.1}}),
+    "ice": ("microstructure_2d", {"solver.dx": 1e-4}),
+    "loads": ("skier_trigger", {"solver.dx": 0.1}),
 }
+LONG = {"column_collapse_3d aflip cubic": 0.25, "interface": 0.5, "avalanche on a raster": 0.25, "two velocities": 0.5,
+        "seepage": 0.25, "implicit": 0.1, "implicit, poroelastic": 0.1, "depth-averaged, two phases": 0.5}
+"""Shares of the steps for cases whose steps take long."""
 PACKAGES = ("materials", "scenes", "render")
 """Packages that lie beside snowmpm in the repository and are parts of it when installed."""
 
 
 def outcome(name, overrides, steps):
-    """Hash of a scene after some steps, and what shows that something happened."""
+    """Hashes of a scene after some steps by name of a field, of its audit and time, and whether a run that goes on from
+    its state half-way has the same."""
     import snowmpm
 
     if overrides.get("solver.method") == "sph":
-        overrides = {**overrides, "solver": {"dx": overrides["solver.dx"], "method": "sph"}}
-        overrides = {key: value for key, value in overrides.items() if not key.startswith("solver.")}
-    simulation = snowmpm.Simulation(snowmpm.load_scene(name, overrides))
+        kept = {key: value for key, value in overrides.items() if key in ("solver.precision",)}
+        overrides = {key: value for key, value in overrides.items() if not key.startswith("solver.")} | {
+            "solver": {"dx": overrides["solver.dx"], "method": "sph"}} | kept
+    scene = snowmpm.load_scene(str(name), overrides)
+    straight, half = snowmpm.Simulation(scene), max(1, steps // 2)
+    for _ in range(half):
+        straight.step()
+    state = straight.state()
+    found = _after(straight, steps - half)
+    resumed = snowmpm.Simulation(scene)
+    resumed.restore(state)
+    again = _after(resumed, steps - half)
+    return {"hashes": found, "resumed": found == again, "time": straight.time,
+            "plastic": straight.audit().get("plastic_work", 0.0)}
+
+
+def _after(simulation, steps):
     for _ in range(steps):
         simulation.step()
-    digest, fields = hashlib.sha256(), simulation.particles
-    for values in (fields["id"], *(fields[field] for field in ("position", "velocity", "stress", "J")), fields.state()):
-        digest.update(values.tobytes())
-    digest.update(repr(simulation.time).encode())
-    return {"hash": digest.hexdigest()[:16], "time": simulation.time, "plastic": simulation.solver.plastic_work}
+    fields = simulation.particles
+    order = fields["id"].argsort(kind="stable")
+    found = {name: _hash(fields[name][order].tobytes()) for name in fields}
+    audit = {key: repr(value) for key, value in sorted(simulation.audit(fields).items())}
+    return {**found, "audit": _hash(repr(audit).encode()), "time": _hash(repr(simulation.time).encode())}
+
+
+def _hash(content):
+    return hashlib.sha256(content).hexdigest()[:12]
 
 
 def outcomes_of(checkout, steps, names):
@@ -93,18 +156,25 @@ def main():
     parser.add_argument("--cases", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.cases:
-        print(json.dumps({name: outcome(*CASES[name], arguments.steps) for name in json.loads(arguments.cases)}))
+        print(json.dumps({name: outcome(*CASES[name], max(2, round(LONG.get(name, 1.0) * arguments.steps)))
+                          for name in json.loads(arguments.cases)}))
         return 0
     if len(arguments.checkouts) != 2:
         parser.error("two checkouts are needed, OLD and NEW")
     names = [name for name in CASES if arguments.only in name]
     with ThreadPoolExecutor() as pool:
         old, new = pool.map(lambda path: outcomes_of(path.resolve(), arguments.steps, names), arguments.checkouts)
+    wrong = 0
     for name in names:
-        same = old[name]["hash"] == new[name]["hash"]
-        print(f"{name:32} {old[name]['hash']} {new[name]['hash']} {'same' if same else 'DIFFERENT'}"
-              f"  t = {new[name]['time']:.4g} s, plastic work {new[name]['plastic']:.3g} J")
-    return int(any(old[name]["hash"] != new[name]["hash"] for name in names))
+        one, other = old[name]["hashes"], new[name]["hashes"]
+        differ = [key for key in one if key in other and one[key] != other[key]]
+        gone = sorted(set(one) ^ set(other))
+        words = "same" if not differ else f"DIFFERENT: {', '.join(differ)}"
+        words += "" if new[name]["resumed"] else "; NOT THE SAME when resumed half-way"
+        words += f"; only in one: {', '.join(gone)}" if gone else ""
+        print(f"{name:32} t = {new[name]['time']:.4g} s, plastic work {new[name]['plastic']:.3g} J: {words}")
+        wrong += bool(differ) or not new[name]["resumed"]
+    return int(wrong > 0)
 
 
 if __name__ == "__main__":
