@@ -87,7 +87,8 @@ CASES = {
     "sleeping": ("column_collapse_2d", {"solver.dx": 0.02, "solver.sleeping": 0.05}),
     "means over a length": ("column_collapse_2d", {**COLUMN, "materials.sand": {
         **SOIL, "kind": "softening_cone", "cohesion": 500.0, "residual_cohesion": 50.0, "softening_strain": 0.1,
-        "friction_angle": 20.0, "nonlocal_length": 0.1}}),
+        "friction_angle": 20.0,
+        "residual_friction_angle": 10.0, "nonlocal_length": 0.1}}),
     "ice": ("microstructure_2d", {"solver.dx": 1e-4}),
     "loads": ("skier_trigger", {"solver.dx": 0.1}),
 }

@@ -119,7 +119,8 @@ def node_kernel(real, entrains, serial):
             elif tile < n_tiles and live[base + tile] > 0:
                 for inner in range(TILE * TILE):
                     totals[(base + tile) * (TILE * TILE) + inner] = ti.Vector.zero(real, TOTALS)
-                    nodes[(base + tile) * (TILE * TILE) + inner] = ti.Vector.zero(real, NODE)
+                    for k in ti.static(range(NODE)):
+                        nodes[(base + tile) * (TILE * TILE) + inner][k] = 0.0
                 live[base + tile] = 0
         deep = unit / (dx * dx)
         ti.loop_config(serialize=serial)
