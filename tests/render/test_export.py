@@ -82,7 +82,9 @@ def test_usd_moves_at_the_speed_of_the_film(space, tmp_path):
     assert UsdGeom.GetStageUpAxis(stage) == "Z" and UsdGeom.GetStageMetersPerUnit(stage) == 1.0
     snow = UsdGeom.Points(stage.GetPrimAtPath("/run/snow"))
     codes = snow.GetPointsAttr().GetTimeSamples()
-    np.testing.assert_allclose(codes, space.times / 2.0 * 30.0)
+    held = [0.999 * 40.0 + code for code in codes[:-1:2]]  # its particles have no numbers
+    np.testing.assert_allclose(codes, sorted([*(space.times / 2.0 * 30.0), *held]))
+    codes = codes[::2]
     frame = space.frame(2)
     same_points(snow.GetPointsAttr().Get(codes[2]), frame)
     np.testing.assert_allclose(snow.GetVelocitiesAttr().Get(codes[2]), 2.0 * frame.fields["velocity"], rtol=1e-6)
@@ -143,7 +145,8 @@ def test_usd_points_without_numbers_hold_until_the_next_sample(tmp_path):
         for time in (0.0, 1.0, 2.0):
             writer.frame(time, at(points[rng.permutation(40)], 0.01 * time), {"density": np.ones(40)})
     (path,) = export_run(Run(tmp_path / "run"), tmp_path / "out", "usd", fps=10.0)
-    snow = UsdGeom.Points(Usd.Stage.Open(str(path)).GetPrimAtPath("/run/snow")).GetPointsAttr()
+    stage = Usd.Stage.Open(str(path))
+    snow = UsdGeom.Points(stage.GetPrimAtPath("/run/snow")).GetPointsAttr()
     for code, time in ((3.3, 0.0), (9.9, 0.0), (15.0, 1.0), (20.0, 2.0)):
         found, wanted = (np.array(sorted(map(tuple, one))) for one in (snow.Get(code), at(points, 0.01 * time)))
         np.testing.assert_allclose(found, wanted, atol=1e-6)

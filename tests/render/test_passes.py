@@ -64,7 +64,7 @@ def test_passes_are_written_and_read_again(run, tmp_path):
 
 @pytest.mark.parametrize(("output", "layer", "told"), [
     ("a.mp4", "transparent", "goes into a .png file or a folder"), ("a.png", "depth", "goes into a .tif file"),
-    ("a.tif", "picture", 'is for layer = "depth"'), ("a.png", "alpha", "transparent")])
+    ("a.tif", "picture", 'is for pass = "depth"'), ("a.png", "alpha", "transparent")])
 def test_what_does_not_go_together_is_refused(run, tmp_path, output, layer, told):
     with pytest.raises(InputError, match=told):
         render_run(run, tmp_path / output, layer=layer)
