@@ -127,9 +127,9 @@ def note(path: str | os.PathLike[str], content: str | os.PathLike[str] | None = 
 
     Before the file gets its name, so that no kill in between leaves one that is not known. Raises OSError.
     """
-    if _kept.get() is None:
-        return
     path = Path(path)
+    if _kept.get() is None or (ANY, path.name) in _lines(path.parent):
+        return
     _append(path, _digest(Path(content or path)))
 
 

@@ -6,6 +6,7 @@ is made of shares, so that it knows no distributions.
 
 import json
 import math
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -44,9 +45,10 @@ class Parameter(Spec):
         n = self.levels
         return np.arange(n) / (n - 1.0) if self.bounded else (np.arange(n) + 0.5) / n
 
-    def allows(self, value: Any) -> bool:
-        """Whether this may be a value of it, as read from a file."""
-        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    def test(self) -> Callable[[Any], bool]:
+        """Function that tells whether a value, as read from a file, may be one of it."""
+        return lambda value: (isinstance(value, int | float) and not isinstance(value, bool)
+                              and math.isfinite(value))
 
     def quantile(self, u: float) -> Any:
         """Value at the share u, from 0 to 1."""
@@ -181,8 +183,9 @@ class Choices(Parameter):
             raise refuse(f"must be {len(self.values)} numbers, one a value", "weights", self.weights)
         return self
 
-    def allows(self, value: Any) -> bool:
-        return any(type(value) is type(one) and value == one for one in json.loads(json.dumps(self.values)))
+    def test(self) -> Callable[[Any], bool]:
+        known = set(map(json.dumps, self.values))
+        return lambda value: json.dumps(value) in known
 
     def _steps(self):
         weights = np.asarray(self.weights or np.ones(len(self.values)), float)

@@ -270,12 +270,13 @@ def read_plan(folder, file):
     if rows is None:
         raise InputError(f"{folder}: no campaign here ({PLAN} is missing)")
     members, variants = [Member(**row) for row in rows], list(file.variants) or [ONLY]
+    allowed = {name: one.test() for name, one in file.parameters.items()}
     for member in members:
         if member.variant not in variants or set(member.values) != set(file.parameters):
             raise InputError(f"{path}: run {member.run} of {member.variant}: not of this campaign, which has"
                              f" {', '.join(file.parameters)}")
         for name, value in member.values.items():
-            if not file.parameters[name].allows(value):
+            if not allowed[name](value):
                 raise untrusted.damaged(path, f"run {member.run}: {name} = {value!r}: not a value of this campaign")
     return Plan(file, folder, members)
 
