@@ -18,7 +18,7 @@ RASTERS = (".asc", ".tif", ".tiff")
 PARTICLES = 40_000  # about so many: a few minutes
 FRICTION = 0.35  # of the bed, as the scene has it
 FRAMES = 150  # at most about so many
-COLUMNS = 4  # of a depth-averaged flow in a cell
+COLUMNS = 6  # of a depth-averaged flow in a cell, as the scene has it
 LEAST_CELL, USUAL_CELL, MOST_CELL = 1.0, 5.0, 10.0  # m, of a depth-averaged flow
 ACROSS = 8.0  # cells across a release, at the least
 LONG = 300.0  # thicknesses of the snow, from which on a slope is long against its depth
@@ -61,7 +61,7 @@ def scene_on_ground(name, file, ground, release=None, thickness=None, unit=None,
     length = float(math.hypot(*extent))
     if in_plan:
         dx = _cell_in_plan(surface, side)
-        particles, unit_of = COLUMNS * area / dx**2, "columns"
+        particles, unit_of = COLUMNS * volume / thick / dx**2, "columns"
     else:
         # Between the coarsest that is accepted and a third of the thickness
         dx = _rounded(min(max((8.0 * volume / PARTICLES) ** (1.0 / 3.0), thick / 3.0), 1.5 * thick))

@@ -117,7 +117,7 @@ def test_a_depth_averaged_scene_on_an_own_raster_runs(call, release):
     assert made.code == 0, made.err
     assert "columns" in made.out
     scene = load_scene("path.toml")
-    assert scene.solver.method == "depth" and scene.terrain.friction.card == "voellmy_avaframe"
+    assert scene.solver.method == "depth" and scene.terrain.friction.card == "samos_at_auto"
     assert scene.solver.dx == 10.0  # the raster's
     result = call("run", "path.toml", "-o", "first", "-q", "--set", "end_time=1.0", "--set", "output.interval=1.0")
     assert result.code == 0, result.err
