@@ -13,12 +13,14 @@ AXES = {3: "xyz", 6: ("xx", "yy", "zz", "xy", "yz", "xz")}
 
 
 def write(sequence, folder):
-    """snow_0000.ply ..., ground.ply, OBSTACLE_0000.ply (once, where it never moves), and sequence.json: times, units,
-    origin; -> paths."""
-    paths, files = [], []
+    """snow_0000.ply ..., ground.ply, OBSTACLE_0000.ply (once, where it never moves), and sequence.json: times, radii of
+    the particles [m], units, origin; -> paths."""
+    paths, files, radii = [], [], []
     for k, i in enumerate(counted(sequence.indices, "writing PLY", "frames")):
         files.append(f"snow_{k:04d}.ply")
-        paths.append(write_ply(folder / files[-1], sequence.snow(i), f"time {sequence.run.times[i]:.9g} s"))
+        snow = sequence.snow(i)
+        radii.append(snow.radius)
+        paths.append(write_ply(folder / files[-1], snow, f"time {sequence.run.times[i]:.9g} s"))
         for name, shape in sequence.obstacles(i).items():
             if k == 0 or moves(sequence, name):
                 suffix = f"_{k:04d}" if moves(sequence, name) else ""
@@ -26,7 +28,7 @@ def write(sequence, folder):
     ground = sequence.ground()
     if ground is not None:
         paths.append(write_ply(folder / "ground.ply", ground, "ground"))
-    record = {"name": sequence.name, "times": sequence.times.tolist(), "files": files, "units": sequence.units,
+    record = {"name": sequence.name, "times": sequence.times.tolist(), "files": files, "radii": radii, "units": sequence.units,
               "origin": sequence.origin.tolist(), "crs": sequence.run.provenance.get("crs")}
     write_text(folder / "sequence.json", json.dumps(record, indent=1))
     return [*paths, folder / "sequence.json"]

@@ -35,6 +35,7 @@ def same_points(found, frame):
 def test_ply_holds_points_and_fields(space, tmp_path):
     paths = export_run(space, tmp_path, "ply", every=3)
     record = json.loads((tmp_path / "sequence.json").read_text())
+    assert len(record["radii"]) == len(record["files"]) and min(record["radii"]) > 0.0
     assert record["files"] == ["snow_0000.ply", "snow_0001.ply"] and record["origin"] == list(ORIGIN)
     assert record["times"] == space.times[::3].tolist()
     assert {path.name for path in paths} >= {"ground.ply", "house.ply", "mast_0000.ply", "mast_0001.ply"}
