@@ -28,8 +28,8 @@ def write(sequence, folder):
     ground = sequence.ground()
     if ground is not None:
         paths.append(write_ply(folder / "ground.ply", ground, "ground"))
-    record = {"name": sequence.name, "times": sequence.times.tolist(), "files": files, "radii": radii, "units": sequence.units,
-              "origin": sequence.origin.tolist(), "crs": sequence.run.provenance.get("crs")}
+    record = {"name": sequence.name, "times": sequence.times.tolist(), "files": files, "radii": radii,
+              "units": sequence.units, "origin": sequence.origin.tolist(), "crs": sequence.run.provenance.get("crs")}
     write_text(folder / "sequence.json", json.dumps(record, indent=1))
     return [*paths, folder / "sequence.json"]
 
