@@ -175,8 +175,7 @@ def _pressure_panel(found):
             wetted = one.wetted_at(0.5 * (ends[1:] + ends[:-1]))
             pressure = np.where(wetted > 0.0, force @ one.direction / np.where(wetted > 0.0, wetted, 1.0), 0.0)
             steady = one.numbers["impact_steady_pressure"]
-            label = (f"{name}: {peaks[name] / scale:.3g} at the peak of the force, {steady / scale:.3g} {unit} in its"
-                     " middle half")
+            label = f"{name}: {peaks[name] / scale:.3g} at peak force, {steady / scale:.3g} {unit} steady"
             axes.stairs(pressure / scale, ends, baseline=None, color=colour, lw=1.6, label=label)
             axes.plot(one.numbers["impact_peak_time"], peaks[name] / scale, "o", color=colour, ms=4)
         axes.legend(**LEGEND)

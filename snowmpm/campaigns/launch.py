@@ -9,7 +9,7 @@ from typing import Any
 
 from snowmpm import overwriting
 from snowmpm.annotations import PathLike
-from snowmpm.campaigns import answers, cluster, forecast, table
+from snowmpm.campaigns import answers, cluster, forecast, table, untrusted
 from snowmpm.campaigns.campaign import FILE, Campaign
 from snowmpm.campaigns.conduct import PATIENCE, Conductor
 from snowmpm.campaigns.members import ONLY, PLAN, Plan, Staged, base_file, runs_of
@@ -55,6 +55,7 @@ def prepare(file: CampaignFile, folder: PathLike, workers: int | None = None, re
     nothing is written."""
     folder = Path(folder).resolve()
     cluster.require_cluster()
+    untrusted.require_no_links(folder)
     if (folder / PLAN).exists() and not resume:
         raise InputError(f"{folder} already holds a campaign: --resume completes it; or choose another folder with -o")
     if not os.access(next(parent for parent in (folder, *folder.parents) if parent.exists()), os.W_OK):

@@ -6,7 +6,7 @@ import numpy as np
 
 from snowmpm.campaigns.answers import is_saw_test, summary
 from snowmpm.campaigns.distributions import Choices
-from snowmpm.campaigns.table import WHY, parts
+from snowmpm.campaigns.table import OF_OTHERS, WHY, parts
 from snowmpm.campaigns.work import REFERENCE
 from snowmpm.io.saw_theories import FLAT, THEORIES
 from snowmpm.quantities.saw import BEFORE, REASONS, THEORY
@@ -32,9 +32,8 @@ def shown_numbers(campaign):
     varied = [row[0] for row in summary(table) if row[3] > row[1]]
     first = [*(name for name in table.columns if name.startswith(REFERENCE)),
              *(SAW_SHOWN if is_saw_test(table) else (*SHOWN, *PLAIN))]
-    of_others = ("_resolution", "_spread")
-    return [name for name in dict.fromkeys((*first, *varied)) if name in varied and not name.endswith(of_others)
-            ][: len(SHOWN)] if varied else []
+    shown = [name for name in dict.fromkeys((*first, *varied)) if name in varied and not name.endswith(OF_OTHERS)]
+    return shown[: len(SHOWN)]
 
 
 def numeric_parameters(file):

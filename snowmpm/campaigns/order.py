@@ -19,15 +19,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from snowmpm.campaigns.distributions import Choices
-from snowmpm.campaigns.table import parts
+from snowmpm.campaigns.table import OF_OTHERS, parts
 from snowmpm.quantities.resolution import resolutions
 from snowmpm.quantities.table import quantity
 
 KEY = "solver.dx"
 LEAST, MOST = 0.05, 8.0
 """Orders that are looked for."""
-OF_OTHERS = ("_resolution", "_spread")
-"""Ends of the names of numbers that say to what others are known."""
 FORMAL = 2.0
 """Order of the schemes at best: a higher one is chance."""
 SEEN, ASSUMED = 1.25, 3.0
@@ -95,7 +93,7 @@ def on_the_finest(campaign, names):
     for where, own in parts(table, others, spacing):
         own = own[::-1]  # coarse to fine
         for name in names:
-            if name not in own or name.endswith(("_error", *OF_OTHERS)) or len(own) < 2:
+            if name not in own or name.endswith("_error") or len(own) < 2:
                 continue
             there = own[np.isfinite(own[name].to_numpy(float))]
             errors, h, values = there.get(f"{name}_error"), *(there[key].to_numpy(float) for key in (spacing, name))
@@ -108,19 +106,21 @@ def on_the_finest(campaign, names):
     return rows
 
 
-def _interval(rows, name, h, values, cell):
-    """`interval`, and at least what the number is known to on the finest cells; None of one grid."""
-    half, finest = interval(h, values), rows.iloc[-1]
-    own = [finest.get(f"{name}{end}", np.nan) for end in OF_OTHERS]
-    about = {one: float(finest[one]) for one in (name, "runout", "fall") if one in rows}
-    known = [resolutions(about, cell or h[-1]).get(name, 0.0), *(float(one) for one in own if np.isfinite(one))]
-    return None if half is None else max(half, *known)
+def _interval(rows, name, spacings, values, map_cell):
+    """`interval`, and at least the resolution of the number on the finest cells; None of one grid."""
+    half, finest = interval(spacings, values), rows.iloc[-1]
+    if half is None:
+        return None
+    measured = [float(finest[name + end]) for end in OF_OTHERS if name + end in rows]
+    numbers = {key: float(finest[key]) for key in (name, "runout", "fall") if key in rows}
+    resolution = resolutions(numbers, max(map_cell, spacings[-1])).get(name, 0.0)
+    return max([half, resolution, *(value for value in measured if np.isfinite(value))])
 
 
 def _map_cell(run):
-    """Side of the map cells [m] of the runs of a campaign, which all have the same; None without maps."""
+    """Side of the map cells [m] of the runs of a campaign, which all have the same; 0 without maps."""
     raster = run.maps.get("peak_depth") if run else None
-    return raster.cell if raster is not None else None
+    return raster.cell if raster is not None else 0.0
 
 
 def orders(campaign, names):

@@ -83,7 +83,7 @@ def _numbers(campaign, folder, prefix):
         else:
             path = render_distribution(name, campaign.values(name), output, dimension=dimension)
             section.blocks.append(Picture(path, f"{quantity(name).label}: share of runs at or above"))
-    section.blocks.extend(Note(line, "good") for line in orders(campaign, names))
+    section.blocks.extend(map(Paragraph, orders(campaign, names)))
     rows = campaign.sensitivities.to_dict("records")
     for name in names:
         own = [row for row in rows if row["number"] == name]

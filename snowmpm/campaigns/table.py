@@ -17,6 +17,10 @@ WHY = "_reason"
 """End of the name of a column that says why a number of a saw test has no value."""
 
 
+OF_OTHERS = ("_resolution", "_spread")
+"""Ends of the names of numbers that say to what other numbers are known."""
+
+
 def rows_of(plan, records):
     """Rows of the runs of a `Plan`, in its order; records: by hash."""
     rows, explained = [], _explained(records)

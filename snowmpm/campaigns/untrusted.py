@@ -3,7 +3,6 @@
 Each function raises InputError, one line that names the file, for what this program would not have written.
 """
 
-import contextlib
 import json
 import math
 import os
@@ -83,16 +82,16 @@ class _Record(BaseModel):
 _ROWS = TypeAdapter(list[_Row])
 
 
+FOLDERS = ("results", "runs", "pictures", "inputs", "geotiff", "maps.zarr")
+"""Folders in that of a campaign."""
+
+
 def require_no_links(folder):
     """A campaign writes to and deletes from the folders in its own, which may thus not lead elsewhere."""
-    for path in Path(folder).glob("*"):
+    of_runs = [path for name in ("results", "runs") for path in Path(folder, name).glob("*")]
+    for path in (*(Path(folder, name) for name in FOLDERS), *of_runs):
         if path.is_symlink():
             raise InputError(f"{path}: is a link, and a campaign is written to folders of its own")
-    for name in ("results", "runs"):
-        with contextlib.suppress(OSError), os.scandir(Path(folder) / name) as entries:
-            for entry in entries:
-                if entry.is_symlink():
-                    raise InputError(f"{entry.path}: is a link, and a campaign is written to folders of its own")
 
 
 def plan_rows(path):

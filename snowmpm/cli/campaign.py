@@ -29,7 +29,7 @@ VariantName = Annotated[str | None, typer.Option("--variant", metavar="NAME", he
 
 
 ENOUGH = 40
-"""Runs from which on two lie beyond either of the quantiles of 5 and 95 %, on average."""
+"""Runs: of fewer, less than two lie beyond a quantile of 5 or 95 % on average."""
 MOST = 100
 """Rows that a sweep prints."""
 
@@ -145,8 +145,8 @@ def _tell(found):
         one = quantity(name, dimension=found.dimension)
         rows[one.label] = f"{one.text(middle)}  (5 to 95 %: {one.text(low)} to {one.text(high)})"
     if rows:
-        few = f", {found.done} of them: too few for 5 and 95 %" if found.done < ENOUGH else ""
-        print_facts(f"median of the runs{few}", rows)
+        few = ", too few for quantiles of 5 and 95 %" if found.done < ENOUGH else ""
+        print_facts(f"median of the {found.done} runs{few}", rows)
 
 
 def maps(folder: Folder, output: Output = None, variant: VariantName = None, quiet: Quiet = False):

@@ -39,6 +39,11 @@ class PlainGroup(TyperGroup):
                 said = error.format_message().replace("Value error, ", "").rstrip(".")
                 print(shown_lines(f"error: {said}{where}"), file=sys.stderr)
             sys.exit(error.exit_code)
+        except typer.Abort:  # Ctrl-C before a command has begun
+            if not standalone_mode:
+                raise
+            print("interrupted", file=sys.stderr)
+            sys.exit(130)
         if standalone_mode:
             sys.exit(ended if isinstance(ended, int) else 0)
         return ended

@@ -119,8 +119,7 @@ def _settings():
 
 
 def working_float():
-    """Taichi's float that kernels are compiled for now. Raises RuntimeError when Taichi has not been started: to
-    import a law must never start it."""
+    """Taichi's float that kernels are compiled for now."""
     return impl.get_runtime().default_fp
 
 

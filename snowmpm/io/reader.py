@@ -107,6 +107,8 @@ class Run(Glance):
 
     def __init__(self, path: PathLike) -> None:
         self.path = run_file(path)
+        if not self.path.is_file() and Path(path).suffix == ".toml":
+            raise InputError(f"{path}: is a scene, not a run; {_run_of(path)}")
         if not self.path.is_file():
             raise InputError(f"{path}: no run file here ({layout.RUN_FILE} is missing){_runs_near(path)}")
         self.refresh()
@@ -314,13 +316,14 @@ def _with_unit(name: str, units: Mapping[str, str]) -> str:
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
+def _run_of(scene: PathLike) -> str:
+    """The usual folder of the run of a scene, or how to make one."""
+    usual = Path("runs") / Path(scene).stem
+    return f"did you mean {usual}?" if (usual / layout.RUN_FILE).exists() else f"snowmpm run {scene} makes one"
+
+
 def _runs_near(path: PathLike) -> str:
-    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""; of a scene,
-    the folder of its run, or how to make one."""
-    if Path(path).suffix == ".toml":
-        usual = Path("runs") / Path(path).stem
-        made = (usual / layout.RUN_FILE).exists()
-        return f"; did you mean {usual}?" if made else f": a scene, not a run; snowmpm run {path} makes one"
+    """"; did you mean FOLDER?" with a folder beside `path` that holds a run and has a similar name, or ""."""
     folder = Path(path).parent
     runs = [str(file.parent) for file in sorted(folder.glob(f"*/{layout.RUN_FILE}"))] if folder.is_dir() else []
     return did_you_mean(str(Path(path)), runs)

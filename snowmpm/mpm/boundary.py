@@ -48,10 +48,13 @@ class Boundary:
             surface.total[:] = 0.0
 
     def state(self):
-        """Totals, one row a surface."""
-        return np.array([surface.total for surface in self.surfaces])
+        """Totals, one row a surface; friction of the ground, where it is computed under the snow."""
+        return {"totals": np.array([surface.total for surface in self.surfaces]),
+                "friction": self.basal.state() if self.basal else {}}
 
-    def restore(self, state):
-        """Take over a `state()`."""
-        for surface, total in zip(self.surfaces, state, strict=True):
+    def restore(self, state, particles):
+        """Take over a `state()`, that of the particles as they are now."""
+        for surface, total in zip(self.surfaces, state["totals"], strict=True):
             surface.total[:] = total
+        if self.basal:
+            self.basal.restore(state["friction"], particles)

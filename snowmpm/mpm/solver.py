@@ -381,8 +381,7 @@ class MpmSolver(Solver):
 
     def state(self):
         """All that a bitwise continuation needs, by name: particles, blocks, clock, totals."""
-        basal = self.boundary.basal
-        return {**super().state(), "surfaces": self.boundary.state(), **({"basal": basal.state()} if basal else {}),
+        return {**super().state(), "surfaces": self.boundary.state(),
                 "between_bodies": self.grid.bodies.totals.copy() if self.grid.bodies else np.zeros(1),
                 **({"sleep": self.sleep.state()} if self.sleep else {})}
 
@@ -395,8 +394,6 @@ class MpmSolver(Solver):
         if self.sleep:
             self.sleep.restore(state["sleep"])
         self._rebuild_for_blocks()
-        self.boundary.restore(state["surfaces"])
-        if self.boundary.basal:
-            self.boundary.basal.restore(state["basal"], self.particles)
+        self.boundary.restore(state["surfaces"], self.particles)
         if self.grid.bodies:
             self.grid.bodies.totals[:] = state["between_bodies"]

@@ -202,7 +202,8 @@ class Recorder:
             phases.lap("output")
             summary = {**self.summary(phases, complete), **({"ended": ended} if ended else {})}
             if assessed:
-                summary["hazard"] = published(assessed.numbers, self._maps.cell)
+                summary["hazard"] = published(
+                assessed.numbers, max(self._maps.cell, self._simulation.scene.solver.dx))
                 summary["areas_by_class"] = assessed.classes
                 if chosen := class_chosen(self._simulation.model):
                     summary["friction_class"] = chosen

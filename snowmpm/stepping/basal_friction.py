@@ -10,7 +10,8 @@ the nearest place that it covers; where there is none, h = 2 cos (sum m (z - b) 
 the ground b, as of an even layer. Contact takes the coefficient tau / sigma in place of Coulomb's mu, of the normal
 force that it finds. So dry friction stays in proportion to that force, and friction stops snow without turning it back.
 
-Where the law does not depend on the speed, coefficients are found again when the snow may have moved by `STALE`.
+Where the law does not depend on the speed, coefficients are computed again only once the snow may have moved by
+`STALE`.
 """
 
 import functools
@@ -36,7 +37,7 @@ BESIDE = 3
 LEAST_THICKNESS = 0.25
 """[cells]: snow counts as at least as thick."""
 STALE = 0.25
-"""[cells] that snow moves at most before the depths under it are taken anew: a twelfth of what means are taken over."""
+"""[cells] that the snow moves at most before coefficients are computed again: a twelfth of the width of the means."""
 PROBED = (300.0, 1000.0, 1.0)
 """Density [kg/m3], normal stress [Pa] and thickness [m] at which a law is asked whether it depends on the speed."""
 ROOM = 3
@@ -110,7 +111,7 @@ class BasalFriction:
         self._stress = law(plan)
         self._rows = np.arange(len(plan)).reshape(self._shape)
         self.window, self.coefficients = (0, 0, 1, 1), real_array(np.zeros((1, 1)))
-        self._of_speed = self._depends_on_speed()
+        self._in_every_step = self._depends_on_speed()
         self._moved, self._changes = np.inf, 0
 
     def _depends_on_speed(self):
@@ -119,15 +120,16 @@ class BasalFriction:
                       @ [1.0, v] for v in (0.0, 10.0))
         return not np.array_equal(slow, fast)
 
-    def update(self, store, way):
-        """Take in the particles (`particles.SortedParticles`) as they are before a step, in which they move at most by
-        `way` [m]."""
+    def update(self, store, distance):
+        """Coefficients under the particles (`particles.SortedParticles`) as they are before a step, in which they move
+        by at most `distance` [m]."""
         if not len(store.blocks):
             return
-        old = self._of_speed or self._changes != store.changes or self._moved + way > STALE * self._dx
-        self._moved, self._changes = way + (0.0 if old else self._moved), store.changes
-        if old:
-            self._take_in(store)
+        stale = (self._in_every_step or self._changes != store.changes
+                 or self._moved + distance > STALE * self._dx)
+        self._moved, self._changes = distance + (0.0 if stale else self._moved), store.changes
+        if stale:
+            self._compute(store)
 
     def state(self):
         """All that a bitwise continuation needs, by name."""
@@ -139,7 +141,7 @@ class BasalFriction:
         self.window, self._moved = tuple(int(v) for v in state["window"]), float(state["moved"])
         self._changes = store.changes
 
-    def _take_in(self, store):
+    def _compute(self, store):
         edge, axes = EDGE[store.dim], store.dim - 1
         blocks = store.blocks.coordinates[:, :axes]
         # A particle may stray from its block before the next sort; contact asks for nodes beyond it

@@ -124,7 +124,7 @@ def test_wrong_usage(call, arguments):
 
 
 def test_a_scene_is_no_run(refused, block, tmp_path):
-    assert "a scene, not a run; snowmpm run block.toml makes one" in refused("render", "block.toml")
+    assert "block.toml: is a scene, not a run; snowmpm run block.toml makes one" in refused("render", "block.toml")
     (tmp_path / "runs" / "block").mkdir(parents=True)
     (tmp_path / "runs" / "block" / "run.vtkhdf").touch()
     assert "did you mean runs/block?" in refused("info", "block.toml")

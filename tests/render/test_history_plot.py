@@ -91,7 +91,7 @@ def test_pressure_is_the_force_over_what_snow_touches(tmp_path):
     (label, ((values, edges, _), *_)), = stairs(panel(figure, "pressure")).items()
     force, = (values for values, _, _ in stairs(panel(figure, "force on wall"))["x"])
     assert panel(figure, "pressure").get_ylabel() == "[kPa]" and panel(figure, "force on wall").get_ylabel() == "[kN/m]"
-    assert label.startswith("wall: ") and "at the peak of the force" in label and np.array_equal(edges, TIMES)
+    assert label.startswith("wall: ") and "at peak force" in label and np.array_equal(edges, TIMES)
     assert values[5:] == pytest.approx(force[5:], rel=0.06) and (values[:4] == 0.0).all()
 
 

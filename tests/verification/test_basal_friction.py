@@ -146,8 +146,8 @@ def test_a_continued_simulation_is_the_same_to_the_bit(spec):
 def test_depths_are_taken_anew_where_the_snow_has_moved(monkeypatch, spec, share):
     """In every step for a law of the speed, else a quarter of a cell later at most; the ways are the same to 1e-3."""
     taken, ends = [], []
-    take_in = BasalFriction._take_in
-    monkeypatch.setattr(BasalFriction, "_take_in", lambda *given: (taken.append(given), take_in(*given)))
+    compute = BasalFriction._compute
+    monkeypatch.setattr(BasalFriction, "_compute", lambda *given: (taken.append(given), compute(*given)))
     for stale in (0.25, 0.0):
         monkeypatch.setattr(basal_friction, "STALE", stale)
         taken.clear()

@@ -6,7 +6,7 @@ from snowmpm.saw_test.strength import loads, overloaded
 
 CURE = "a gentler saw_test.slope_angle, a lighter slab or a stronger layer stands"
 NEARLY = 0.9
-"""Share of its strength at which a layer wears before it is cut: near the free ends of a column loads are larger."""
+"""Share of its shear strength from which on a layer weakens before it is cut: near the ends loads are larger."""
 CURE_OF_END = 'saw_test.ends = "vertical", or a gentler slope'
 
 
@@ -22,11 +22,12 @@ def uncounted_load(facts):
 def overloaded_layer(facts):
     """A layer that yields under the weight of the snow above it on the given slope."""
     failing = overloaded(facts.scene)
-    for load in loads(facts.scene) if facts.scene.saw_test and not failing else ():
+    standing = loads(facts.scene) if facts.scene.saw_test and not failing else []
+    for load in standing:
         if load.share > NEARLY:
-            yield Caution("", "saw_test.slope_angle", f"weight and slope put {load.share:.0%} of the shear that"
-                          f" {load.layer} (materials.{load.material}) bears on its foot, and more near the ends: it is"
-                          " worn before the saw comes", CURE)
+            yield Caution("", "saw_test.slope_angle", f"weight and slope load {load.layer}"
+                          f" (materials.{load.material}) to {load.share:.0%} of its shear strength, and to more near"
+                          " the ends of the column: it weakens before the saw comes", CURE)
     for load in failing:
         if load.at_end:
             yield Caution("", "saw_test.ends", str(load), CURE_OF_END)
