@@ -68,34 +68,74 @@ def test_the_slow_part_says_what_it_skips():
     assert (done.returncode, done.stderr) == (2, "no part fast: oldest, pythons, audit, slow\n")
 
 
+@pytest.fixture
+def slow(monkeypatch):
+    """The modules of the slow tests: the runner and its table."""
+    monkeypatch.syspath_prepend(ROOT / ".ci")
+    return importlib.import_module("slow_tests"), importlib.import_module("slow_table")
 
 
-def row(seconds, commit="abc", failed="0"):
-    return {"processor seconds": str(seconds), "commit": commit, "failed": failed}
+def row(commit="abc", result="passed", date="2026-01-31"):
+    return {"processor seconds": "1", "commit": commit, "result": result, "date": date}
 
 
-def test_slow_tests_are_grouped_by_the_time_they_took():
-    rows = {"long": row(5000), "a": row(2000), "b": row(1500), "c": row(1400), "d": row(100)}
-    groups = script("slow_tests").grouped(["a", "b", "c", "d", "long", "new"], rows)
+def test_slow_tests_are_grouped_by_the_time_they_took(slow):
+    groups = slow[0].grouped({"long": 5000, "a": 2000, "b": 1500, "c": 1400, "d": 100, "new": 0})
     assert sorted(groups) == [["a", "b", "d"], ["c"], ["long"], ["new"]]
 
 
 @pytest.mark.parametrize(("found", "label", "counts"), [
-    (row(1), "abc", True), (row(1), "abd", False), (row(1, failed="1"), "abc", False), (None, "abc", False),
-    (row(1, commit="abc+"), "abc+", False)])
-def test_slow_tests_count_as_passed_on_their_commit_only(found, label, counts):
-    assert script("slow_tests").passed(found, label) is counts
+    (row(), "abc", True), (row(result="expected failure"), "abc", True), (row(), "abd", False),
+    (row(result="failed"), "abc", False), (None, "abc", False), (row(commit="abc+"), "abc+", False)])
+def test_slow_tests_count_as_shown_on_their_commit_only(slow, found, label, counts):
+    assert slow[1].shown(found, label) is counts
 
 
-def test_slow_tests_are_counted_by_file(tmp_path):
-    report = tmp_path / "report.xml"
-    report.write_text("""<testsuites><testsuite>
-        <testcase file="a.py" time="1.5"/>
-        <testcase file="a.py" time="2"><failure/></testcase>
-        <testcase file="b.py" time="3"><skipped type="pytest.xfail"/></testcase>
-        <testcase file="b.py" time="0"><skipped type="pytest.skip"/></testcase>
-        <testcase file="b.py" time="1"><error/></testcase>
-        </testsuite></testsuites>""")
-    counts, times = script("slow_tests").counted(report)
-    assert counts == {"a.py": {"passed": 1, "failed": 1}, "b.py": {"expected failures": 1, "skipped": 1, "failed": 1}}
-    assert times == {"a.py": 3.5, "b.py": 4.0}
+def test_old_rows_and_failures_and_gaps_of_the_table_are_told(slow):
+    rows = {"a": row(), "b": row(date="2026-01-29"), "c": row(result="failed")}
+    assert slow[0].verdict(["a", "b", "c", "d"], rows, "2026-03-01") == [
+        "b: shown 31 days before, at most 30", "c: failed on abc", "d: never run"]
+
+
+@pytest.mark.parametrize(("text", "short"), [
+    ("AssertionError: assert np.float64(0.0123456789) < 0.02\n  where", "0.012346 < 0.02"), ("", ""),
+    ("assert 1.5 == 1.0 ± 2.0e-02", "1.5 == 1.0 ± 2.0e-02")])
+def test_figures_of_slow_tests_are_short(slow, text, short):
+    assert slow[1].figure(text) == short
+
+
+def test_the_table_of_slow_tests_is_filled_as_they_run(slow, tmp_path):
+    """A passing, a failing, a skipped test and an expected failure: results, figures, and each row at once."""
+    (tmp_path / "test_it.py").write_text("""
+import pytest
+def test_good():
+    error = 0.25
+    assert error < 0.5
+    assert "words"
+def test_bad(): assert 0.75 < 0.5
+@pytest.mark.xfail(strict=True)
+def test_expected(): assert 2 == 1
+@pytest.mark.skipif(True, reason="no data")
+def test_left_out(): pass
+""")
+    plugin = tmp_path / "filler.py"
+    plugin.write_text(f"""
+import sys
+sys.path.insert(0, {str(ROOT / '.ci')!r})
+import slow_table
+from pathlib import Path
+slow_table.commit = lambda: ("abc", "2026-01-31")
+slow_table.read.__defaults__ = slow_table.write.__defaults__ = (Path("table.csv"),)
+from slow_table import *
+""")
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "filler", "-o", "enable_assertion_pass_hook=true",
+             "-p", "no:cacheprovider", "test_it.py"]
+    subprocess.run(words, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}, timeout=120)
+    rows = slow[1].read(tmp_path / "table.csv")
+    assert {test.split("::")[1]: (found["result"], found["figure"]) for test, found in rows.items()} == {
+        "test_good": ("passed", "0.25 < 0.5"), "test_bad": ("failed", "0.75 < 0.5"),
+        "test_expected": ("expected failure", "2 == 1"), "test_left_out": ("skipped", "Skipped: no data")}
+    assert rows["test_it.py::test_good"]["commit"] == "abc"
+    again = subprocess.run(words, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}, timeout=120,
+                           capture_output=True, text=True)
+    assert "1 failed, 3 deselected" in again.stdout
