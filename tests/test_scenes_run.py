@@ -7,6 +7,7 @@ import pytest
 
 import snowmpm
 from snowmpm.scenes import library
+from tests.support.made_path import THICKNESS, write_path
 
 RELEASE = Path(__file__).with_name("release.toml")
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data" / "terrain"
@@ -125,6 +126,18 @@ def test_a_load_releases_the_slab():
         particles = simulation.particles
         collapsed.append((particles["damage"][particles["material"] == 1] > 0.99).mean())
     assert collapsed[0] == 0.0 and collapsed[1] > 0.05
+
+
+def test_terrain_and_release_from_files(tmp_path):
+    """Release polygon and thickness from a shapefile on a raster in map coordinates, 41 % of it no-data."""
+    pytest.importorskip("shapefile")
+    path = write_path(tmp_path / "path")
+    scene = snowmpm.load_scene("avalanche_on_raster", {
+        "terrain.file": str(path.dem), "solver.dx": 2.4, "end_time": 0.5, "output.interval": 0.5,
+        "bodies.0.shape.region.file": str(path.release)})
+    run = snowmpm.run(scene, tmp_path / "run")
+    assert run.history["mass"][0] == pytest.approx(250.0 * THICKNESS * path.release_area(), rel=5e-3)
+    assert run.history["momentum_residual"][-1] < 1e-5 and run.history["removed_particles"][-1] == 0
 
 
 @pytest.mark.skipif(not (REAL / "avaGar.asc").exists(), reason="real elevation model not at hand")

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from snowmpm.errors import InputError
 from snowmpm.seeding import seed_body
 from snowmpm.terrain import DistanceField, TerrainSurface, load_terrain
+from tests.support.made_path import THICKNESS, write_path
 
 SLOPE = Path(__file__).parents[2] / "scenes" / "library" / "slope.stl"
 
@@ -240,6 +241,18 @@ def test_polygon_on_no_data_is_refused(tmp_path):
 def test_layer_too_thin_says_how_fine_dx_must_be(slope):
     with pytest.raises(InputError, match=r"less than half a cell of dx = 0.5 m: it needs solver.dx <= 0.4 m"):
         layer(slope, 0.0, 0.2, Spec(x=(2.0, 20.0), y=(3.0, 23.0)))
+
+
+def test_terrain_and_release_polygon_from_files(tmp_path):
+    """Raster in map coordinates, 41 % of it without data, and a shapefile that tells the thickness."""
+    pytest.importorskip("shapefile")
+    path = write_path(tmp_path)
+    assert (np.loadtxt(path.dem, skiprows=6) == -9999.0).mean() == pytest.approx(0.41, abs=0.02)
+    surface = load_terrain(Spec(kind="dem", file=path.dem.name), tmp_path)
+    seeds = layer(surface, 0.0, "file", Spec(file=path.release.name), dx=2.0, base_dir=tmp_path)
+    assert seeds.volumes.sum() == pytest.approx(THICKNESS * path.release_area(), rel=2e-3)
+    d, _ = DistanceField(surface, reach=4.0).query(seeds.positions)
+    assert np.quantile(np.abs(d - 0.5 * THICKNESS), 0.99) < 0.05  # one sheet
 
 
 def test_real_terrain_with_its_release_polygon():
