@@ -22,7 +22,7 @@ import snowmpm
 from tests.support.made_path import write_path
 
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data" / "terrain"
-PATHS = {"made": (None, None, 50.0, 3.0, 20.0), "Gar": ("avaGar.asc", "relGar.shp", 88.0, 4.0, 30.0),
+PATHS = {"made": (None, None, 60.0, 4.0, 30.0), "Gar": ("avaGar.asc", "relGar.shp", 88.0, 4.0, 30.0),
          "Alr": ("avaAlr.tif", "relAlr.shp", 140.0, 3.84, 30.0)}
 """Elevations, release, end [s], coarser dx, cells of the maps [m]; the first path is made by the test."""
 
@@ -36,7 +36,7 @@ def pair(request, tmp_path_factory):
     pytest.importorskip("rasterio")
     terrain, release, end, coarse, cell = PATHS[request.param]
     if request.param == "made":
-        path = write_path(tmp_path_factory.mktemp("path"))
+        path = write_path(tmp_path_factory.mktemp("path"), size=2.0)
         terrain, release = path.dem, path.release
     else:
         if not (REAL / terrain).exists():

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = [path for folder in ("snowmpm", "materials", "scenes", "render")
            for path in sorted((ROOT / folder).rglob("*.py"))
            if not any(part.is_symlink() for part in (path, *path.parents))]
-GUIDES = [ROOT / "README.md", *sorted(path for folder in ("scenes", "materials", "render")
+GUIDES = [ROOT / "README.md", *sorted(path for folder in ("docs", "scenes", "materials", "render")
                                       for path in (ROOT / folder).glob("*.md"))]
 
 
@@ -84,7 +84,9 @@ def test_commands_and_options_of_a_guide_exist(guide):
     for command in commands(guide.read_text(encoding="utf-8")):
         words = command.split()[1:]
         assert words[0] in program.commands, command
-        known = {option for parameter in program.commands[words[0]].params for option in parameter.opts}
+        place = program.commands[words[0]]
+        place = getattr(place, "commands", {}).get("".join(words[1:2]), place)  # of a group, such as campaign
+        known = {option for parameter in place.params for option in parameter.opts}
         for word in words[1:]:
             option = word.partition("=")[0]
             assert not option.startswith("-") or option in {*known, "--help"}, command
@@ -145,6 +147,44 @@ def test_commands_of_a_guide_may_be_typed_as_they_stand(guide, tmp_path, monkeyp
                     load_scene(scene, setting_values(values["settings"]))
             elif scene in library() or Path(scene).exists():
                 load_scene(scene, setting_values(values["settings"]))
+
+
+def sections(text):
+    """(heading, text) of a guide, from one heading to the next of any depth, without blocks of code."""
+    code = re.compile(r"```.*?```", re.DOTALL)
+    parts = re.split(r"^(#+ .*)$", code.sub(lambda block: block[0].replace("#", " "), text), flags=re.MULTILINE)
+    return list(zip(["", *parts[1::2]], parts[0::2], strict=True))
+
+
+def tables(text):
+    """(head, rows) of the tables of a guide."""
+    for block in re.findall(r"(?:^\|.*\n)+", text + "\n", re.MULTILINE):
+        head, _, *rows = block.splitlines()
+        yield head, rows
+
+
+def measured(head, rows):
+    """Whether a table holds measured numbers, decimals or percentages: it is no list of keys, laws or questions, nor
+    one of calls (`tests/materials/test_conventions.py` evaluates those)."""
+    return (not re.search(r"\b(key|parameter|published|distribution|question|call)\b", head)
+            and any(re.search(r"\d\.\d|\d %|\de-\d", row) for row in rows))
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_tables_of_figures_say_where_they_come_from(guide):
+    """The section names the test that checks them, the script or the command that makes them."""
+    text = guide.read_text(encoding="utf-8")
+    bare = [heading for heading, part in sections(text) if any(measured(*table) for table in tables(part))
+            and not re.search(r"test_\w+\.py|tests/\w+/\w+\.py|(?m:^|`)snowmpm [a-z]|not kept", part)]
+    assert bare == []
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_tests_and_scripts_that_a_guide_names_exist(guide):
+    names = {path.name for path in (ROOT / "tests").rglob("*.py")}
+    text = guide.read_text(encoding="utf-8")
+    assert {name for name in re.findall(r"\b(test_\w+\.py)\b", text)} <= names
+    assert [place for place in re.findall(r"\b(tests/[\w/]+\.py)\b", text) if not (ROOT / place).exists()] == []
 
 
 SMALLER = {'{"solver.dx": 0.1, "end_time": 2.0}': '{"solver.dx": 0.2, "end_time": 0.05, "initial.stress": "geostatic"}',

@@ -13,7 +13,7 @@ HEIGHT = 7
 
 
 def plates(precision="f64", walls=True, **chosen):
-    """Largest relative error of the velocity between plates, after it has settled; what is not chosen is the default."""
+    """Largest relative error of the settled velocity between plates; what is not chosen is the default."""
     pores = np.ones((4, 4, HEIGHT + (0 if walls else 1)), bool)
     if not walls:
         pores[:, :, -1] = False

@@ -1,7 +1,6 @@
 """Library scenes with a known answer, run as they are but coarse, by MPM and by SPH: beam (M11), oedometer (M17 and
 that of Peng et al. 2015), slump between plates."""
 
-import numpy as np
 import pytest
 
 import snowmpm
@@ -57,13 +56,41 @@ def test_swing_of_the_beam(method, tmp_path):
     assert abs(error["time of the first swing"] - 0.01) < 0.03
 
 
+SHORT = pytest.mark.xfail(strict=True, reason="10.8 % short for 10, as the scene is; on cells of half the size 6 %")
+SLUMPS = {"mpm": ("mpm", 0.005), "mpm, fine": ("mpm", 0.0025), "sph": ("sph", 0.005)}
+"""Method and spacing of particles [m]; the first is the scene as it is."""
+
+
+@pytest.fixture(scope="module")
+def slumps(tmp_path_factory):
+    """Half-width at rest and height of the middle [m], by case."""
+    return {case: [quantity.measured for quantity in answer(
+        tmp_path_factory.mktemp("slump"), "sand_between_plates", method, spacing).quantities()]
+        for case, (method, spacing) in SLUMPS.items()}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["mpm", "sph"])
-def test_slump_between_plates(method, tmp_path):
-    """Peng et al. 2015, section 5.2: the middle stays as high as it was, and the heap ends between the half-width that
-    the law of Lube et al. gives, 0.32 m, less 15 %, and the 0.40 m that they find."""
-    found = answer(tmp_path, "sand_between_plates", method, 0.005, end_time=0.6)
-    runout, height = (quantity.measured for quantity in found.quantities())
-    assert height == pytest.approx(0.1, rel=0.03)
-    assert 0.85 * 0.32 < runout < 0.40
-    assert np.isfinite(found.case.run.frame(-1).points).all()
+@pytest.mark.parametrize("case", SLUMPS)
+def test_height_between_plates(case, slumps):
+    """The middle stays as high as it was (Lube et al. 2005), to 3 %."""
+    assert slumps[case][1] == pytest.approx(0.1, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [pytest.param("mpm", marks=SHORT), "mpm, fine", "sph"])
+def test_half_width_between_plates(case, slumps):
+    """0.32 m by the law of the experiment of Lube et al. 2005, to 10 %."""
+    assert slumps[case][0] == pytest.approx(0.32, rel=0.1)
+
+
+@pytest.mark.slow
+def test_both_methods_slump_alike(slumps):
+    """To 4 %, where the particles by MPM are half as far apart."""
+    assert slumps["mpm, fine"][0] == pytest.approx(slumps["sph"][0], rel=0.04)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(strict=True, reason="0.30 m: -17 % of what the source quotes for the experiment, -25 % of its own")
+def test_slump_of_the_source(slumps):
+    """Peng et al. 2015, section 5.2, quote 0.36 m for the experiment and find 0.40 m: to 10 %."""
+    assert slumps["mpm, fine"][0] == pytest.approx(0.36, rel=0.1)

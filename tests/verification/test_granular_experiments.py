@@ -1,0 +1,104 @@
+"""Experiments on dry grains by MPM and by SPH: every row of the table beside what was published.
+
+`tests/benchmarks/granular_experiments.py` makes the table that `docs/granular_flow.md` shows. Slow tests make each of
+its rows anew; the default tests hold the document against the table, and the table against gates for each group.
+"""
+
+import csv
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.granular_experiments import experiments, table
+
+ROOT = Path(__file__).parents[2]
+REPEATED = 0.02
+"""By how much a row that is made anew may differ: round-off of flows whose grains collide."""
+GATES = {
+    ("plane", "mpm", "run-out", 37): 7, ("plane", "mpm", "run-out", 33): 15,
+    ("plane", "sph", "run-out", 37): 6.5, ("plane", "sph", "run-out", 33): 13,
+    ("plane", "mpm", "height of the middle", 37): 10, ("plane", "mpm", "height of the middle", 33): 16,
+    ("plane", "sph", "height of the middle", 37): 16, ("plane", "sph", "height of the middle", 33): 24,
+    ("round", "mpm", "run-out", 37): 13.2, ("round", "mpm", "run-out", 33): 10,
+    ("round", "sph", "run-out", 37): 5, ("round", "sph", "run-out", 33): 6,
+    ("round", "mpm", "height of the middle", 37): 17.2, ("round", "mpm", "height of the middle", 33): 20,
+    ("round", "sph", "height of the middle", 37): 30, ("round", "sph", "height of the middle", 33): 34,
+    ("bars", "mpm", "height of the middle", None): 1, ("bars", "sph", "height of the middle", None): 1,
+    ("plates", "mpm", "height of the middle", None): 3, ("plates", "sph", "height of the middle", None): 3,
+    ("plates", "mpm", "run-out", None): 17, ("plates", "sph", "run-out", None): 16}
+"""How far off the experiments a row may be [%], by group, method, quantity and friction angle, as the document says."""
+
+
+@cache
+def rows():
+    """The table: (group, case, method, quantity) -> row."""
+    path = ROOT / "tests" / "benchmarks" / "figures" / "granular_experiments.csv"
+    with path.open(newline="", encoding="utf-8") as file:
+        return {(row["group"], row["case"], row["method"], row["quantity"]): row for row in csv.DictReader(file)}
+
+
+def angle_of(case):
+    found = re.search(r"(\d+) deg$", case)
+    return int(found[1]) if found else None
+
+
+def test_the_table_holds_every_experiment_by_both_methods():
+    held = {key[:3] for key in rows()}
+    assert held == {(one.group, one.name, method) for one in experiments() for method in ("mpm", "sph")}
+
+
+@pytest.mark.parametrize("key", [key for key, row in rows().items() if row["off_percent"]],
+                         ids=lambda key: " ".join(key))
+def test_a_row_beside_the_experiment(key):
+    group, case, method, quantity = key
+    assert abs(float(rows()[key]["off_percent"])) <= GATES[group, method, quantity, angle_of(case)]
+
+
+@pytest.mark.parametrize("method", ["mpm", "sph"])
+def test_forces_in_the_flume(method):
+    """At rest between Coulomb's wedges; the largest force grows with the inclination, and both methods agree to 8 %."""
+    cases = [one.name for one in experiments() if one.group == "flume"]
+
+    def value(case, quantity, by=method):
+        return float(rows()["flume", case, by, quantity]["value"])
+
+    for case in cases:
+        assert value(case, "least thrust of wedges") <= value(case, "thrust at rest")
+        assert value(case, "thrust at rest") <= value(case, "largest thrust of wedges")
+    steeper = [value(f"{i} deg, sand 35 deg", "largest force") for i in (45, 50, 55, 60, 65)]
+    assert (np.diff(steeper) > 0.0).all()
+    for case, found in zip(cases, (value(case, "largest force") for case in cases), strict=True):
+        assert value(case, "largest force", "sph") == pytest.approx(found, rel=0.08), case
+
+
+@pytest.mark.parametrize(("group", "title"), [("plane", "height over half-width"), ("round", "height over radius")])
+def test_tables_of_the_document(group, title):
+    """Columns of the document: run-out and height off the experiments by method and angle."""
+    text = (ROOT / "docs" / "granular_flow.md").read_text(encoding="utf-8")
+    lines = text[text.index(f"| {title} |"):].split("\n\n")[0].splitlines()
+    heads = [re.match(r"(MPM|SPH), (\d+)", cell.strip()).groups() for cell in lines[0].strip("|").split("|")[1:]]
+    seen = 0
+    for line in lines[2:]:
+        a, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+        for (method, angle), cell in zip(heads, cells, strict=True):
+            if cell:
+                found = [rows()[group, f"a {a}, {angle} deg", method.lower(), quantity]["off_percent"]
+                         for quantity in ("run-out", "height of the middle")]
+                assert cell.split(", ") == found, (a, method, angle)
+                seen += 1
+    assert seen == 2 * sum(one.group == group for one in experiments())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("experiment", experiments(), ids=lambda one: f"{one.group} {one.name}")
+def test_rows_made_anew(experiment, tmp_path):
+    made = list(table([experiment], tmp_path))
+    found = {(row["method"], row["quantity"]): float(row["value"]) for row in made}
+    kept = {key[2:]: float(row["value"]) for key, row in rows().items()
+            if key[:2] == (experiment.group, experiment.name)}
+    assert found.keys() == kept.keys()
+    for key, value in found.items():
+        assert value == pytest.approx(kept[key], rel=REPEATED, abs=1e-6), key
