@@ -10,6 +10,8 @@ import numpy as np
 
 from snowmpm.advice.facts import SceneFacts
 from snowmpm.advice.weak_layers import coarsest_dx, tuned_to_grid
+from snowmpm.errors import InputError
+from snowmpm.scenes.loader import with_overrides
 from snowmpm.schemes import misfit
 from snowmpm.setup.build import build
 from snowmpm.setup.refusals import require
@@ -46,11 +48,17 @@ def faster(scene, budget=None):
     tuned = tuned_to_grid(scene)
     allowed = [gain for gain in _table(scene) if gain.move.coarser <= (1.0 if tuned else limit)]
     gains = [gain for gain in allowed if saving(gain.move) <= WORTH_IT]
+    refused = None
+    while gains and (refusal := _refusal(scene, (gain := presets.fastest(gains, saving)).move)):
+        gains = [other for other in gains if other.move.coarser < gain.move.coarser]
+        refused = refusal
     if not gains:
         thin = "" if tuned or thinnest(scene) == float("inf") else f": its thinnest part is {thinnest(scene):.3g} m"
-        return _unchanged("--fast", f"nothing that was measured makes it faster on this grid{thin}", tuned)
-    gain = presets.fastest(gains, saving)
+        why = f"; on coarser cells {refused}" if refused else thin
+        return _unchanged("--fast", f"nothing that was measured makes it faster on this grid{why}", tuned)
     lines = _said(scene, gain, saving, "--fast")
+    if refused:
+        lines.append(f"no coarser cells: {refused}")
     thin = thinnest(scene)
     if gain.move.coarser > 1.0 and thin < gain.move.coarser * scene.solver.dx:
         lines.append(f"its thinnest part, {thin:.3g} m, is then {thin / (gain.move.coarser * scene.solver.dx):.2g} of a"
@@ -74,6 +82,18 @@ def more_accurate(scene, budget=None):
     if gain.typical > LESS_ERROR:
         lines.append(f"not {LESS_ERROR:g} of the error: nothing that was measured does that for this choice of solver")
     return Change(_overrides(scene, gain.move), tuple(lines), saving(gain.move))
+
+
+def _refusal(scene, move):
+    """Why a scene is refused after a move, or None. Asked only of scenes with bodies or structures that move with the
+    snow: how light they may be goes with the grid. It takes as long as the set-up of the moved scene."""
+    if move.coarser == 1.0 or not (scene.structures or any(obstacle.free for obstacle in scene.obstacles)):
+        return None
+    try:
+        build(with_overrides(scene, _overrides(scene, move))).solver()
+    except InputError as error:
+        return str(error).splitlines()[0].removeprefix(f"{scene.source}: ")
+    return None
 
 
 def _unchanged(option, why, tuned):

@@ -8,6 +8,8 @@ from snowmpm.advice.report import advise
 from snowmpm.advice.weak_layers import tuned_to_grid
 from snowmpm.errors import InputError
 from snowmpm.scenes import library, load_scene
+from snowmpm.scenes.loader import with_overrides
+from snowmpm.setup.build import build
 from snowmpm.study import presets
 from snowmpm.study.measurement import read
 
@@ -156,3 +158,12 @@ def test_other_methods_were_not_measured(scene):
     scene = load_scene(*scene)
     with pytest.raises(InputError, match=r"solver.method.*--fast"):
         faster(scene)
+
+
+@pytest.mark.parametrize("name", ["block_wall_2d", pytest.param("mast", marks=pytest.mark.slow)])
+def test_cells_on_which_a_body_would_be_too_light_are_not_chosen(name):
+    """Found on the library: `--fast` took cells on which the scene was refused."""
+    scene = load_scene(name)
+    change = faster(scene)
+    build(with_overrides(scene, change.overrides)).solver()
+    assert "too light" in " ".join(change.lines)
