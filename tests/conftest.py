@@ -1,5 +1,7 @@
 """One Taichi for the whole test session; kernels are compiled once and shared."""
 
+from collections import Counter
+
 import pytest
 
 from snowmpm.cli import watch
@@ -42,3 +44,12 @@ def no_lines_of_progress():
     usual, watch.LINE_INTERVAL = watch.LINE_INTERVAL, 1e9
     yield
     watch.LINE_INTERVAL = usual
+
+
+def pytest_terminal_summary(terminalreporter):
+    """What was not validated, counted by reason."""
+    skipped = terminalreporter.stats.get("skipped", ())
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped
+                      if isinstance(report.longrepr, tuple))
+    counts = "; ".join(f"{count} {reason}" for reason, count in reasons.most_common()) or "none"
+    terminalreporter.write_line(f"skipped validation: {sum(reasons.values())} tests: {counts}")
