@@ -17,7 +17,7 @@ def plane(slope=0.0, n=41, cell=1.0):
 
 
 def test_a_dam_has_the_height_and_the_slopes_that_it_is_given():
-    dam = Dam(name="wall", line=[[20.0, 5.0], [20.0, 35.0]], height=6.0, slope=45.0, crest_width=2.0)
+    dam = Dam(name="wall", line=[[20.0, 5.0], [20.0, 35.0]], height=6.0, crest_width=2.0)  # its usual slope, 45 degrees
     z = with_dams(plane(), [dam]).z
     across = z[20]
     assert across[20] == across[21] == across[19] == pytest.approx(6.0)  # the crest is 2 m wide
