@@ -123,6 +123,9 @@ class Depth(Spec):
     """C_2 of the same where snow gathers, as at a shock, over -div v [-]"""
     centrifugal: Annotated[bool, Field(strict=True)] = True
     """whether the ground's curvature adds to the normal stress, and so to friction"""
+    rim: Annotated[Number, Field(ge=0.0, le=0.5)] = 0.0
+    """share of a layer's thickness down to which the front of snow that is let go is resolved, by narrower columns at
+    the layer's rims [-]; 0: columns are as wide as elsewhere"""
 
 
 class Implicit(Spec):

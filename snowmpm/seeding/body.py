@@ -9,6 +9,7 @@ from snowmpm.errors import InputError
 from snowmpm.seeding.clipping import clipped
 from snowmpm.seeding.lattice import SAMPLINGS, unit_points
 from snowmpm.seeding.layers import layer_seeds
+from snowmpm.seeding.rim import Rim
 from snowmpm.seeding.shapes import shape_of
 
 
@@ -26,7 +27,7 @@ class Seeds(NamedTuple):
 
 
 def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng, base_dir=".", key="shape",
-              cut=None, columns=False):
+              cut=None, columns=False, rim=0.0):
     """Fill a body with particles.
 
     shape_spec: object with `kind` and that kind's attributes
@@ -40,7 +41,7 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     base_dir: folder of relative files; key: name of the shape in messages.
     cut: corners lower, upper (dim,) [m] beyond which nothing is filled, infinite without a cut.
     columns: particles are columns of snow, `particles_per_cell` of them in a cell in plan; a layer has one over another
-    nowhere.
+    nowhere. rim: share of a layer's thickness down to which columns at its rims are divided (`seeding.rim`), or 0.
 
     The volumes add up to the body's: exactly for shapes and plan polygons, by the layer's own geometry for layers.
     InputError: bad numbers or files, a layer too thin for dx, a region off the terrain, no volume, no particles.
@@ -51,7 +52,7 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     if shape_spec.kind == "layer":
         positions, volumes = layer_seeds(
             shape_spec, surface, dx=dx, spacing=spacing, sampling=sampling, rng=rng, base_dir=base_dir, key=key,
-            columns=columns
+            columns=columns, rim=Rim(rim, _walls(cut)) if rim else None
         )
         seeds = Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes))
         return seeds if cut is None else _within(seeds, *cut)
@@ -63,6 +64,12 @@ def seed_body(shape_spec, surface, *, dim, dx, particles_per_cell, sampling, rng
     if columns:
         positions, volumes = _stacked(positions, volumes, shape, spacing)
     return Seeds(np.ascontiguousarray(positions), np.ascontiguousarray(volumes), share)
+
+
+def _walls(cut):
+    """Sides of the plan at which a cut holds the snow, as (axis, level) [m]."""
+    return [] if cut is None else [(axis, float(corner[axis])) for corner in cut for axis in (0, 1)
+                                   if np.isfinite(corner[axis])]
 
 
 def _within(seeds, lower, upper):

@@ -10,7 +10,8 @@ from snowmpm.seeding.terrain_layer import terrain_layer
 from snowmpm.seeding.thickness import RasterThickness
 
 
-def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, columns=False):
+def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, columns=False,
+                rim=None):
     """Positions (n, dim) [m] and volumes (n,) of a layer from `bottom` to `top` [m] above the terrain, normal to it.
 
     spec: bottom (default 0), top (a number; None or "file": bottom + the thickness in the region file; with a `file`:
@@ -35,7 +36,7 @@ def layer_seeds(spec, surface, *, dx, spacing, sampling, rng, base_dir, key, col
         count = region.area() / spacing**2 if columns else region.area() * (upper - bottom) / spacing**surface.dim
         memory.require(memory.PER_PARTICLE[surface.dim] * count, f"{key}: its particles")
         build = profile_layer if surface.dim == 2 else terrain_layer
-        sheets = {"columns": True} if columns else {}
+        sheets = {"columns": True, "rim": rim} if columns else {}
         if raster is not None:
             upper, sheets = bottom, {"columns": True, "thickness": raster.at}
         x, v = build(surface, region, bottom, upper, dx=dx, spacing=spacing, sampling=sampling, rng=rng, **sheets)

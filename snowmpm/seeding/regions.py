@@ -32,6 +32,13 @@ class Region:
         """Plan area [m2], length [m] in 2-D."""
         return float(np.prod(self.upper - self.lower)) if self.polygons is None else self.polygons.area()
 
+    def outline(self):
+        """Its border in 3-D, lines of shapely in the plan."""
+        import shapely
+
+        whole = shapely.box(*self.lower, *self.upper) if self.polygons is None else self.polygons.geometry
+        return whole.boundary
+
 
 def regions_of(spec, surface, base_dir, key):
     """Regions of a scene's region table; without one, the whole terrain.

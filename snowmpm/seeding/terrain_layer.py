@@ -16,7 +16,7 @@ SURVEY = 4000  # points that measure the mean slope of a region
 
 
 def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, columns=False,
-                  thickness=None):
+                  thickness=None, rim=None):
     """Positions (n, 3) [m] and volumes (n,) [m3] of the layer between two distances from the terrain.
 
         X(u, v, h) = S(u, v) + h n(u, v),    volume = integral of (X_u x X_v) . n  du dv dh
@@ -25,7 +25,8 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
     normal, smoothed over a few cells. The lattice is narrowed by the mean slope so that points are `spacing` [m] apart
     along the ground; sub-layers about `spacing` thick are stacked along n. The map is continuous: no gap and no
     overlap between columns or stacked layers. The plan area of the region is met exactly. columns: one sub-layer only;
-    thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none.
+    thickness: of such a sheet where it is not top - bottom, thickness(plan (n, 2)) -> (n,) [m], 0 where there is none;
+    rim: `Rim` at which columns are divided, of a sheet that is as thick everywhere.
     """
     n_rows, row, spacing = (1, top - bottom, spacing) if columns else sub_layers(bottom, top, spacing, 3)
     box = np.prod(region.upper - region.lower) / spacing**2
@@ -57,7 +58,13 @@ def terrain_layer(surface, region, bottom, top, *, dx, spacing, sampling, rng, c
     bottom_middle_top = [frames.jacobian(low + share * row) for share in (0.0, 0.5, 1.0)]
     density = np.array([1.0, 4.0, 1.0]) / 6.0 @ bottom_middle_top
     positions = frames.foot + (bottom + unit[:, 2] * row)[:, None] * frames.normal
-    return positions, density * plan_share * row
+    volumes = density * plan_share * row
+    parts = rim.divided(region, plan, lattice, dx=dx, depth=row) if columns and rim else None
+    if parts is None:
+        return positions, volumes
+    number, shift, share = parts
+    rise = surface.height(plan[number] + shift) - height[number]
+    return positions[number] + np.column_stack([shift, np.nan_to_num(rise)]), volumes[number] * share
 
 
 def _mean_over_cells(thickness, lattice, unit):

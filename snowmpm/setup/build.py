@@ -119,7 +119,8 @@ def _seed(scene, surface, obstacles, taken):
                 continue
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
                               particles_per_cell=solver.filling, sampling=solver.sampling,
-                              base_dir=scene.base_dir, cut=cut, columns=solver.in_plan)
+                              base_dir=scene.base_dir, cut=cut, columns=solver.in_plan,
+                              rim=solver.depth.rim if solver.in_plan else 0.0)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
         if not solver.in_plan:  # columns of snow do not feel obstacles

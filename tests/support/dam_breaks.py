@@ -1,4 +1,4 @@
-"""Dams that break at x = 0, in one line of cells: columns in a channel, and the theory of shallow water.
+"""Dams that break at x = 0: the theory of shallow water.
 
 With g_z = g cos(zeta), m0 = g_z (tan zeta - tan delta), c = sqrt(g_z h0) on a plane at zeta with friction delta, x
 along it and h normal to it:
@@ -12,10 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.support.depth_flows import OPEN, USUAL, WALL, G, Ground, coulomb, flow, graded, profile, run_to, slope
-
-LINES = 3
-"""Cells across the channel, the fewest that a grid has; one column a cell across."""
+from tests.support.depth_flows import G
 
 
 @dataclass(frozen=True)
@@ -43,23 +40,6 @@ class DryDam:
         fan = np.clip(x, self.place(1.0, time), self.place(0.0, time))
         return ((self.place(0.0, time) - fan) / time) ** 2 / (9.0 * self.g_z)
 
-    def broken(self, dx, time, rear, *, options=USUAL, per_cell=4):
-        """Depth profile x, h along the plane [m] after `time` [s] and solver; dx: cells in plan; rear: length of the
-        snow [m].
-
-        The front stretches without bound, and equal columns part there: 16 of a cell give fronts that are 9 % too far,
-        since one column alone is as deep as the threshold. So columns near the dam are smaller, in proportion to the
-        distance from it, to 1/64: half a cell apart at most where the volume ahead is c0 t h^1.5.
-        """
-        cosine = np.cos(np.radians(self.slope))
-        x, widths = graded(-rear * cosine, 0.0, dx / per_cell, 1.1 * time)
-        top = 1.05 * self.place(0.0, time) * cosine + 10.0 * dx
-        ground = Ground(slope(self.slope), (-rear * cosine, 0.0), (top, LINES * dx), coulomb(self.friction),
-                        (["slip", "open"] if self.slope == 0.0 else OPEN, WALL))
-        solver = run_to(channel(x, widths / cosine, ground, dx, options), time)
-        x, depth = profile(solver)
-        return x / cosine, depth * cosine, solver
-
 
 @dataclass(frozen=True)
 class WetDam:
@@ -79,19 +59,3 @@ class WetDam:
         z, c = x / time, np.sqrt(G)
         fan = (2.0 * c - np.clip(z, -c, self.end_of_fan)) ** 2 / (9.0 * G)
         return np.where(z < self.end_of_fan, fan, np.where(z < self.shock, self.plateau, self.ahead))
-
-    def broken(self, dx, time, *, options=USUAL, per_cell=4):
-        """x, h [m] after `time` [s] and solver. Columns are as wide on both sides."""
-        cells = round(14.0 / dx) * per_cell
-        widths = np.full(cells, 14.0 / cells)
-        x = -6.0 + (np.arange(cells) + 0.5) * widths
-        ground = Ground(slope(0.0), (-6.0, 0.0), (8.0, LINES * dx), sides=(WALL, WALL))
-        solver = channel(x, widths * np.where(x < 0.0, 1.0, self.ahead), ground, dx, options)
-        return *profile(run_to(solver, time)), solver
-
-
-def channel(x, areas, ground, dx, options):
-    """Solver of columns at x (n,) that hold the volumes areas (n,) [m2] of a metre of width."""
-    y = (np.arange(LINES) + 0.5) * dx
-    plan = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    return flow(plan, np.repeat(areas, LINES) * dx, ground, dx, options=options)

@@ -23,12 +23,9 @@ from tests.support.depth_flows import (
     coulomb,
     flat,
     flow,
-    front,
-    graded,
     lattice,
     order,
     pore_water,
-    profile,
     run_to,
     slope,
 )
@@ -182,33 +179,3 @@ def test_a_drain_holds_the_snow_back():
         over.append(np.abs(p[(x > 50.5) & (x < 59.5)]).max(initial=0.0))
         behind.append(p[x > 65.0].max(initial=0.0))
     assert max(over) == 0.0 < max(behind)
-
-
-LENGTH = HEIGHT = 10.0
-"""Of the reservoir of P8 [m]; c_v in m2/s"""
-DAM_CV = 2.92
-
-
-def dam(mu, water, dx):
-    """Run-outs [m] from the dam, where the depth falls below 1 and 5 cm, when it rests."""
-    x, widths = graded(-LENGTH, 0.0, dx / 4, 3.0)
-    y = (np.arange(3) + 0.5) * dx
-    plan = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    ground = Ground(flat, (-LENGTH, 0.0), (45.0, 3.0 * dx), Coulomb(mu=mu), (["slip", "open"], WALL))
-    pores, dry = pore_water(**water) if water is not None else (None, DRY)
-    solver = flow(plan, np.repeat(widths * HEIGHT, 3) * dx, ground, dx, densities=(dry,), water=pores)
-    while solver.time < 8.0 and (solver.time < 0.5 or solver.extremes.speed > 0.0):
-        solver.step(solver.stable_dt()[0])
-    return np.array([front(*profile(solver), depth) for depth in (0.01, 0.05)])
-
-
-def test_dam_break_dry_saturated_liquefied():
-    """P8, section 6.2 of Pastor et al.: run-outs 11.80, 24.5 and 31.6 m, 1 : 2.08 : 2.68, within 20 %. The source
-    does not give the friction; here it is what lets the dry dam run out 11.1 m. Porosity 0.3 and grains of 2500 kg/m3
-    are what its bulk density and permeability come from. Its third flow has two phases, here it has one. Seen: 2.21 and
-    2.47 to a depth of 1 cm, 1.78 and 2.16 to 5 cm."""
-    dry, saturated, liquefied = (dam(1.5, water, 0.25) for water in (
-        None, {"drained": True}, {"excess": 1.0, "consolidation": DAM_CV}))
-    assert (dry < saturated).all() and (saturated < liquefied).all()
-    np.testing.assert_allclose(saturated / dry, 24.5 / 11.8, rtol=0.2)
-    np.testing.assert_allclose(liquefied / dry, 31.6 / 11.8, rtol=0.2)
