@@ -1,13 +1,26 @@
-"""The only module that imports the compiler of kernels: Taichi. All others take `ti` from `snowmpm.compiler`."""
+"""The only module that imports the compiler of kernels. All others take `ti` from `snowmpm.compiler`.
+
+Taichi, or where the environment variable SNOWMPM_COMPILER says so, the fork of it that is imported by that name:
+`quadrants` or `taichi_forge` (`docs/taichi_forks.md`).
+"""
 
 import importlib
+import os
 
-import taichi as ti
-from taichi.lang import impl
+from snowmpm.errors import InputError
+
+VARIABLE = "SNOWMPM_COMPILER"
+COMPILERS = ("taichi", "quadrants", "taichi_forge")
+
+chosen = os.environ.get(VARIABLE) or COMPILERS[0]
+if chosen not in COMPILERS:
+    raise InputError(f"{VARIABLE}={chosen}: must be one of {', '.join(COMPILERS)}")
+ti = importlib.import_module(chosen)
+impl = importlib.import_module(f"{chosen}.lang.impl")
 
 __all__ = ["impl", "part", "ti"]
 
 
 def part(name):
-    """Module of Taichi's inside, such as "lang.matrix". Raises ImportError where this Taichi has none of that name."""
+    """Module of the compiler's inside, such as "lang.matrix". Raises ImportError where it has none of that name."""
     return importlib.import_module(f"{ti.__name__}.{name}")
