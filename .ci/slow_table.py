@@ -6,6 +6,7 @@ that is cut off keeps what it has shown.
 """
 
 import csv
+import datetime
 import os
 import re
 import subprocess
@@ -16,6 +17,8 @@ TABLE = ROOT / "tests" / "slow_tests.csv"
 COLUMNS = ("test", "result", "figure", "processor seconds", "commit", "date")
 SHOWN = ("passed", "expected failure", "skipped")
 """Results that need no second run on the same commit."""
+OLDEST = 30
+"""Days that a row may be older than the commit that is checked out."""
 LONGEST = 100
 """Characters of a figure that are kept."""
 COMPARISON = re.compile(r"\d.* (<|<=|==|>|>=) .*\d|\d (<|<=|==|>|>=) .*\d")
@@ -53,6 +56,21 @@ def shown(row, label):
     return bool(row) and row["commit"] == label and not label.endswith("+") and row["result"] in SHOWN
 
 
+def days(row, date):
+    """Days from the commit of a row to a date."""
+    return (datetime.date.fromisoformat(date) - datetime.date.fromisoformat(row["date"])).days
+
+
+def recent(row, date):
+    """Whether a row has shown its test, on a commit at most OLDEST days before a date."""
+    return bool(row) and shown(row, row["commit"]) and days(row, date) <= OLDEST
+
+
+def done(row, label, date, which):
+    """Whether a test need not be run: "commit": shown on this commit; "missing": shown lately; "again": never."""
+    return {"commit": shown(row, label), "missing": recent(row, date), "again": False}[which]
+
+
 def seconds(row):
     """Processor time of a row [s], 0 where there is none."""
     return float(row["processor seconds"]) if row else 0.0
@@ -72,20 +90,18 @@ def processor_time():
 
 
 class Filler:
-    """Fills the table while pytest runs; leaves out what the table has already shown on this commit."""
+    """Fills the table while pytest runs; leaves out what the table has shown (`done`)."""
 
-    def __init__(self, again):
-        self.again = again
+    def __init__(self, which):
+        self.which = which
         self.label, self.date = commit()
         self.rows = read()
         self.compared, self.result, self.before = "", None, 0.0
 
     def pytest_collection_modifyitems(self, config, items):
-        if self.again:
-            return
-        kept = [item for item in items if not shown(self.rows.get(item.nodeid), self.label)]
-        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
-        items[:] = kept
+        left = [done(self.rows.get(item.nodeid), self.label, self.date, self.which) for item in items]
+        config.hook.pytest_deselected(items=[item for item, out in zip(items, left, strict=True) if out])
+        items[:] = [item for item, out in zip(items, left, strict=True) if not out]
 
     def pytest_runtest_logstart(self):
         self.compared, self.result, self.before = "", None, processor_time()
@@ -113,4 +129,4 @@ class Filler:
 
 
 def pytest_configure(config):
-    config.pluginmanager.register(Filler(os.environ.get("SLOW_TESTS_AGAIN") == "1"))
+    config.pluginmanager.register(Filler(os.environ.get("SLOW_TESTS", "commit")))

@@ -4,6 +4,7 @@
     python .ci/slow_tests.py --groups            what the groups are, and how long they took
     python .ci/slow_tests.py tests/verification  of these files and folders only
     python .ci/slow_tests.py --again             also what has been shown on this commit
+    python .ci/slow_tests.py --missing           what --age names: never run, failed, or too old
     python .ci/slow_tests.py --age               how old the table is; code 1 where a test is missing, failed or too old
 
 A group is the slow tests of some files. Files are put together by the time that they took before; one that nobody timed
@@ -15,19 +16,16 @@ so by a + after the commit.
 """
 
 import argparse
-import datetime
 import os
 import subprocess
 import sys
 import tempfile
 from collections import Counter
 
-from slow_table import ROOT, TABLE, commit, read, seconds, shown, write
+from slow_table import OLDEST, ROOT, SHOWN, TABLE, commit, days, done, read, recent, seconds, shown, write
 
 GROUP = 3600.0
 """Longest processor time of a group [s]."""
-OLDEST = 30
-"""A row may be this many days older than the commit that is checked out."""
 MARK = ["-m", "slow"]
 
 
@@ -59,11 +57,11 @@ def grouped(times):
     return groups
 
 
-def run(group, again):
+def run(group, which):
     """Run the slow tests of some files; the plugin fills the table. -> why not all were run, None where they were."""
     with tempfile.TemporaryDirectory() as cache:
         # Explained comparisons take assertions compiled in another way, which must not lie in the usual place.
-        surroundings = {**os.environ, "PYTHONPYCACHEPREFIX": cache, "SLOW_TESTS_AGAIN": str(int(again)),
+        surroundings = {**os.environ, "PYTHONPYCACHEPREFIX": cache, "SLOW_TESTS": which,
                         "PYTHONPATH": os.pathsep.join([str(ROOT / ".ci"), os.environ.get("PYTHONPATH", "")])}
         try:
             code = subprocess.run([sys.executable, "-m", "pytest", "-q", *MARK, "-p", "slow_table",
@@ -76,16 +74,15 @@ def run(group, again):
 
 def verdict(tests, rows, date):
     """What is wrong with the table: lines for tests that are missing, failed or have a row that is too old."""
-    today = datetime.date.fromisoformat(date)
     wrong = []
     for test in tests:
         row = rows.get(test)
         if row is None:
             wrong.append(f"{test}: never run")
-        elif row["result"] not in ("passed", "expected failure", "skipped"):
+        elif row["result"] not in SHOWN:
             wrong.append(f"{test}: {row['result']} on {row['commit']}")
-        elif (age := (today - datetime.date.fromisoformat(row["date"])).days) > OLDEST:
-            wrong.append(f"{test}: shown {age} days before, at most {OLDEST}")
+        elif not recent(row, date):
+            wrong.append(f"{test}: shown {days(row, date)} days before, at most {OLDEST}")
     return wrong
 
 
@@ -106,13 +103,15 @@ def main():
     words.add_argument("places", nargs="*", help="files and folders; all of tests/ by default")
     words.add_argument("--groups", action="store_true", help="print the groups and end")
     words.add_argument("--again", action="store_true", help="run also what has been shown on this commit")
+    words.add_argument("--missing", action="store_true", help="run what was never run, failed, or was shown long ago")
     words.add_argument("--age", action="store_true", help="print how old the table is and end")
     asked = words.parse_args()
     if asked.age:
         return age()
     rows, (label, date) = read(), commit()
     tests = collect(asked.places)
-    todo = [test for test in tests if asked.again or not shown(rows.get(test), label)]
+    which = "again" if asked.again else "missing" if asked.missing else "commit"
+    todo = [test for test in tests if not done(rows.get(test), label, date, which)]
     times = Counter()
     for test in todo:
         times[file_of(test)] += seconds(rows.get(test))
@@ -125,7 +124,7 @@ def main():
     print(f"{len(tests)} slow tests, {len(todo)} to run on {label}, in {len(groups)} groups")
     for i, group in enumerate(groups, 1):
         print(f"== group {i} of {len(groups)}: {' '.join(group)}", flush=True)
-        if why := run(group, asked.again):
+        if why := run(group, which):
             rows = read()
             for test in todo:
                 if file_of(test) in group and (rows.get(test) or {}).get("commit") != label:
@@ -133,7 +132,7 @@ def main():
                                   "processor seconds": "0", "commit": label, "date": date}
             write(rows)
     rows = read()
-    missed = [test for test in tests if not shown(rows.get(test), label)]
+    missed = [test for test in todo if not shown(rows.get(test), label)]
     print("== slow tests", f"NOT shown on {label}:" if missed else f"shown on {label}", *missed, sep="\n")
     print(TABLE.relative_to(ROOT))
     return 1 if missed else 0

@@ -91,6 +91,13 @@ def test_slow_tests_count_as_shown_on_their_commit_only(slow, found, label, coun
     assert slow[1].shown(found, label) is counts
 
 
+def test_what_was_shown_lately_need_not_run_again(slow):
+    for found, left in ((row(), True), (row(date="2026-01-01"), False), (row(result="failed"), False), (None, False),
+                        (row(commit="abc+"), False)):
+        assert slow[1].done(found, "abd", "2026-02-05", "missing") is left
+        assert not slow[1].done(found, "abd", "2026-02-05", "again")
+
+
 def test_old_rows_and_failures_and_gaps_of_the_table_are_told(slow):
     rows = {"a": row(), "b": row(date="2026-01-29"), "c": row(result="failed")}
     assert slow[0].verdict(["a", "b", "c", "d"], rows, "2026-03-01") == [

@@ -6,8 +6,8 @@ What is left is listed with its reason. An entry whose function has been grouped
 import ast
 
 import pytest
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.compiler.groups import Array, grouped_kernel
 from tests.support.project import ROOT
 

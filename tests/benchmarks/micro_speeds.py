@@ -25,10 +25,9 @@ from pathlib import Path
 
 import mpm_step
 import numpy as np
-import taichi as ti
 from mpm_step import copies, least_time
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.draft import write_table
 from snowmpm.micro.grains.assembly import Assembly, loose_cell
 from snowmpm.micro.grains.contact import ContactLaw

@@ -34,9 +34,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import taichi as ti
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker
 from snowmpm.materials import CohesiveCamClay, Elastic

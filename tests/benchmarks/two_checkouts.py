@@ -1,19 +1,21 @@
 """Time of a step in two checkouts, in turn: ratios that a machine shared with others hardly changes.
 
     python tests/benchmarks/two_checkouts.py OLD NEW [--case CASE ...] [--threads N] [--turns N] [--seconds S] [-o FILE]
+    python tests/benchmarks/two_checkouts.py . . --compilers taichi quadrants
 
 OLD and NEW are folders of the repository (a second one: `git worktree add ../old main`). Each has a process of its own
-that makes the same steps of the same case, a few at a time, while the other one waits. A case is a library scene with
-values that differ, or a case of `mpm_step.py`, with options of its solver, its number of particles and its precision:
+that makes the same steps of the same case, a few at a time, while the other one waits; they change places from turn to
+turn. compilers: of the kernels of each (`docs/taichi_forks.md`). A case is a library scene with values that differ, or
+a case of `mpm_step.py`, with options of its solver, its number of particles and its precision:
 
     --case slab_release_resolved,from=1.0  column_collapse_3d,solver.transfer=aflip \
            layer3,transfer=aflip,particles=250000
 
-from: the time [s] at which the turns begin.
+from: the time [s] at which the turns begin. Without cases: ten library scenes of all methods.
 
 Columns: case; threads; particles at the end; steps timed; ns of old and new: processor time a particle and step, least
-of the turns; ratio: median over the turns of new over old, and ratio_wall by the clock; same: whether both
-processes ended with the same bits.
+of the turns; ratio: median over the turns of new over old, low and high: 95 % interval of that median, by ranks;
+ratio_wall: by the clock; same: whether both processes ended with the same bits.
 """
 
 import argparse
@@ -26,14 +28,17 @@ import sys
 import tempfile
 import time
 from contextlib import ExitStack
+from math import comb
 from pathlib import Path
 from statistics import median
 
 HERE = Path(__file__).parent
 PACKAGES = ("materials", "scenes", "render")
 """Packages that lie beside snowmpm in the repository and are parts of it when installed."""
-CASES = ("slab_release_resolved,from=1.0", "slab_release_2d", "column_collapse_3d",
-         "column_collapse_3d,solver.transfer=aflip", "layer3,transfer=apic", "layer3,transfer=aflip")
+CASES = ("slab_release_2d", "slab_release", "pst_2d", "column_collapse_3d", "avalanche_on_raster,solver.dx=3",
+         "column_collapse_2d,solver.method=sph", "avalanche_depth_averaged", "flexible_wall_2d", "slush_dam_2d",
+         "block_wall_2d")
+CONFIDENCE = 0.95
 
 
 def parsed(case):
@@ -109,13 +114,14 @@ def answer(steps, wall, used, done):
 class Checkout:
     """A process that serves a case by the code of a checkout."""
 
-    def __init__(self, folder, case, threads, stack):
+    def __init__(self, folder, case, threads, compiler, stack):
         home = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         package = home / "snowmpm"
         package.mkdir()
         for part in [*(folder / "snowmpm").iterdir(), *(folder / name for name in PACKAGES)]:
             (package / part.name).symlink_to(part)
-        environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{HERE}", "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{HERE}", "PYTHONDONTWRITEBYTECODE": "1",
+                       "SNOWMPM_COMPILER": compiler}
         self._process = stack.enter_context(subprocess.Popen(
             [sys.executable, __file__, "--serve", case, "--threads", str(threads)], env=environment, cwd=home,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
@@ -135,15 +141,33 @@ class Checkout:
         self._process.stdin.close()
 
 
+def in_turn(both, steps, first):
+    """What both took for so many steps, in their usual order; first: who goes first."""
+    taken = {k: both[k].take(steps) for k in (first, 1 - first)}
+    return [taken[0], taken[1]]
+
+
+def interval(values):
+    """Ranks between which the median lies with CONFIDENCE at least: the k-th least and greatest of n values, where
+    2 P(Binomial(n, 1/2) < k) <= 1 - CONFIDENCE; the range of fewer than six."""
+    n, k, tail = len(values), 0, 0.5 ** len(values)
+    while 2.0 * tail <= 1.0 - CONFIDENCE:
+        k += 1
+        tail += comb(n, k) * 0.5**n
+    values = sorted(values)
+    return values[max(0, k - 1)], values[n - max(1, k)]
+
+
 def compare(folders, case, options):
     """Row of the table."""
     with ExitStack() as stack:
-        both = [Checkout(folder, case, options.threads, stack) for folder in folders]
+        both = [Checkout(folder, case, options.threads, compiler, stack)
+                for folder, compiler in zip(folders, options.compilers, strict=True)]
         for one in both:
             one.heard()
         first = [one.take(5) for one in both]
         steps = max(1, round(5 * options.seconds / max(1e-3, first[0]["wall"])))
-        turns = [[one.take(steps) for one in both] for _ in range(options.turns)]
+        turns = [in_turn(both, steps, first=k % 2) for k in range(options.turns)]
         for one in both:
             one.end()
     ends = turns[-1]
@@ -151,7 +175,9 @@ def compare(folders, case, options):
            "steps": steps * options.turns}
     for k, name in enumerate(("old", "new")):
         row[name] = min(1e9 * turn[k]["used"] / turn[k]["particle_steps"] for turn in turns)
-    row["ratio"] = median(turn[1]["used"] / turn[0]["used"] for turn in turns)
+    ratios = [turn[1]["used"] / turn[0]["used"] for turn in turns]
+    row["ratio"] = median(ratios)
+    row["low"], row["high"] = interval(ratios)
     row["ratio_wall"] = median(turn[1]["wall"] / turn[0]["wall"] for turn in turns)
     row["same"] = ends[0]["digest"] == ends[1]["digest"]
     return row
@@ -162,7 +188,8 @@ def main():
     parser.add_argument("checkouts", nargs="*", type=Path, metavar="OLD NEW")
     parser.add_argument("--case", nargs="+", default=list(CASES))
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--turns", type=int, default=8)
+    parser.add_argument("--turns", type=int, default=10)
+    parser.add_argument("--compilers", nargs=2, default=["taichi", "taichi"], metavar=("OLD", "NEW"))
     parser.add_argument("--seconds", type=float, default=1.0, help="of a turn, about")
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--serve", help=argparse.SUPPRESS)

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from snowmpm.compiler import patches
+from snowmpm.compiler import patches, ti
 from snowmpm.compiler.array_memory import view
 from snowmpm.compiler.arrays import Rows
 from snowmpm.compiler.launch import taichi_kernel

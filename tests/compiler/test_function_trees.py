@@ -4,9 +4,11 @@ import inspect
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from snowmpm.compiler import function_trees  # noqa: F401 (what is tested)
+from snowmpm.compiler import (
+    function_trees,  # noqa: F401 (what is tested)
+    ti,
+)
 
 pytestmark = pytest.mark.usefixtures("taichi")
 

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from snowmpm.compiler import patches
+from snowmpm.compiler import patches, ti
 from snowmpm.compiler.groups import Array, Real, Vectors, grouped_kernel
 
 

@@ -4,9 +4,8 @@ import weakref
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from snowmpm.compiler import patches
+from snowmpm.compiler import patches, ti
 from snowmpm.compiler.arrays import real_array
 from snowmpm.compiler.launch import Launcher, own_launches, taichi_kernel
 

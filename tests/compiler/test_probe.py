@@ -4,9 +4,8 @@ import contextlib
 
 import numpy as np
 import pytest
-import taichi as ti
 
-from snowmpm.compiler import launch, patches, probe, runtime
+from snowmpm.compiler import launch, patches, probe, runtime, ti
 from snowmpm.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("taichi")

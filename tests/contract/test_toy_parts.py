@@ -5,9 +5,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
-import taichi as ti
 
 import snowmpm
+from snowmpm.compiler import ti
 from snowmpm.errors import InputError
 from snowmpm.materials import LAWS, Elastic, StateVariable
 from snowmpm.measured import costs

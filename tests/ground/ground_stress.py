@@ -3,8 +3,8 @@
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.ground import LAWS, Bingham, Coulomb, FrictionalViscous, MuI, SamosAt, Voellmy
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision

@@ -4,8 +4,8 @@ A, B, C: slabs of Li et al. (2021) and a soft one; W1-W3: weak layers. SI units.
 """
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.materials import AnticrackCamClay, CohesiveCamClay, ModifiedCamClay
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision

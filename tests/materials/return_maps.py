@@ -3,8 +3,8 @@
 import functools
 
 import numpy as np
-import taichi as ti
 
+from snowmpm.compiler import ti
 from snowmpm.materials.critical_state_return import critical_state_return
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision

@@ -3,11 +3,11 @@
 from typing import Literal
 
 import pytest
-import taichi as ti
 from law_examples import EXAMPLES, without_example
 from law_suite import CHECKS, STATES, steps_of
 from pydantic import TypeAdapter
 
+from snowmpm.compiler import ti
 from snowmpm.materials import LAWS, Elastic, Material
 from snowmpm.materials.elastic import elastic_trial, elastic_update
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 from law_examples import EXAMPLES
 from parameter_sets import W1, A, B, changed
 from pydantic import TypeAdapter, ValidationError
 
+from snowmpm.compiler import ti
 from snowmpm.materials import Elastic, Law, Material, MaterialPoint, StressUpdate, unpack
 from snowmpm.materials.parameters import named
 from snowmpm.materials.precision import working_precision

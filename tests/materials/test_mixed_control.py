@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 from parameter_sets import SETS, W1, A, B, C, diagonal, isotropic
 
+from snowmpm.compiler import ti
 from snowmpm.materials import AnticrackCamClay, Elastic, LoadingError, LoadingStage, MaterialPoint, MixedControl
 from snowmpm.materials.loading_stage import deformation_of
 from snowmpm.materials.symmetric import COMPONENTS, PAIRS

@@ -4,9 +4,9 @@ import functools
 
 import numpy as np
 import pytest
-import taichi as ti
 from parameter_sets import random_rotations
 
+from snowmpm.compiler import ti
 from snowmpm.materials import pack, unpack
 from snowmpm.materials.precision import working_precision
 from snowmpm.materials.spectral import compose, eigen_of_deviator

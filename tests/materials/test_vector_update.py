@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import taichi as ti
 from frictional_laws import stretches
 from law_examples import EXAMPLES, STRAIGHT
 from parameter_sets import A, changed
 
+from snowmpm.compiler import ti
 from snowmpm.materials import StressUpdate, pack
 from snowmpm.materials.law import REDO
 from snowmpm.materials.packs import LANES, held_numbers, read_lane, update_lane, update_pack, write_lane

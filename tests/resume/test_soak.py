@@ -5,10 +5,9 @@ import os
 from pathlib import Path
 
 import pytest
-import taichi as ti
 
 import snowmpm
-from snowmpm.compiler import patches
+from snowmpm.compiler import patches, ti
 from snowmpm.scenes import load_scene
 
 PROC = Path("/proc/self")

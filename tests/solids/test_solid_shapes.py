@@ -4,10 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import taichi as ti
 import trimesh
 
-from snowmpm.compiler import runtime
+from snowmpm.compiler import runtime, ti
 from snowmpm.errors import InputError
 from snowmpm.solids import Obstacle, RigidMotion, SolidShape, samples
 from snowmpm.solids.motion import Uniform

@@ -1,6 +1,6 @@
 """A kernel that reads beyond an array (see test_array_bounds.py); Taichi wants the source of a kernel in a file."""
 
-import taichi as ti
+from snowmpm.compiler import ti
 
 
 @ti.kernel
