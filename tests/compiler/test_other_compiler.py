@@ -1,0 +1,33 @@
+"""The fork of Taichi that would take its place (`docs/taichi_forks.md`): default tests by its kernels."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+
+import pytest
+
+from snowmpm.compiler import backend
+from tests.support.project import ROOT
+
+PARTS = ("contract", "mpm/test_every_transfer.py mpm/test_conservation.py mpm/test_body_contact.py", "materials",
+         "depth verification/test_depth_block.py", "sph", "implicit water", "structures rigid saw_test",
+         "resume seeding forcing", "test_scenes_run.py")
+"""Folders and files of tests/."""
+
+
+def test_the_name_of_a_compiler_is_checked():
+    done = subprocess.run([sys.executable, "-m", "snowmpm", "check", "pst_2d"], cwd=ROOT, capture_output=True,
+                          text=True, env={**os.environ, backend.VARIABLE: "numba"}, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr == "error: SNOWMPM_COMPILER=numba: must be one of taichi, quadrants, taichi_forge\n"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("quadrants") is None, reason="quadrants is in the extra of that name")
+@pytest.mark.parametrize("part", PARTS)
+def test_default_tests_pass_on_quadrants(part):
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--tb=short"]
+    done = subprocess.run([*words, *(f"tests/{place}" for place in part.split())], cwd=ROOT, text=True,
+                          capture_output=True, env={**os.environ, backend.VARIABLE: "quadrants"})
+    assert done.returncode == 0, done.stdout[-3000:]
