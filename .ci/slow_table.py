@@ -12,6 +12,8 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = ROOT / "tests" / "slow_tests.csv"
 COLUMNS = ("test", "result", "figure", "processor seconds", "commit", "date")
@@ -89,44 +91,67 @@ def processor_time():
     return sum(os.times()[:4])
 
 
-class Filler:
-    """Fills the table while pytest runs; leaves out what the table has shown (`done`)."""
+class Teller:
+    """Where tests run, in each worker or in the only process: leaves out what the table has shown (`done`), and adds to
+    the reports what was compared and what it took."""
 
     def __init__(self, which):
-        self.which = which
-        self.label, self.date = commit()
-        self.rows = read()
-        self.compared, self.result, self.before = "", None, 0.0
+        self.which, self.compared, self.before = which, "", 0.0
 
     def pytest_collection_modifyitems(self, config, items):
-        left = [done(self.rows.get(item.nodeid), self.label, self.date, self.which) for item in items]
+        rows, (label, date) = read(), commit()
+        left = [done(rows.get(item.nodeid), label, date, self.which) for item in items]
         config.hook.pytest_deselected(items=[item for item, out in zip(items, left, strict=True) if out])
         items[:] = [item for item, out in zip(items, left, strict=True) if not out]
 
     def pytest_runtest_logstart(self):
-        self.compared, self.result, self.before = "", None, processor_time()
+        self.compared, self.before = "", processor_time()
 
     def pytest_assertion_pass(self, expl):
         if COMPARISON.search(expl.splitlines()[0] if expl else ""):
             self.compared = expl
 
-    def pytest_runtest_logreport(self, report):
-        if report.failed:
-            self.result = "failed"
-        elif report.skipped:
-            self.result = "expected failure" if hasattr(report, "wasxfail") else "skipped"
-        elif report.when == "call":
-            self.result = self.result or "passed"
-        if report.outcome != "passed":
-            crash = getattr(report.longrepr, "reprcrash", None)
-            self.compared = crash.message if crash else str((report.longrepr or ("",))[-1])
+    def pytest_runtest_teardown(self, item):
+        item.user_properties.append(("compared", figure(self.compared)))
 
-    def pytest_runtest_logfinish(self, nodeid):
-        self.rows[nodeid] = {"test": nodeid, "result": self.result, "figure": figure(self.compared),
-                             "processor seconds": f"{processor_time() - self.before:.1f}", "commit": self.label,
-                             "date": self.date}
-        write(self.rows)
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, item, call):
+        report = yield
+        report.user_properties = [*report.user_properties, ("took", processor_time() - self.before)]
+        return report
+
+
+class Filler:
+    """Fills the table from the reports, where they arrive."""
+
+    def __init__(self):
+        self.label, self.date = commit()
+        self.rows = read()
+        self.reports = {}
+
+    def pytest_runtest_logreport(self, report):
+        self.reports.setdefault(report.nodeid, []).append(report)
+        if report.when == "teardown":
+            self.rows[report.nodeid] = self.row(report.nodeid, self.reports.pop(report.nodeid))
+            write(self.rows)
+
+    def row(self, test, reports):
+        """A row of the table from the reports of set-up, call and teardown."""
+        properties = dict(reports[-1].user_properties)
+        result, compared = "passed", properties.get("compared", "")
+        for report in reports:
+            if report.outcome != "passed":
+                crash = getattr(report.longrepr, "reprcrash", None)
+                compared = crash.message if crash else str((report.longrepr or ("",))[-1])
+            if report.failed:
+                result = "failed"
+            elif report.skipped and result == "passed":
+                result = "expected failure" if hasattr(report, "wasxfail") else "skipped"
+        return {"test": test, "result": result, "figure": figure(compared), "commit": self.label, "date": self.date,
+                "processor seconds": f"{properties.get('took', 0.0):.1f}"}
 
 
 def pytest_configure(config):
-    config.pluginmanager.register(Filler(os.environ.get("SLOW_TESTS", "commit")))
+    config.pluginmanager.register(Teller(os.environ.get("SLOW_TESTS", "commit")))
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Filler())

@@ -7,8 +7,8 @@
     python .ci/slow_tests.py --missing           what --age names: never run, failed, or too old
     python .ci/slow_tests.py --age               how old the table is; code 1 where a test is missing, failed or too old
 
-A group is the slow tests of some files. Files are put together by the time that they took before; one that nobody timed
-is a group of its own. Each group runs in a process of its own and is ended after twice an hour.
+A group is the slow tests of some files, put together by the time that they took before; a file that nobody timed counts
+ten minutes. Two workers run a group, which is ended after twice an hour.
 
 tests/slow_tests.csv is written anew after each test: result, figure, processor time and commit. So the tests can run in
 several sittings, and one that is cut off goes on where it was. A row of a tree with changes that are not committed says
@@ -26,6 +26,8 @@ from slow_table import OLDEST, ROOT, SHOWN, TABLE, commit, days, done, read, rec
 
 GROUP = 3600.0
 """Longest processor time of a group [s]."""
+UNKNOWN = 600.0
+"""Processor time that is taken for a file without one [s]."""
 MARK = ["-m", "slow"]
 
 
@@ -43,14 +45,14 @@ def file_of(test):
 
 
 def grouped(times):
-    """Lists of files, each of at most an hour, from the time of each file [s]; those without a time stand alone."""
+    """Lists of files, each of at most an hour, from the time of each file [s]."""
     groups, filled = [], []
     for file in sorted(times, key=lambda file: -times[file]):
-        took = times[file]
-        place = next((i for i, sum_ in enumerate(filled) if took and sum_ + took <= GROUP), None)
+        took = times[file] or UNKNOWN
+        place = next((i for i, sum_ in enumerate(filled) if sum_ + took <= GROUP), None)
         if place is None:
             groups.append([file])
-            filled.append(took or GROUP)
+            filled.append(took)
         else:
             groups[place].append(file)
             filled[place] += took
@@ -64,7 +66,7 @@ def run(group, which):
         surroundings = {**os.environ, "PYTHONPYCACHEPREFIX": cache, "SLOW_TESTS": which,
                         "PYTHONPATH": os.pathsep.join([str(ROOT / ".ci"), os.environ.get("PYTHONPATH", "")])}
         try:
-            code = subprocess.run([sys.executable, "-m", "pytest", "-q", *MARK, "-p", "slow_table",
+            code = subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "2", *MARK, "-p", "slow_table",
                                    "-o", "enable_assertion_pass_hook=true", *group],
                                   cwd=ROOT, timeout=2 * GROUP, env=surroundings).returncode
         except subprocess.TimeoutExpired:

@@ -13,9 +13,9 @@ a case of `mpm_step.py`, with options of its solver, its number of particles and
 
 from: the time [s] at which the turns begin. Without cases: ten library scenes of all methods.
 
-Columns: case; threads; particles at the end; steps timed; ns of old and new: processor time a particle and step, least
-of the turns; ratio: median over the turns of new over old, low and high: 95 % interval of that median, by ranks;
-ratio_wall: by the clock; same: whether both processes ended with the same bits.
+Columns: compilers; case; threads; particles at the end; steps timed; ns of old and new: processor time a particle and
+step, least of the turns; ratio: median over the turns of new over old, low and high: 95 % interval of that median, by
+ranks; ratio_wall: by the clock; same: whether both processes ended with the same bits.
 """
 
 import argparse
@@ -171,8 +171,8 @@ def compare(folders, case, options):
         for one in both:
             one.end()
     ends = turns[-1]
-    row = {"case": case, "threads": options.threads, "particles": ends[0]["particles"],
-           "steps": steps * options.turns}
+    row = {"compilers": " ".join(dict.fromkeys(options.compilers)), "case": case, "threads": options.threads,
+           "particles": ends[0]["particles"], "steps": steps * options.turns}
     for k, name in enumerate(("old", "new")):
         row[name] = min(1e9 * turn[k]["used"] / turn[k]["particle_steps"] for turn in turns)
     ratios = [turn[1]["used"] / turn[0]["used"] for turn in turns]
