@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from snowmpm.errors import SimulationError
+from snowmpm.implicit.newmark import Newmark
 from snowmpm.materials import Elastic
 from snowmpm.mpm.solver import MpmSolver
 from snowmpm.particles.population import Population
@@ -85,6 +86,33 @@ def test_a_block_comes_to_rest():
         solver.step(0.004)
         speeds.append(solver.particles.column("velocity").mean(axis=0)[0])
     assert speeds[2] > 0.01 and np.abs(speeds[-3:]).max() < 0.1 * 0.05
+
+
+@pytest.mark.parametrize("rule", [Newmark(0.02), Newmark(0.02, damping=0.3), Newmark(0.02, starts=True)],
+                         ids=["average", "damped", "starts"])
+def test_way_of_a_step_that_ends_at_rest(rule):
+    """From v0 = 0.05 m/s and a0 = -3 m/s2 by Newmark's rule with v1 = 0:
+
+        a1 = -(v0 / dt + (1 - gamma) a0) / gamma,    u* = v0 dt + dt^2 ((1/2 - beta) a0 + beta a1)
+
+    v0 dt / 2 = 0.5 mm for the average acceleration, and in a step that starts. That way ends at rest to round-off."""
+    v0, a0 = np.array([0.05]), np.array([-3.0])
+    last = -(v0 / 0.02 + (1.0 - rule.gamma) * a0) / rule.gamma
+    way = rule.at_rest(v0, a0)
+    np.testing.assert_allclose(way, v0 * 0.02 + 0.02**2 * ((0.5 - rule.beta) * a0 + rule.beta * last), rtol=1e-12)
+    if not rule.damping:
+        np.testing.assert_allclose(way, 5e-4, rtol=1e-12)
+    np.testing.assert_allclose(v0 + rule.gain(a0, rule.acceleration(way, v0, a0)), 0.0, atol=1e-15)
+
+
+def test_a_block_stops_within_a_step():
+    """One of 0.05 s, where friction needs 0.019 s: it ends at rest after half of v0 dt, as above. Asked to 0.5 % of the
+    speed and of the way; what is seen is 0.22 %, of the block's own elastic shear."""
+    _, solver = solved(0.0, 0.0, velocity=0.05)
+    start = solver.particles.positions()[:, 0].mean()
+    solver.step(0.05)
+    assert abs(solver.particles.column("velocity")[:, 0].mean()) < 0.005 * 0.05
+    assert solver.particles.positions()[:, 0].mean() - start == pytest.approx(0.5 * 0.05 * 0.05, rel=0.005)
 
 
 def test_no_balance_above_it():

@@ -5,7 +5,7 @@ import pytest
 
 from snowmpm.structures.framework import BEYOND, Framework
 from snowmpm.structures.framework_mesh import Member
-from snowmpm.structures.framework_motion import BREAKING
+from snowmpm.structures.framework_motion import BREAKING, STRESS
 from snowmpm.structures.section import Section
 from tests.support.frameworks import HEIGHT, WIDTH, moved, portal, pushed
 
@@ -60,6 +60,30 @@ def test_bending_and_pull_break_it_together():
         if one.broken.any():
             break
     assert share == pytest.approx(1.0, abs=0.02) and one.broken[0, 0]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_foot_breaks_where_its_fibre_reaches_the_strength(share):
+    """f_b = |N| / A + |M| D / 2 I, of which the pull N takes a share; M = F tanh(k L) / k as above, F L without pull.
+    Under 0.99 of the push F that breaks it the foot holds and is stressed to what its loads give, under 1.01 not."""
+    section, L = bar(strength=STRENGTH), 0.5
+    one = Framework({"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, L)}, {"a": "fixed"}, [Member("a", "b", section, 4)],
+                    damping=1.0)
+    area, second = np.pi * WIDTH**2 / 4.0, np.pi * WIDTH**4 / 64.0
+    pull, arm = share * STRENGTH * area, L
+    if share:
+        k = np.sqrt(pull / (MODULUS * second))
+        arm = np.tanh(k * L) / k
+    push = (1.0 - share) * STRENGTH * 2.0 * second / WIDTH / arm
+    for part in np.arange(0.1, 1.05, 0.1):  # slowly: no swing beyond
+        pushed(one, {"b": [0.0, 0.0, part * pull]}, periods=1.0)
+    for part in (0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99):
+        pushed(one, {"b": [part * push, 0.0, pull]}, periods=1.0)
+    pushed(one, {"b": [part * push, 0.0, pull]}, periods=2.0)
+    assert not one.broken.any()
+    assert one._elements[0, STRESS] == pytest.approx(share + 0.99 * (1.0 - share), abs=0.002)
+    pushed(one, {"b": [1.01 * push, 0.0, pull]})
+    assert one.broken[0, 0]
 
 
 def test_a_foot_that_broke_is_pinned():

@@ -36,6 +36,15 @@ def moved(one, name):
     return one.x[i] - one.mesh.places[i]
 
 
+def decay_rate(values, step):
+    """Rate [1/s] at which the maxima of a swing fall, by parabolas through their three values; step [s]."""
+    before, at, after = np.array([values[:-2], values[1:-1], values[2:]])
+    top = np.flatnonzero((at > before) & (at >= after) & (at > 0.0))
+    assert len(top) >= 3
+    slope, bend = 0.5 * (after - before)[top], (after - 2.0 * at + before)[top]
+    return -np.polyfit(step * (top - slope / bend), np.log(at[top] - 0.5 * slope**2 / bend), 1)[0]
+
+
 def sway_frequency(section):
     """Lowest angular frequency [rad/s] of a fixed `portal` that does not stretch, of beams with mass all along them
     (V. Kolousek (1973), Dynamics in Engineering Structures): both joints turn and shift alike."""

@@ -29,6 +29,17 @@ def test_steady_speed(law, dt):
         assert N * slip == pytest.approx(1e-9 * 1000.0 * G / 1.792e-3, rel=1e-9)
 
 
+@pytest.mark.parametrize(("porosity", "power", "by_hand"), [
+    (0.5, 1.0, 80932.5), (0.4, 1.0, 97119.0), (0.4, 2.0, 242797.5), (0.4, 4.65, 2752867.0)])
+def test_andersons_coefficient(porosity, power, by_hand):
+    """C = n (1 - n) (rho_s - rho_w) g / (V_T n^m) of grains of 2650 kg/m3 that fall at 0.1 m/s: 1650 x 9.81 = 16186.5
+    N/m3, over 0.1 m/s; m = 1 leaves 1 - n of it, m = 2 divides that by n, and 0.4^3.65 = 0.0352792."""
+    law = Anderson(weight=1650.0 * G, terminal=0.1, power=power)
+    assert law.coefficient(porosity, 0.3) == pytest.approx(by_hand, rel=1e-5)
+    # So thin a cloud that grains fall as one alone: weight of the grains (1 - n) (rho_s - rho_w) g at the slip V_T
+    assert law.coefficient(1.0 - 1e-9, 0.0) * 0.1 == pytest.approx(1e-9 * 1650.0 * G, rel=1e-6)
+
+
 @pytest.mark.parametrize("dt", [1e-7, 1e-3, 10.0])
 def test_drag_is_exact_and_conserves_momentum(dt):
     """Against the solution of the two equations by a fine Runge-Kutta method, or the end that it goes to."""

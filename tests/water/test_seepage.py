@@ -53,6 +53,25 @@ def test_rest(fluid):
     np.testing.assert_allclose(column.water, start, rtol=1e-12)
 
 
+def test_the_pressure_is_that_of_the_water_in_the_pores():
+    """Of two sealed cells, one over the other, joined for the time dt, by Euler's backward rule: with d = p_1 - p_2 -
+    rho_w g dx, the pressure that drives water up,
+
+        P / K_w (p_1' - p_1) = -dt T d' = -P / K_w (p_2' - p_2),    d' = d / (1 + 2 dt T K_w / P),    T = K / mu
+
+    here a half of it: 2500 Pa go from one to the other. Then p' = K_w (W' / P - 1) in both, and pores that lose dV
+    press by K_w dV / P. Asked to 1e-9 and 1e-4; 1.02 of the capacity P / K_w gives 2475 Pa."""
+    head = 1000.0 * G * DX
+    column = Column(2, WATER, pressure=[1e4 + head, 0.0])
+    dt = 0.5 * column.pores[0] / WATER.bulk_modulus * WATER.viscosity / K
+    column.step(dt)
+    np.testing.assert_allclose(column.pressure, [7500.0 + head, 2500.0], rtol=1e-9)
+    np.testing.assert_allclose(WATER.bulk_modulus * (column.water / column.pores - 1.0), column.pressure, rtol=1e-9)
+    column.pores *= 1.0 - 1e-5
+    column.step(1e6 * dt)
+    np.testing.assert_allclose(column.pressure, [5000.0 + head + 22000.0, 5000.0 + 22000.0], rtol=1e-4)
+
+
 def test_steady_speed_is_darcys():
     """A saturated column that drains at its foot, fed at its top, carries K rho g / mu: exactly (P10)."""
     column = Column(30, WATER)
