@@ -54,6 +54,17 @@ def test_force_of_a_steady_stream(tmp_path):
                                rtol=1e-9)
 
 
+def test_weight_of_slow_snow(tmp_path):
+    """At 0.3 m/s, 2 % of the load is that of the speed: rho g d^2 b / 2 and c_d rho v^2 d b / 2, on a wall that stands
+    above the snow and on one that it overtops, d = 0.4 m. Asked to 0.5 %. Seen: round-off."""
+    slow = {"name": "layer", "material": "snow", "velocity": [0.3, 0.0, 0.0], "shape": {
+        "kind": "layer", "top": DEPTH, "region": {"x": [10.0, 90.0], "y": [0.0, 20.0]}}}
+    run = snowmpm.run(scene(WALL, LOW, bodies=[slow]), tmp_path / "run")
+    for name, depth in (("wall", DEPTH), ("low", 0.4)):
+        weight, push = 0.5 * DENSITY * G * depth**2 * 4.0, DENSITY * 0.3**2 * depth * 4.0
+        np.testing.assert_allclose(force(run, name)[:, 0], weight + push, rtol=0.005)
+
+
 def test_the_flow_does_not_feel_it():
     with_wall, bare = (snowmpm.Simulation(scene(*obstacles)) for obstacles in ((WALL,), ()))
     for simulation in (with_wall, bare):
