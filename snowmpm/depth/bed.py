@@ -54,8 +54,8 @@ def _continued(z, mirrored, repeats):
     for axis in (0, 1):
         z = np.moveaxis(z, axis, 0)
         if repeats[axis]:
-            drop = _drop(z)
-            z = np.concatenate([z[-MARGIN:] - drop, z, z[:MARGIN] + drop])
+            period, place = np.divmod(np.arange(-MARGIN, len(z) + MARGIN), len(z))
+            z = z[place] + period[:, None] * _drop(z)
         else:
             for end in (0, 1):
                 widths = [[0, 0], [0, 0]]

@@ -13,24 +13,29 @@ import numpy as np
 
 from snowmpm import memory
 from snowmpm.compiler.arrays import int_array
+from snowmpm.errors import InputError
 
 TILE = 8
 """Nodes along the side of a tile."""
 
+LEAST = 3
+"""Cells along an axis: a column's spline meets so many nodes."""
 MARGIN = 4
 """Cells beyond the sides that places may be looked up in."""
 
 
 class PlanGrid:
-    """shape (2,): cells along x and y; lower (2,) [m]: corner of the first cell; dx [m]; repeats (2,): periodic axes.
+    """shape (2,): cells along x and y, LEAST at the least; lower (2,) [m]: corner of the first cell; dx [m]; repeats (2,): periodic axes.
 
     lookup: Taichi (2, cells + 2 MARGIN) of the parts of a node's number, for the cell i at i + MARGIN.
     """
 
     def __init__(self, lower, upper, dx, repeats=(False, False)):
         self.lower, self.dx = np.asarray(lower, float), float(dx)
-        self.shape = np.maximum(np.ceil((np.asarray(upper, float) - self.lower) / dx - 1e-6), 3).astype(int)
-        self.repeats = np.asarray(repeats, bool)
+        cells = np.ceil((np.asarray(upper, float) - self.lower) / dx - 1e-6).astype(int)
+        self.shape, self.repeats = np.maximum(cells, LEAST), np.asarray(repeats, bool)
+        if (self.repeats & (cells < LEAST)).any():
+            raise InputError(f"domain: periodic sides must be {LEAST} cells of solver.dx = {dx:g} m apart at least")
         self.tiles = -(-self.shape // TILE)
         self.n_tiles = int(self.tiles.prod())
         self.n_nodes = self.n_tiles * TILE**2

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from snowmpm.errors import InputError
 from tests.support.depth_flows import (
     DENSITY,
     OPEN,
@@ -175,3 +176,23 @@ def test_stable_at_the_critical_step():
         solver.step(solver.critical_dt()[0])
     assert energy(solver) == pytest.approx(before, rel=1e-3)
     assert solver.extremes.speed < 0.2 * np.sqrt(G)
+
+
+def test_periodic_sides_closer_than_a_spline_is_wide_are_refused():
+    ground = Ground(flat, (-3.0, 0.0), (3.0, 2 * DX), sides=(OPEN, PERIODIC))
+    with pytest.raises(InputError, match=r"must be 3 cells of solver\.dx = 0\.25 m apart"):
+        flow(np.zeros((1, 2)), np.ones(1), ground, DX)
+
+
+@pytest.mark.parametrize("cells", [3, 6])
+def test_periodic_sides_may_be_close_together(cells):
+    """A sheet that slides down a plane between sides some cells apart, fewer than the ground is continued beyond them:
+    its speed is g (sin s - mu cos s) t whatever they are."""
+    width = cells * DX
+    plan, area = lattice((-3.0, 0.0), (3.0, width), DX / 2)
+    ground = Ground(slope(30.0), (-6.0, 0.0), (6.0, width), coulomb(20.0), (OPEN, PERIODIC))
+    solver = run_to(flow(plan, 0.1 * area, ground, DX), 0.2)
+    middle = np.abs(plan[:, 0]) < 1.0
+    speed = np.linalg.norm(solver.particles.column("velocity")[middle], axis=1)
+    exact = G * 0.2 * (np.sin(np.radians(30.0)) - np.tan(np.radians(20.0)) * np.cos(np.radians(30.0)))
+    np.testing.assert_allclose(speed, exact, rtol=1e-3)
