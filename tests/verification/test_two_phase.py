@@ -95,8 +95,8 @@ def test_first_acceleration_of_both_phases(grains):
         a_s = -g dh_s - (1 + gamma)/2 g dh_w - (1 - gamma)/2 g (h_w / h_s) dh_s,    a_w = -g (dh_s + dh_w)
 
     each, their mean by mass (of the forces of the mixture), and a_w - a_s (of what parts them). Asked to 0.2 % of the
-    largest. Seen: 0.05 %, and 0.2 % on a grid twice as coarse; 1.02 of what parts them is seen
-    as 2 % of the slip, of the mixture's weight as 1 % of the mean."""
+    largest. Seen: 0.05 %, and 0.2 % on a grid twice as coarse; 1.02 of what parts them is seen as
+    2 % of the slip, of the mixture's weight as 1 % of the mean."""
     dx, length = 0.1, 20.0
     plan = np.stack(np.meshgrid(0.25 * dx * (np.arange(800) + 0.5), 0.5 * dx * (np.arange(8) + 0.5), indexing="ij"),
                     axis=-1).reshape(-1, 2)
