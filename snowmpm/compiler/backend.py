@@ -6,6 +6,7 @@ Taichi, or where the environment variable SNOWMPM_COMPILER says so, the fork of 
 
 import importlib
 import os
+from typing import TYPE_CHECKING
 
 from snowmpm.errors import InputError
 
@@ -15,8 +16,12 @@ COMPILERS = ("taichi", "quadrants", "taichi_forge")
 chosen = os.environ.get(VARIABLE) or COMPILERS[0]
 if chosen not in COMPILERS:
     raise InputError(f"{VARIABLE}={chosen}: must be one of {', '.join(COMPILERS)}")
-ti = importlib.import_module(chosen)
-impl = importlib.import_module(f"{chosen}.lang.impl")
+if TYPE_CHECKING:
+    import taichi as ti
+    from taichi.lang import impl
+else:
+    ti = importlib.import_module(chosen)
+    impl = importlib.import_module(f"{chosen}.lang.impl")
 
 __all__ = ["impl", "part", "ti"]
 

@@ -25,7 +25,8 @@ MARGIN = 4
 
 
 class PlanGrid:
-    """shape (2,): cells along x and y, LEAST at the least; lower (2,) [m]: corner of the first cell; dx [m]; repeats (2,): periodic axes.
+    """shape (2,): cells along x and y, LEAST at the least; lower (2,) [m]: corner of the first cell; dx [m];
+    repeats (2,): periodic axes.
 
     lookup: Taichi (2, cells + 2 MARGIN) of the parts of a node's number, for the cell i at i + MARGIN.
     """

@@ -47,11 +47,6 @@ class Fluid:
     viscosity: float = 1.792e-3
     suction: float | None = None
 
-    def pressure(self, water: Floats, pores: Floats) -> Floats:
-        """Pore pressure [Pa] of water volumes in pore volumes [m3]."""
-        pressure = self.bulk_modulus * (water / pores - 1.0)
-        return pressure if self.suction is None else np.maximum(pressure, -self.suction)
-
     def content(self, pressure: Floats, pores: Floats) -> Floats:
         """Water volume [m3] that fills pores at a pressure."""
         return pores * (1.0 + pressure / self.bulk_modulus)
