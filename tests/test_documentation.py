@@ -257,3 +257,33 @@ def test_words_of_the_glossary_are_those_of_the_code():
     names = words_of_names()
     assert len(words) > 50
     assert [word for word in words if not re.search(rf"\b{re.escape(word.lower())}(s|es)?\b", names)] == []
+
+
+def figures(name):
+    """Rows of a table of the benchmarks."""
+    import csv
+
+    with (ROOT / "tests" / "benchmarks" / "figures" / name).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_speeds_of_the_readme_are_those_of_the_tables():
+    """Nanoseconds of a step by its parts, and of the stress update: rounded, or the least where that is said."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    steps = {(row["case"], row["precision"], row["basis"], row["gradient"]): row for row in figures("mpm_step.csv")
+             if (row["threads"], row["transfer"]) == ("1", "apic") and 249e3 < float(row["particles"]) < 251e3}
+    told = {"3-D, cohesive Cam-Clay, half yielding": ("half3", "affine"),
+            "the same with gradients of the shape functions": ("half3", "shape"),
+            "3-D, elastic": ("block3", "affine"),
+            "2-D, cohesive Cam-Clay, half yielding": ("half2", "affine"),
+            "3-D layer 1.2 cells thick on a slope, contact included": ("layer3", "affine")}
+    for words, (case, gradient) in told.items():
+        shown = re.search(rf"^\| {re.escape(words)} \| (.*) \|$", text, re.MULTILINE)[1].split(" | ")
+        single, double = (steps[case, precision, "quadratic", gradient] for precision in ("f32", "f64"))
+        parts = [single[name] for name in ("ns", "particles_to_grid", "update_grid", "grid_to_particles")]
+        assert [float(number) for number in shown[:4]] == pytest.approx([float(part) for part in parts], abs=0.5), words
+        assert min(abs(float(shown[4]) - float(double[name])) for name in ("ns", "least")) <= 0.5, words
+    laws = {row["law"]: float(row["ns_per_update"]) for row in figures("stress_update.csv")
+            if (row["dimension"], row["precision"]) == ("3", "f32")}
+    for law in ("mohr_coulomb", "hypoplastic", "stomakhin_snow"):
+        assert int(re.search(rf"`{law}` \(no packs[^|]*\| (\d+) \|", text)[1]) == round(laws[law])
