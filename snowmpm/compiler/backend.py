@@ -20,7 +20,12 @@ if TYPE_CHECKING:
     import taichi as ti
     from taichi.lang import impl
 else:
-    ti = importlib.import_module(chosen)
+    try:
+        ti = importlib.import_module(chosen)
+    except ModuleNotFoundError as error:
+        if chosen == COMPILERS[0] or error.name != chosen:
+            raise
+        raise InputError(f"{VARIABLE}={chosen}: is not installed; pip install {chosen.replace('_', '-')}") from None
     impl = importlib.import_module(f"{chosen}.lang.impl")
 
 __all__ = ["impl", "part", "ti"]

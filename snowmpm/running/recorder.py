@@ -106,7 +106,7 @@ class Recorder:
     def _provenance(self):
         scene = self._simulation.scene
         spacing = scene.solver.spacing(scene.dimension)
-        return {"program": "snowmpm", "version": __version__, "taichi": ".".join(map(str, ti.__version__)),
+        return {"program": "snowmpm", "version": __version__, "compiler": ti.__name__, "taichi": ".".join(map(str, ti.__version__)),
                 "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,
@@ -202,8 +202,8 @@ class Recorder:
             phases.lap("output")
             summary = {**self.summary(phases, complete), **({"ended": ended} if ended else {})}
             if assessed:
-                summary["hazard"] = published(
-                assessed.numbers, max(self._maps.cell, self._simulation.scene.solver.dx))
+                known = max(self._maps.cell, self._simulation.scene.solver.dx)
+                summary["hazard"] = published(assessed.numbers, known)
                 summary["areas_by_class"] = assessed.classes
                 if chosen := class_chosen(self._simulation.model):
                     summary["friction_class"] = chosen

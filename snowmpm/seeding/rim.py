@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snowmpm import memory
+
 DEPTHS = 3.0
 """L over the depth of the snow [-]."""
 
@@ -81,13 +83,15 @@ def divided(away, width, *, dx, depth, least):
     away (n, 2): from the nearest place of the rim to the column; width (n,): of the column in that direction [m];
     depth [m]: of the snow there; least: r. -> number of its column, shift in plan and share of its volume, each of (m,)
     parts. The parts of a column lie across the rim, in the interval that is centred on the column, as wide as it and on
-    its side of the rim: so its mass centre stays. Columns beyond L from the rim stay whole.
+    its side of the rim: so its mass centre stays. Columns beyond L from the rim stay whole. InputError for more than the
+    memory holds.
     """
     length, s = DEPTHS * depth, np.linalg.norm(away, axis=1)
     half = np.minimum(0.5 * width, s)
     first, last = (counted(end, dx, length, least) for end in (s - half, s + half))
     near = (s - half < length) & (s > 1e-9 * width)
     parts = np.where(near, np.maximum(np.ceil(last - first - 1e-9), 1.0), 1.0).astype(int)
+    memory.require(memory.PER_PARTICLE[3] * float(parts.sum()), "solver.depth.rim: the columns at the rims")
     number = np.repeat(np.arange(len(s)), parts)
     k = np.arange(len(number)) - np.repeat(np.cumsum(parts) - parts, parts)
     begin, each = first[number], ((last - first) / parts)[number]

@@ -5,6 +5,7 @@ import numpy as np
 from snowmpm.compiler import runtime
 from snowmpm.errors import InputError
 from snowmpm.particles.population import Population
+from snowmpm.scenes.shapes import ThicknessRaster
 from snowmpm.scenes.space import AXES
 from snowmpm.seeding import seed_body
 from snowmpm.setup.flow_water import two_phases
@@ -102,6 +103,11 @@ def _seed(scene, surface, obstacles, taken):
     """Particles of all bodies, none inside an obstacle, including those from another run; the first particle number of
     each body; by name, the share of each body inside the sides of the domain."""
     solver, parts, shares = scene.solver, [], {}
+    rim = solver.depth.rim if solver.in_plan else 0.0
+    if rim and not any(body.shape.kind == "layer" and not isinstance(body.shape.top, ThicknessRaster)
+                       for body in scene.bodies):
+        raise InputError.at("solver.depth.rim", rim, "acts on layers of one thickness, and no body is one",
+                            scene.source)
     materials = list(scene.materials)
     rng = np.random.default_rng(scene.seed)
     cut = _cut(scene)
@@ -120,7 +126,7 @@ def _seed(scene, surface, obstacles, taken):
             seeds = seed_body(body.shape, surface, dim=scene.dimension, dx=solver.dx, rng=rng,
                               particles_per_cell=solver.filling, sampling=solver.sampling,
                               base_dir=scene.base_dir, cut=cut, columns=solver.in_plan,
-                              rim=solver.depth.rim if solver.in_plan else 0.0)
+                              rim=rim)
         except InputError as error:
             raise InputError(f"{scene.source}: bodies.{i} ({body.name}): {error}") from None
         if not solver.in_plan:  # columns of snow do not feel obstacles

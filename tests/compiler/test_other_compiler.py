@@ -23,6 +23,14 @@ def test_the_name_of_a_compiler_is_checked():
     assert done.stderr == "error: SNOWMPM_COMPILER=numba: must be one of taichi, quadrants, taichi_forge\n"
 
 
+@pytest.mark.skipif(importlib.util.find_spec("taichi_forge") is not None, reason="taichi-forge is installed")
+def test_a_compiler_that_is_not_installed_is_named():
+    done = subprocess.run([sys.executable, "-m", "snowmpm", "check", "pst_2d"], cwd=ROOT, capture_output=True,
+                          text=True, env={**os.environ, backend.VARIABLE: "taichi_forge"}, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr == "error: SNOWMPM_COMPILER=taichi_forge: is not installed; pip install taichi-forge\n"
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("quadrants") is None, reason="quadrants is in the extra of that name")
 @pytest.mark.parametrize("part", PARTS)

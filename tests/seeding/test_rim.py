@@ -7,6 +7,8 @@ import pytest
 import shapely
 
 from snowmpm.advice.report import advise
+from snowmpm.errors import InputError
+from snowmpm.running.simulation import Simulation
 from snowmpm.scenes import load_scene
 from snowmpm.scenes.loader import with_overrides
 from snowmpm.seeding import seed_body
@@ -65,6 +67,20 @@ def test_a_wall_is_no_rim():
     assert (~near).sum() > 2 * (len(whole.volumes) - near.sum())
     assert Rim(0.05, ((0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0))).free(
         Spec(outline=lambda: shapely.box(0, 0, 1, 1).boundary, lower=np.zeros(2), upper=np.ones(2))) is None
+
+
+def test_more_columns_than_the_memory_holds_are_refused():
+    """A layer of a million metres: a line of 15 m across its rim would have 3e6 columns."""
+    with pytest.raises(InputError, match=r"solver\.depth\.rim"):
+        seeds(Spec(x=(10.0, 25.0), y=(12.0, 20.0)), 1e-6, top=1e9)
+
+
+def test_a_rim_without_a_layer_of_one_thickness_is_refused():
+    """It would do nothing, without a word."""
+    scene = dry_scene(DryDam(), 0.2, 1.0, 6.0, rim=0.05)
+    box = {"kind": "box", "min": [-6.0, 0.0, 0.0], "max": [0.0, 0.6, 1.0]}
+    with pytest.raises(InputError, match="acts on layers of one thickness"):
+        Simulation(with_overrides(scene, {"bodies": [{"name": "snow", "material": "snow", "shape": box}]}))
 
 
 def test_check_names_layers_deeper_than_a_cell():
