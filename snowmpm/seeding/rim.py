@@ -83,8 +83,8 @@ def divided(away, width, *, dx, depth, least):
     away (n, 2): from the nearest place of the rim to the column; width (n,): of the column in that direction [m];
     depth [m]: of the snow there; least: r. -> number of its column, shift in plan and share of its volume, each of (m,)
     parts. The parts of a column lie across the rim, in the interval that is centred on the column, as wide as it and on
-    its side of the rim: so its mass centre stays. Columns beyond L from the rim stay whole. InputError for more than the
-    memory holds.
+    its side of the rim: so its mass centre stays. Columns beyond L from the rim stay whole. InputError for more parts
+    than the memory holds.
     """
     length, s = DEPTHS * depth, np.linalg.norm(away, axis=1)
     half = np.minimum(0.5 * width, s)
