@@ -107,7 +107,8 @@ class Recorder:
         scene = self._simulation.scene
         spacing = scene.solver.spacing(scene.dimension)
         return {"program": "snowmpm", "version": __version__, "compiler": ti.__name__,
-                "taichi": ".".join(map(str, ti.__version__)), "numpy": np.__version__, "python": platform.python_version(), "backend": runtime.backend(),
+                "taichi": ".".join(map(str, ti.__version__)), "numpy": np.__version__,
+                "python": platform.python_version(), "backend": runtime.backend(),
                 "threads": runtime.threads(), "device": device_name(runtime.backend(), runtime.threads()),
                 "precision": scene.solver.precision, "seed": scene.seed,
                 "scene": scene.to_toml(), "settings": scene.overrides, "scene_name": scene.name,
