@@ -14,6 +14,11 @@ a GPU, one of whose threads would take longer for it than all of them for the st
 
     ti.loop_config(serialize=in_order())
 
+Where there are as many of these as particles, each thread of a GPU first adds up every `partial_sums(n)`-th:
+
+    ti.loop_config(serialize=in_order())
+    for i in range(partial_sums(n)):
+
 Where few of many items have work, and these lie together (tiles of a plan grid that hold snow), a worker takes every
 k-th item:
 
@@ -36,6 +41,8 @@ STRIDED = 31
 """Workers at least that share such items on a CPU: a prime, so that no row of tiles falls to one of them."""
 GPU_WORKERS = 1 << 15
 """Chunks on a GPU: enough to hide the latency of its memory, few enough for a scratch block each."""
+GPU_SUMS = 1 << 12
+"""Partial sums on a GPU: atomics to one number follow each other."""
 
 
 def most_workers():
@@ -76,6 +83,12 @@ def runs_serially(work=None):
     if runtime.fine_grained():
         return False
     return runtime.threads() == 1 if work is None else work < LITTLE_WORK
+
+
+@ti.func
+def partial_sums(n):
+    """Partial sums over n items: one an item where they are added up in order."""
+    return ti.select(ti.static(in_order()), n, ti.min(n, GPU_SUMS))
 
 
 @ti.func

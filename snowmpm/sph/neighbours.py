@@ -22,6 +22,8 @@ from snowmpm.compiler.arrays import int_array
 from snowmpm.compiler.launch import taichi_kernel
 from snowmpm.compiler.parallel import chunk, chunk_bounds, chunks, is_worker, runs_serially
 from snowmpm.compiler.runtime import DTYPES
+from snowmpm.errors import SimulationError
+from snowmpm.particles.store import LARGEST_INDEX
 from snowmpm.sph.candidates import BEGIN, END, SURFACE, candidates
 
 FIRST, COUNT, BLOCK = range(3)
@@ -91,8 +93,12 @@ class NeighbourLists:
 
     def _reserve(self, n):
         n = max(1, n)
-        if self.entries is None or self.entries.shape[0] < n * self.capacity:
-            self.entries = ti.ndarray(ti.i32, (int(1.1 * n * self.capacity) + 64,))
+        wanted = n * self.capacity
+        if wanted > LARGEST_INDEX:
+            raise SimulationError(f"the lists of neighbours need {wanted:,} entries; {LARGEST_INDEX:,} at most fit the "
+                                  "32-bit indices of Taichi's arrays; choose a larger solver.dx")
+        if self.entries is None or self.entries.shape[0] < wanted:
+            self.entries = ti.ndarray(ti.i32, (min(int(1.1 * wanted) + 64, LARGEST_INDEX),))
         if self.runs is None or self.runs.shape[0] < n * self.most_runs:
             self.runs = ti.ndarray(ti.i32, (int(1.1 * n * self.most_runs) + 64, 2))
         if self.n_runs is None or self.n_runs.shape[0] < n:

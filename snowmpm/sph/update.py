@@ -24,7 +24,7 @@ import functools
 
 from snowmpm.compiler import ti
 from snowmpm.compiler.launch import taichi_kernel
-from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker
+from snowmpm.compiler.parallel import chunk, chunks, in_order, is_worker, partial_sums
 from snowmpm.compiler.runtime import plain_compilation
 from snowmpm.materials.packs import read_lane, read_matrix_lane, write_lane, write_matrix_lane
 from snowmpm.particles.law_packs import law_functions, most_held
@@ -252,8 +252,8 @@ def update_kernel(layout, row_layout, real, laws, width, kernel, radius, lengths
                                     dx, reports)
         # Another launch would cost what a thousand particles do
         ti.loop_config(serialize=ti.static(in_order()))
-        for k in range(n_packs):
-            judged.add_row(reports, k, report)
+        for i in range(partial_sums(n_packs)):
+            judged.add_rows(reports, i, n_packs, report)
 
     def update_packs(*arguments):
         with plain_compilation():

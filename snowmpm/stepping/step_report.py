@@ -4,6 +4,7 @@ import functools
 from types import SimpleNamespace
 
 from snowmpm.compiler import ti
+from snowmpm.compiler.parallel import in_order, partial_sums
 from snowmpm.stepping.time_step import DEFORMATION_LIMIT, FREE_LIMIT, LARGE_STRAIN, SMALL_STRAIN
 
 SPEED2, GRADIENT2, STRAIN, EXCURSION, DISSIPATION, UNCONVERGED, BAD, PLASTIC, WAVE2, BREAKING, STRAINED = range(11)
@@ -72,4 +73,23 @@ def particle_report(real):
             elif reports[b, c] > report[c]:
                 ti.atomic_max(report[c], reports[b, c])
 
-    return SimpleNamespace(judge=judge, strained=strained, add_row=add_row)
+    @ti.func
+    def add_rows(reports: ti.template(), i, n, report: ti.template()):
+        """Add partial sum i of n rows (`compiler.parallel`) to the report of all, which starts at zero."""
+        if ti.static(in_order()):
+            add_row(reports, i, report)
+        else:
+            found, step = ti.Vector.zero(ti.f64, N_REPORT), partial_sums(n)
+            for k in range((n - 1 - i) // step + 1):
+                for c in ti.static(range(N_REPORT)):
+                    if ti.static(c in SUMMED):
+                        found[c] += reports[i + k * step, c]
+                    else:
+                        found[c] = ti.max(found[c], reports[i + k * step, c])
+            for c in ti.static(range(N_REPORT)):
+                if ti.static(c in SUMMED):
+                    report[c] += found[c]
+                else:
+                    ti.atomic_max(report[c], found[c])
+
+    return SimpleNamespace(judge=judge, strained=strained, add_row=add_row, add_rows=add_rows)

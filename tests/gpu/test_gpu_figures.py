@@ -17,21 +17,41 @@ from tests.gpu.steps import GROWTH
 BENCHMARK = Path(__file__).parents[1] / "benchmarks" / "mpm_step.py"
 EVERY_FIGURE = BENCHMARK.with_name("gpu.py")
 MOST_NS = 2.0
-"""Least that issue and design accept of a step, per particle; they aim at 1."""
+"""What is accepted of a step, sorts included, per particle; the aim is 1."""
+
+
+@pytest.fixture(scope="module")
+def figures(tmp_path_factory):
+    """figures(n) -> row of the benchmark for n particles."""
+    folder, found = tmp_path_factory.mktemp("figures"), {}
+
+    def measure(n):
+        if n not in found:
+            path = folder / f"{n}.csv"
+            subprocess.run([sys.executable, str(BENCHMARK), "--backend", "cuda", "--threads", "1", "--case", "half3",
+                            "--particles", str(n), "--precision", "f32", "--csv", str(path)], check=True)
+            with open(path, encoding="utf-8", newline="") as file:
+                (found[n],) = csv.DictReader(file)
+        return found[n]
+
+    return measure
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not _has_cuda(), reason="needs a GPU")
+@pytest.mark.xfail(strict=True, reason="one H200: 5.0 ns of a million particles, 2.7 of ten million, "
+                                       "of which 1.2 and 0.7 are the sort (docs/speed.md)")
+@pytest.mark.parametrize("n", [1_000_000, 10_000_000, 50_000_000])
+def test_cost_of_a_step(figures, n):
+    row = figures(n)
+    assert float(row["least"]) + float(row["one_sort"]) / float(row["steps_per_sort"]) <= MOST_NS
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not _has_cuda(), reason="needs a GPU")
 @pytest.mark.parametrize("n", [1_000_000, 10_000_000, 50_000_000])
-def test_cost_and_memory_of_a_step(n, tmp_path):
-    path = tmp_path / "gpu.csv"
-    subprocess.run([sys.executable, str(BENCHMARK), "--backend", "cuda", "--threads", "1", "--case", "half3",
-                    "--particles", str(n), "--precision", "f32", "--csv", str(path)], check=True)
-    with open(path, encoding="utf-8", newline="") as file:
-        (row,) = csv.DictReader(file)
-    print(row)
-    assert float(row["least"]) <= MOST_NS
-    assert float(row["bytes"]) <= 160 + 60  # a particle's own, and its share of the grid in dense snow
+def test_memory_of_a_step(figures, n):
+    assert float(figures(n)["bytes"]) <= 160 + 60  # a particle's own, and its share of the grid in dense snow
 
 
 @pytest.mark.slow

@@ -1,7 +1,10 @@
 """The kernels as a GPU runs them, one particle a thread: packs of one lane, here on the CPU."""
 
 import numpy as np
+import pytest
 
+from snowmpm.errors import SimulationError
+from snowmpm.sph.neighbours import NeighbourLists
 from snowmpm.study.problems.particle_states import ParticleStates
 from snowmpm.study.problems.schemes import lattice
 from tests.support.sph_block import ICE, jittered, solver_of
@@ -21,3 +24,8 @@ def test_packs_of_one_lane_give_the_same_motion():
         places.append((states.positions(), states.column("stress"), solver.impulse))
     for one, other in zip(*places, strict=True):
         assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
+
+
+def test_lists_too_long_for_an_index_are_refused():
+    with pytest.raises(SimulationError, match=r"need 2,304,000,000 entries; 2,147,483,647 at most.*solver\.dx"):
+        NeighbourLists(3, "f32", 1)._reserve(9_000_000)
