@@ -24,7 +24,7 @@ REACH = {basis.name: basis.width for basis in BASES.values()}
 
 ABOVE = 0.5001
 """z above which a node leads. On a slope of round numbers many nodes lie at 1/2, where rounding would choose: ground
-3e-14 m higher changed the velocities beside it by 6 % in five steps, and a GPU chose otherwise than a CPU (measured)."""
+3e-14 m higher changed the velocities beside it by 6 % in five steps, and a GPU chose otherwise than a CPU."""
 
 FARTHEST = 2.5
 """z up to which a node can be a leader; 1.5 on a plane, more where the surface curves."""
