@@ -1,5 +1,6 @@
 """One Taichi for the whole test session; kernels are compiled once and shared."""
 
+import os
 from collections import Counter
 
 import pytest
@@ -34,8 +35,19 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture(scope="session", autouse=True)
 def taichi():
-    """Start Taichi on the CPU once; every test shares its compiled kernels."""
+    """Start Taichi on the CPU once; every test shares its kernels, and later sessions find them on the disk."""
     runtime.start("cpu")
+    yield
+    runtime.keep_kernels()  # a process of pytest-xdist does not end as others do
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_modules():
+    """Commands in processes of their own keep what Python compiles: it takes each of them half a second."""
+    kept = os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    yield
+    if kept is not None:
+        os.environ["PYTHONDONTWRITEBYTECODE"] = kept
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -35,21 +35,15 @@ class Polygons:
         Rings are closed automatically and may have either orientation. A self-intersecting outline is filled as in a
         GIS, by the even-odd rule. Spikes and repeated corners have no area, and an area shared by two parts counts
         once. Each such repair causes a warning that names `label`. InputError: no polygon, a
-        corner that is not two finite numbers, no area.
+        corner that is not two finite numbers, no area, or corners so near each other that no area can be made of them.
         """
         import shapely
 
-        repairs, solid = [], []
-        for rings in parts:
-            outline, *holes = [_repaired(ring, label, repairs) for ring in rings] or [shapely.Polygon()]
-            hollow = shapely.union_all(holes)
-            if hollow.difference(outline).area > FLAT * hollow.area:
-                repairs.append("a hole reaches outside its outline")
-            solid.append(outline.difference(hollow))
-        whole = shapely.union_all(solid)
-        if sum(part.area for part in solid) > whole.area * (1.0 + 1e-9):
-            repairs.append("parts of it overlap, and what they share counts once")
-        made = cls.from_geometry(whole)
+        repairs = []
+        try:
+            made = cls.from_geometry(_whole(parts, label, repairs))
+        except shapely.errors.GEOSException as error:
+            raise InputError(f"{label}: no area can be made of the polygon's corners") from error
         lower, upper = made.bounds() if made.area() > 0.0 else (0.0, 1.0)
         if not made.area() > FLAT * np.prod(upper - lower):
             raise InputError(f"{label}: the polygon has no area")
@@ -114,6 +108,23 @@ class Polygons:
     def without(self, other):
         """The part of this area that is not in the other."""
         return Polygons.from_geometry(self._geometry.difference(other._geometry))
+
+
+def _whole(parts, label, repairs):
+    """Valid geometry of all parts; what was wrong with them is added to `repairs`."""
+    import shapely
+
+    solid = []
+    for rings in parts:
+        outline, *holes = [_repaired(ring, label, repairs) for ring in rings] or [shapely.Polygon()]
+        hollow = shapely.union_all(holes)
+        if hollow.difference(outline).area > FLAT * hollow.area:
+            repairs.append("a hole reaches outside its outline")
+        solid.append(outline.difference(hollow))
+    whole = shapely.union_all(solid)
+    if sum(part.area for part in solid) > whole.area * (1.0 + 1e-9):
+        repairs.append("parts of it overlap, and what they share counts once")
+    return whole
 
 
 def simple_outline(points, label):

@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 RUN = ["run", str(HERE.parent / "resume" / "killed.toml"), "--backend", "cpu", "--threads", "1", "--set", "end_time=9"]
 KILLED = {"mpm": RUN, "sph": [*RUN, "--set", "solver.method=sph"],
           "settling": [*RUN, "--set", "bodies.0.velocity=[0.0,0.0]", "--set", "initial.stress=settle", "--set",
-                       "initial.tolerance=1e-9"]}
+                       "initial.tolerance=1e-9", "--set", "solver.dx=0.04"]}  # so fine that it settles for a minute
 
 
 @pytest.fixture(autouse=True)

@@ -35,12 +35,34 @@ def test_runs_and_draws(home, tmp_path):
 
 def test_a_cache_that_cannot_be_written(tmp_path, monkeypatch):
     monkeypatch.delenv(cache.VARIABLE, raising=False)
-    assert cache.cache_folder(tmp_path / "usual") == str(tmp_path / "usual")
+    assert cache.cache_folder(tmp_path / "ticache") == str(tmp_path / "snowmpm")
     with pytest.warns(UserWarning, match="cannot be kept there"):
         found = cache.cache_folder("/proc/none/cache")
     assert os.access(os.path.dirname(found), os.W_OK)
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "asked"))
     assert cache.cache_folder("/proc/none/cache") == str(tmp_path / "asked")
+
+
+OTHER_PROGRAM = """import taichi as ti
+ti.init(arch=ti.cpu, offline_cache_max_size_of_files=1)
+
+@ti.kernel
+def nothing(a: ti.types.ndarray()):
+    for i in range(a.shape[0]):
+        a[i] = 0.0
+
+nothing(ti.ndarray(ti.f32, 8))
+"""
+
+
+def test_another_program_with_taichi_leaves_the_kernels(tmp_path):
+    ran = command(str(tmp_path), tmp_path, "run", SCENE, "-q", "--threads", "1", "-o", "run", "--set", "end_time=0.002")
+    assert ran.returncode == 0, ran.stderr
+    kernels = sorted((tmp_path / ".cache" / "taichi" / "snowmpm").glob("*.tic"))
+    (tmp_path / "other.py").write_text(OTHER_PROGRAM)
+    around = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", cache.VARIABLE)}
+    subprocess.run([sys.executable, "other.py"], cwd=tmp_path, env={**around, "HOME": str(tmp_path)}, check=True)
+    assert len(kernels) > 3 and all(path.exists() for path in kernels)
 
 
 @pytest.mark.parametrize(("files", "quota"), [

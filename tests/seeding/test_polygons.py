@@ -106,6 +106,13 @@ def test_no_area_is_refused(points):
         Polygons.of([[points]], "region.polygon")
 
 
+def test_corners_too_near_each_other_for_the_library_are_refused():
+    corners = [[2.0, 2.0000000002328306], [2.0, 8.0], [1.6561861379855516e-76, 2.0763366e-317],
+               [2.076309e-317, 2.076309e-317], [2.0722615e-317, 2.0722615e-317]]  # from a shapefile with changed bytes
+    with pytest.raises(InputError, match="region: no area can be made of the polygon's corners"):
+        Polygons.of([[corners]], "region")
+
+
 @pytest.mark.parametrize("corner", [(np.nan, 0), (0, np.inf), (1e300, 0), ("a", 0), (1,), None, ((1, 2), 3)])
 def test_a_corner_that_is_no_point_is_refused(corner):
     with pytest.raises(InputError, match="a list of points"):
