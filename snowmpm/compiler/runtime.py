@@ -12,7 +12,7 @@ from pathlib import Path
 from snowmpm.compiler import array_memory, lifetime, probe
 from snowmpm.compiler.backend import impl, ti
 from snowmpm.compiler.cache_folder import VARIABLE, cache_folder
-from snowmpm.compiler.settings import DTYPES, OWN, compiling, forget_threads, runs, started_here
+from snowmpm.compiler.settings import DTYPES, OWN, compiling, forget_threads, keep_turn, runs, started_here
 from snowmpm.compiler.settings import working_precision as precision
 from snowmpm.cores import available_cores
 from snowmpm.errors import InputError
@@ -21,6 +21,9 @@ __all__ = ["DTYPES", "precision", "start"]
 
 CACHE_BYTES = 1 << 30
 """Compiled kernels that are kept on disk: those of about 250 scenes. 25 would fill Taichi's own 100 MB."""
+
+WRITING = 10.0
+"""Seconds that a program which ends waits for others to write their kernels."""
 
 STALE_LOCK = 60.0
 """Seconds after which a lock on the kernels on disk belongs to no living program."""
@@ -72,13 +75,21 @@ def _start(backend, threads):
 
 @atexit.register
 def keep_kernels():
-    """End the Taichi that runs, if this thread has started it: it writes the kernels that it compiled to the disk then.
+    """End the Taichi that runs, unless a thread is at work with it: it writes the kernels that it compiled to the disk
+    then.
 
     Where anything still refers to it when Python ends, Taichi is not ended, and every kernel is compiled anew the next
     time: so it was with the command line, 4 s of each run of a small block (measured).
     """
-    if is_started() and _running["thread"] == threading.get_ident():
+    if is_started() and keep_turn(1.0):
+        from filelock import FileLock, Timeout  # slow to import
+
+        # Taichi does not wait for another program that writes, but leaves its own kernels out
+        lock = FileLock(Path(impl.current_cfg().offline_cache_file_path).expanduser() / "snowmpm.lock")
+        with contextlib.suppress(OSError, Timeout):
+            lock.acquire(timeout=WRITING)
         ti.reset()
+        lock.release()
 
 
 def _note(fine_grained, thread):

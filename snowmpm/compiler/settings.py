@@ -66,6 +66,11 @@ class compiling:
             self._lock.release()
 
 
+def keep_turn(seconds):
+    """Let no other thread compile or launch from now on; -> whether none did so for longer than `seconds`."""
+    return _turn.acquire(timeout=seconds)
+
+
 def runs(start):
     """Whether a start of Taichi has not ended: it has a program. Some versions raise where it has none."""
     try:

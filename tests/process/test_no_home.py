@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 from snowmpm import cores
 from snowmpm.compiler import cache_folder as cache
@@ -63,6 +65,19 @@ def test_another_program_with_taichi_leaves_the_kernels(tmp_path):
     around = {name: value for name, value in os.environ.items() if name not in ("XDG_CACHE_HOME", cache.VARIABLE)}
     subprocess.run([sys.executable, "other.py"], cwd=tmp_path, env={**around, "HOME": str(tmp_path)}, check=True)
     assert len(kernels) > 3 and all(path.exists() for path in kernels)
+
+
+def test_a_program_that_ends_waits_for_one_that_writes_its_kernels(tmp_path):
+    text = "import snowmpm; snowmpm.start('cpu', threads=1); print('ready', flush=True)"
+    environment = {**os.environ, cache.VARIABLE: str(tmp_path)}
+    with FileLock(tmp_path / "snowmpm.lock"):
+        program = subprocess.Popen([sys.executable, "-c", text], stdout=subprocess.PIPE, text=True, env=environment)
+        while "ready" not in program.stdout.readline():
+            pass
+        time.sleep(2.0)
+        assert program.poll() is None and not list(tmp_path.glob("*.tic"))
+    assert program.wait(60) == 0
+    assert list(tmp_path.glob("*.tic"))
 
 
 @pytest.mark.parametrize(("files", "quota"), [
