@@ -42,12 +42,14 @@ def taichi():
 
 
 @pytest.fixture(scope="session", autouse=True)
-def compiled_modules():
-    """Commands in processes of their own keep what Python compiles: it takes each of them half a second."""
-    kept = os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    yield
-    if kept is not None:
-        os.environ["PYTHONDONTWRITEBYTECODE"] = kept
+def compiled_modules(tmp_path_factory):
+    """Where Python is told to leave nothing beside the sources, commands in processes of their own share a folder for
+    what it compiles: it takes each of them half a second."""
+    with pytest.MonkeyPatch.context() as patch:
+        if os.environ.get("PYTHONDONTWRITEBYTECODE"):
+            patch.delenv("PYTHONDONTWRITEBYTECODE")
+            patch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path_factory.mktemp("compiled")))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

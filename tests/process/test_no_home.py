@@ -72,11 +72,11 @@ def test_a_program_that_ends_waits_for_one_that_writes_its_kernels(tmp_path):
     environment = {**os.environ, cache.VARIABLE: str(tmp_path)}
     with FileLock(tmp_path / "snowmpm.lock"):
         program = subprocess.Popen([sys.executable, "-c", text], stdout=subprocess.PIPE, text=True, env=environment)
-        while "ready" not in program.stdout.readline():
-            pass
+        assert any("ready" in line for line in program.stdout), "ended before"
         time.sleep(2.0)
         assert program.poll() is None and not list(tmp_path.glob("*.tic"))
-    assert program.wait(60) == 0
+    program.communicate(timeout=60)
+    assert program.returncode == 0
     assert list(tmp_path.glob("*.tic"))
 
 
