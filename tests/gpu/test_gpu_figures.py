@@ -40,7 +40,7 @@ def figures(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.skipif(not _has_cuda(), reason="needs a GPU")
 @pytest.mark.xfail(strict=True, reason="one H200: 5.0 ns of a million particles, 2.7 of ten million, of "
-                                       "which 1.2 and 0.7 are the sort; 50 million: 1.8 without it, not measured with it")
+                                       "which 1.2 and 0.7 are the sort; 50 million: 1.8 and a sort not measured")
 @pytest.mark.parametrize("n", [1_000_000, 10_000_000, 50_000_000])
 def test_cost_of_a_step(figures, n):
     row = figures(n)
