@@ -147,7 +147,7 @@ class SceneFacts:
         """`Forecast` of the run."""
         return forecast(self.scene, self.solver)
 
-    @property
+    @cached_property
     def steps(self):
         """Number of steps of the whole run, or of the method's part of it."""
         return max(1.0, self.steps_until(self.end) - self.steps_until(self.begin))

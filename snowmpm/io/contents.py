@@ -4,6 +4,8 @@ Refused are groups that contain themselves, links, data in other files, names an
 that do not fit each other, and files that take more memory than allowed (`snowmpm.reading.budget`).
 """
 
+import math
+
 import h5py
 import numpy as np
 
@@ -27,12 +29,13 @@ def check_contents(h5, path):
     groups = [h5]
     while groups:
         group = groups.pop()
+        above = group.name.rstrip("/")
         for name in group:
-            item = _item(group, name, path, seen)
+            item = _item(group, above, name, path, seen)
             if isinstance(item, h5py.Group):
                 groups.append(item)
             else:  # under each of its names: below one it may be read by frames, below another whole
-                sizes += _whole_size(item, path)
+                sizes += _whole_size(item, f"{above}/{name}", path)
         # Checked while the list grows, since the list takes memory too
         read_budget.allow(path, sizes, "its tables")
     _check_frames(h5["VTKHDF"], path)
@@ -45,42 +48,45 @@ def allow_rows(path, what, count, tables):
     read_budget.allow(path, size, what, "fewer fields take less")
 
 
-def _item(group, name, path, seen):
-    """The item of a group, which must lie in this file and be of a kind that run files have.
+def _item(group, above, name, path, seen):
+    """The item of a group named `above`, which must lie in this file and be of a kind that run files have.
 
     Blocks share tables with the particles; a group that is there twice may hold itself.
     """
-    where = shown_line(f"{group.name.rstrip('/')}/{name}")
     if not name.isprintable() or len(name) > LONGEST_NAME:
-        raise InputError(f"{path}: {where} is no name that a run file has")
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise InputError(f"{path}: {where} is a link to elsewhere, which no run file has")
+        raise InputError(f"{path}: {shown_line(f'{above}/{name}')} is no name that a run file has")
+    if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+        raise InputError(f"{path}: {shown_line(f'{above}/{name}')} is a link to elsewhere, which no run file has")
     item = group[name]
     if not isinstance(item, h5py.Group | h5py.Dataset):
-        raise InputError(f"{path}: {where} is neither a group nor a table")
+        raise InputError(f"{path}: {shown_line(f'{above}/{name}')} is neither a group nor a table")
     about = h5py.h5o.get_info(item.id)
     if isinstance(item, h5py.Group) and ((about.fileno, about.addr) in seen or item == group.file["/"]):
-        raise InputError(f"{path}: {where} is a group with another name too, which no run file has")
+        raise InputError(f"{path}: {shown_line(f'{above}/{name}')} is a group with another name too, which no run file"
+                         " has")
     seen.add((about.fileno, about.addr))
     if len(seen) > MOST_ITEMS:
         raise InputError(f"{path}: more than {MOST_ITEMS} tables and groups, which no run file has")
     return item
 
 
-def _whole_size(data, path):
+def _whole_size(data, where, path):
     """Bytes that reading a table takes; for a table read frame by frame, bytes of one piece."""
-    if data.external or data.is_virtual:
-        raise InputError(f"{path}: {data.name} lies in another file, which no run file has")
-    if data.name in RECORDS:
-        if data.shape != () or h5py.check_string_dtype(data.dtype) is None:
-            raise InputError(f"{path}: {data.name} is not a text")
-        return float(data.dtype.itemsize)  # a text of variable length is no longer than the file
-    if data.dtype.kind not in "iuf" or data.shape is None:
-        raise InputError(f"{path}: {data.name} is not a table of numbers")
-    piece = np.prod(data.chunks or (0,), dtype=float) * data.dtype.itemsize
-    if data.name.startswith(FRAME_DATA):
+    made = data.id.get_create_plist()
+    if made.get_external_count() or made.get_layout() == h5py.h5d.VIRTUAL:
+        raise InputError(f"{path}: {where} lies in another file, which no run file has")
+    kind, shape = data.dtype, data.shape
+    if where in RECORDS:
+        if shape != () or h5py.check_string_dtype(kind) is None:
+            raise InputError(f"{path}: {where} is not a text")
+        return float(kind.itemsize)  # a text of variable length is no longer than the file
+    if kind.kind not in "iuf" or shape is None:
+        raise InputError(f"{path}: {where} is not a table of numbers")
+    chunks = made.get_chunk() if made.get_layout() == h5py.h5d.CHUNKED else (0,)
+    piece = math.prod(map(float, chunks)) * kind.itemsize
+    if where.startswith(FRAME_DATA):
         return piece
-    return max(piece, np.prod(data.shape, dtype=float) * data.dtype.itemsize)
+    return max(piece, math.prod(map(float, shape)) * kind.itemsize)
 
 
 def _check_frames(root, path):

@@ -91,11 +91,14 @@ def _reached(model, obstacle):
 
 
 def _states(model, obstacle):
-    """Points (k, dim) [m] of the obstacle over time, and which of them are in the domain, and over ground."""
+    """Points (k, dim) [m] of each place of the obstacle over time, and which of them are in the domain, and over
+    ground."""
     margin = MARGIN * model.scene.solver.dx
-    points = _points(obstacle.shape)
+    points, x = _points(obstacle.shape), None
     for time in [0.0] if obstacle.still else np.linspace(0.0, model.scene.end_time, MOMENTS):
-        x = obstacle.motion.moved(points, time)
+        before, x = x, obstacle.motion.moved(points, time)
+        if before is not None and np.array_equal(before, x):  # at rest then, or moved by forces that are not known yet
+            continue
         inside = ((x >= model.lower - margin) & (x <= model.upper + margin)).all(axis=1)
         yield x, inside, _over_ground(model, x)
 

@@ -15,7 +15,7 @@ from snowmpm.scenes.loader import with_overrides
 
 DOCS = Path(__file__).parents[2] / "docs"
 LARGE = {"avalanche_on_raster", "column_collapse_3d", "crown_and_flanks", "impact_mast", "mast", "microstructure",
-         "pst", "slab_release", "slab_release_resolved"}
+         "pst", "remote_trigger", "slab_release", "slab_release_resolved"}
 SETTING = re.compile(r'((?:[A-Za-z_]\w*)(?:\.\w+)+) = ("[^"]*"|\[[^\]]*\]|[-+\w.]*\w)')
 CHANGES = {
     "as it is": lambda scene: {},
@@ -43,9 +43,10 @@ def cautions_of(name, change):
 
 def cases():
     names = [*sorted(library()), *(str(path) for path in sorted(DOCS.glob("*.toml")))]
-    return [pytest.param(name, change, marks=[pytest.mark.slow] if name in LARGE or change == "much coarser" else [],
-                         id=f"{Path(name).stem}-{change}")
-            for name in names for change in CHANGES if change == "as it is" or name not in LARGE - {"slab_release"}]
+    return [pytest.param(name, change, marks=[pytest.mark.slow] if scene in LARGE or change == "much coarser" else [],
+                         id=f"{scene}-{change}")
+            for name in names for scene in (Path(name).stem,) for change in CHANGES
+            if change == "as it is" or scene not in LARGE - {"remote_trigger", "slab_release"}]
 
 
 @pytest.mark.parametrize(("name", "change"), cases())

@@ -6,7 +6,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from scenes_under_attack import block, copied
+from scenes_under_attack import block, copied, written
 
 from snowmpm.io.archive import read_archive, write_archive
 
@@ -124,10 +124,10 @@ HEAD = HEAD.ljust(127) + b"\n"
 ARCHIVES = {
     "empty": npz({}), "nested": npz({"record.npy": record("[" * 100_000), "digest.npy": npy(np.zeros(32, np.uint8))}),
     "no_digest": npz({"record.npy": record("{}")}), "declared": npz({"digest.npy": HEAD, "record.npy": record("{}")}),
-    "deflated": npz({"record.npy": npy(np.zeros(1 << 28, np.uint8))}, zipfile.ZIP_DEFLATED),
+    "deflated": lambda: npz({"record.npy": npy(np.zeros(1 << 28, np.uint8))}, zipfile.ZIP_DEFLATED),
     "objects": npz({"digest.npy": npy(np.zeros(2)).replace(b"<f8", b"|O ")}), "text": b"hello",
     "cut": npz({"a": b"1"})[:40],
-    "many": npz({f"{i}.npy": b"" for i in range(20_000)}), "above": npz({"../../x.npy": record("{}")}),
+    "many": lambda: npz({f"{i}.npy": b"" for i in range(20_000)}), "above": npz({"../../x.npy": record("{}")}),
     "json": npz({"record.npy": record(json.dumps({"array": "x"})), "digest.npy": npy(np.zeros(32, np.uint8))}),
 }
 
@@ -135,5 +135,5 @@ ARCHIVES = {
 @pytest.mark.parametrize("name", ARCHIVES)
 def test_bytes(withstood, stopped, tmp_path, name):
     folder = copied(tmp_path, stopped)
-    (folder / "out" / "checkpoint.npz").write_bytes(ARCHIVES[name])
+    written(folder / "out" / "checkpoint.npz", ARCHIVES[name])
     withstood("run", "scene.toml", "-o", "out", "--resume", "-q", "--set", "end_time=0.03", folder=folder, code=2)

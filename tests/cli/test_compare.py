@@ -15,7 +15,7 @@ def two_runs(block, tmp_path):
     return tmp_path / "coarse", tmp_path / "fine"
 
 
-def test_two_resolutions(two_runs, call, tmp_path):
+def test_two_resolutions(two_runs, call, tmp_path, full_figures):
     done = call("compare", *two_runs, "-o", tmp_path / "both.png", "--line", "z=0.2")
     assert done.code == 0, done.err
     head, *rows = done.out.splitlines()

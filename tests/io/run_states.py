@@ -61,16 +61,21 @@ def write_frame(writer, i, n):
     writer.frame(i * 0.1, points, fields, {"wall": pose(i)}, {"wall": loads(i)})
 
 
+def assert_frame(run, i, n):
+    """Frame i is the one that was written, bit for bit."""
+    points, fields = state(i, n)
+    frame = run.frame(i)
+    assert run.times[i] == i * 0.1
+    assert np.array_equal(frame.points, points)
+    assert set(frame.fields) == set(fields)
+    for name, values in fields.items():
+        assert np.array_equal(frame.fields[name], values), name
+
+
 def assert_whole(run, n):
     """Every frame that the run shows is the one that was written, bit for bit."""
     for i in range(len(run)):
-        points, fields = state(i, n)
-        frame = run.frame(i)
-        assert run.times[i] == i * 0.1
-        assert np.array_equal(frame.points, points)
-        assert set(frame.fields) == set(fields)
-        for name, values in fields.items():
-            assert np.array_equal(frame.fields[name], values), name
+        assert_frame(run, i, n)
     wall = run.obstacles["wall"]
     for name in loads(0):
         written = np.concatenate([loads(0)[name], *(loads(i)[name] for i in range(1, len(wall.rotation)))])
